@@ -1,22 +1,307 @@
-"""A model beside a measurement: the same displacements, both loads, and what their loops say."""
+"""A model beside a measurement: what it does along the measured displacement, and what it leaves of the load.
 
+The measured displacement is not free of noise, and a contact remembers every reversal. So a model does not follow the
+samples: from one turning point to the next it passes the measured displacements in their order along the branch.
+"""
+
+import itertools
 import math
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
+from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text
+from historysim.errors import InputError
+from historysim.loads.event_sequence import SampledLoads
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
-from historysim.measured.loops import Loops
-from historysim.measured.misfit import Residuals, what_is_left
-from historysim.measured.observation import ModelResponse, Observation
-from historysim.measured.splitting import loops_of_channels
+from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
+from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import check_moves, loop_dead_band, noise_of, turning_points
+from historysim.recording.recorder import DatasetRecorder
+from historysim.replaying import Replay
 
+LEAST_STEP = 5e-3
+"""Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it."""
+MOST_BACK = 64
+"""Samples that are looked back to for the stiffness that noise may have met."""
+PLACES = 40
+"""Places that a branch is divided into."""
+SLIDES = 0.95
+"""Load of the model over its friction limit from which on it is along sliding."""
 SOFTER = 0.5
-"""Stiffness at reversals over that of the model below which a compliance in series is told."""
+"""Stiffness at reversals over that of the model below which a compliance in series has a note."""
+
+
+@attrs.frozen(eq=False)
+class Observation:
+    """Samples of measured loops, in the order of their times."""
+
+    time: Floats
+    """(sample) [s]."""
+    displacement: Floats
+    """(sample) Measured tangential displacement: that of the drive [m]."""
+    tangential_load: Floats
+    """(sample) Measured tangential load [N]."""
+    normal_load: Floats
+    """(sample) Normal load [N], ≥ 0."""
+    turns: Integers
+    """(turn) Indices of the turning points of the displacement, with the first and the last sample."""
+    nodes: Integers
+    """(node) Indices of the samples whose displacement the contact remembers: the turning points, and those before and
+    after a step of the normal load."""
+    node_deviation: Floats
+    """(node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
+    noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples."""
+    node_offset: Floats
+    """(node) Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the
+    mean by a quarter of the way to the next one where the displacement comes and goes evenly."""
+    displacement_noise: float
+    load_noise: float
+    """displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N]."""
+    dead_band: float
+    """The smallest swing of the displacement that is a reversal [m]."""
+    loops: Loops | None
+    """The measured loops; None where there is no whole one."""
+    skip: int = 0
+    """Loops at the start that are not compared."""
+    first: int = 0
+    """The sample that a comparison begins at: those before are walked through, and not compared."""
+    remarks: tuple[tuple[str, str], ...] = ()
+    """What was done to the samples before."""
+
+    def thinned(self, most: int) -> "Observation":
+        """Return an observation of all nodes, and of about so many of the samples between them, evenly."""
+        stride = -(-self.time.size // most)
+        if stride <= 1:
+            return self
+        kept = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.first))
+        return attrs.evolve(
+            self,
+            time=self.time[kept],
+            displacement=self.displacement[kept],
+            tangential_load=self.tangential_load[kept],
+            normal_load=self.normal_load[kept],
+            turns=np.searchsorted(kept, self.turns),
+            nodes=np.searchsorted(kept, self.nodes),
+            first=int(np.searchsorted(kept, self.first)),
+            loops=None,
+        )
+
+
+def observe(
+    measurement: Measurement,
+    *,
+    skip: int = 0,
+    displacement_noise: float | None = None,
+    load_noise: float | None = None,
+) -> Observation:
+    """Return the samples of a measurement that a model is compared with, with turning points, loops and noise.
+
+    Loops at the start are skipped; the noise of the displacement [m] and of the load [N] is estimated by default.
+    """
+    displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
+    normal = measurement["normal_load"]
+    measurement.check_pressed()
+    check_moves(displacement, measurement.dead_band.get("tangential_displacement"))
+    dead_band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
+    turns = turning_points(displacement, dead_band)
+    skip = check_skip(skip)
+    start = 1 + 2 * skip if skip else 0
+    if start >= turns.size - 1:
+        raise InputError(
+            f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
+        )
+    try:
+        loops = loops_of_measurement(measurement, dead_band=dead_band, skip=skip)
+    except NoLoopError:
+        # without a whole loop the samples can still be compared
+        loops = None
+    noise = noise_of(displacement) if displacement_noise is None else displacement_noise
+    nodes = np.union1d(turns, _load_steps(normal))
+    half_step, offset = _half_step(displacement), np.zeros(displacement.size)
+    offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
+    return Observation(
+        time=measurement.time,
+        displacement=displacement,
+        tangential_load=load,
+        normal_load=normal,
+        turns=turns,
+        nodes=nodes,
+        node_deviation=np.hypot(noise, half_step[nodes]),
+        node_offset=offset[nodes],
+        displacement_noise=noise,
+        load_noise=noise_of(load) if load_noise is None else load_noise,
+        dead_band=dead_band,
+        loops=loops,
+        skip=skip,
+        first=int(turns[start]),
+        remarks=measurement.remarks,
+    )
+
+
+@attrs.frozen(eq=False)
+class ModelResponse:
+    """What a model does at each sample of an observation."""
+
+    displacement: Floats
+    """(sample) Of the drive, which near a sample is that of the observation [m]."""
+    tangential_load: Floats
+    """(sample) [N]."""
+    stiffness: Floats
+    """(sample) Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the
+    displacement may have met."""
+    slope: Floats
+    """(sample) Slope of the load over the displacement of the drive at the sample itself [N/m]."""
+    friction_limit: Floats
+    """(sample) [N]."""
+
+
+def passed(
+    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()
+) -> ModelResponse:
+    """Return what a model does along an observation.
+
+    Shifts (node) [m] say how far the nodes behind the first are from where they were measured.
+    """
+    moved = np.asarray(shifts, dtype=np.float64)
+    target = observation.displacement.copy()
+    target[observation.nodes[1 : 1 + moved.size]] += moved
+    order = np.arange(target.size)
+    for start, end in itertools.pairwise(observation.nodes):
+        between = np.clip(target[start + 1 : end], *sorted((target[start], target[end])))
+        ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
+        target[start + 1 : end] = between[ranks]
+        order[start + 1 : end] = start + 1 + ranks
+    loads = SampledLoads(observation.time, observation.normal_load, target)
+    job = Replay(ensemble, loads, record="totals", instrument=instrument)
+    recorder = job.recorder(DatasetRecorder)
+    job.walk(recorder)
+    rows = recorder.rows
+    in_time = np.empty_like(order)
+    in_time[order] = np.arange(order.size)
+    stiffness = rows.totals["tangential_stiffness"]
+    stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
+    totals = rows.totals[in_time]
+    return ModelResponse(
+        slope=stiffness[in_time],
+        displacement=target[in_time],
+        tangential_load=totals["tangential_load"],
+        stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
+        friction_limit=totals["friction_limit"],
+    )
+
+
+def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
+    """Return the greatest stiffness at each sample, the one before it, and those before it within reach."""
+    greatest = stiffness.copy()
+    for back in range(1, min(displacement.size, MOST_BACK)):
+        near = np.abs(displacement[back:] - displacement[:-back]) <= (math.inf if back == 1 else reach)
+        if not near.any():
+            break
+        greatest[back:] = np.maximum(greatest[back:], np.where(near, stiffness[:-back], 0.0))
+    return greatest
+
+
+def _half_step(displacement: Floats) -> Floats:
+    """Return half of the way from each sample to the farther one of its neighbours."""
+    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
+    half: Floats = np.maximum(steps[:-1], steps[1:]) / 2
+    return half
+
+
+def _load_steps(normal_load: Floats) -> Integers:
+    """Return the samples between which the normal load changes by much more than its noise."""
+    change = np.abs(np.diff(normal_load))
+    # the last step of a digitiser is none, though a load that rests on it seems to be free of noise
+    least = max(10 * noise_of(normal_load), 1e-2 * float(np.ptp(normal_load)), LEAST_STEP * float(normal_load.max()))
+    before = np.flatnonzero(change > least)
+    steps: Integers = np.union1d(before, before + 1)
+    return steps
+
+
+# -- what a model leaves ---------------------------------------------------------------------------
+
+
+@attrs.frozen(eq=False)
+class Residuals:
+    """What a model leaves of measured loops."""
+
+    rms: float
+    """Root of the mean square [N]."""
+    largest: float
+    """The largest load that was measured [N]."""
+    at_reversals: float
+    along_sliding: float
+    """at_reversals and along_sliding: shares of the squares that are alike in all loops, where the model sticks or
+    slips in part, and where it slides."""
+    between_branches: float
+    """Share that is a branch's own, all along it."""
+    place: Floats
+    """(direction, place) Share of the way from one turning point to the next [1]."""
+    mean: Floats
+    """(direction, place) Measured less model load there, over all branches that rise and all that fall [N]; NaN where
+    no sample is."""
+
+    @property
+    def rest(self) -> float:
+        """The share of the squares that is none of these."""
+        return max(1 - self.at_reversals - self.along_sliding - self.between_branches, 0.0)
+
+    def text(self) -> str:
+        """Return how much is left, and where."""
+        shares = {
+            "alike in all loops where the contact sticks or slips in part": self.at_reversals,
+            "alike in all loops along sliding": self.along_sliding,
+            "from branch to branch": self.between_branches,
+            "from sample to sample": self.rest,
+        }
+        parts = sorted(shares.items(), key=lambda item: -item[1])
+        of = ", ".join(f"{100 * share:.0f} % {where}" for where, share in parts if share >= 0.01)
+        return f"the model leaves {100 * self.rms / self.largest:.2g} % of the largest load; of its squares {of}"
+
+
+def residuals_of(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:
+    """Return what a model leaves of what was measured, at the samples compared, and where.
+
+    Each sample is at a place of its branch, its share of the way from one turning point to the next. What is left of
+    the load is split into its mean at that place over all branches of a direction, the mean of the rest over each
+    branch, and what is left of both; their squares add up.
+    """
+    samples = np.arange(observation.first, observation.time.size) if compared is None else compared
+    turns, moved = observation.turns, observation.displacement
+    branch = np.clip(np.searchsorted(turns, samples, side="right") - 1, 0, turns.size - 2)
+    start, way = moved[turns[branch]], moved[turns[branch + 1]] - moved[turns[branch]]
+    share = np.divide(moved[samples] - start, way, out=np.zeros(samples.size), where=way != 0)
+    falls = (way < 0).astype(np.int64)
+    cell = falls * PLACES + np.clip((share * PLACES).astype(np.int64), 0, PLACES - 1)
+    off = (observation.tangential_load - response.tangential_load)[samples]
+    mean = _means(cell, off, 2 * PLACES)
+    alike = np.nan_to_num(mean)[cell]
+    own = np.nan_to_num(_means(branch, off - alike, turns.size - 1))[branch]
+    limit = response.friction_limit[samples]
+    slides = np.abs(response.tangential_load[samples]) >= SLIDES * limit
+    total = float(off @ off) or 1.0
+    places = np.tile((np.arange(PLACES) + 0.5) / PLACES, (2, 1))
+    return Residuals(
+        rms=float(np.sqrt(np.mean(off**2))),
+        largest=float(np.abs(observation.tangential_load[samples]).max(initial=0.0)) or 1.0,
+        at_reversals=float(np.sum(alike[~slides] ** 2)) / total,
+        along_sliding=float(np.sum(alike[slides] ** 2)) / total,
+        between_branches=float(own @ own) / total,
+        place=places,
+        mean=mean.reshape(2, PLACES),
+    )
+
+
+def _means(group: Integers, values: Floats, count: int) -> Floats:
+    """Return the mean of values in each group, NaN in those without."""
+    with np.errstate(invalid="ignore"):
+        return np.asarray(np.bincount(group, values, count) / np.bincount(group, minlength=count))
 
 
 @attrs.frozen(eq=False)
@@ -52,18 +337,7 @@ class Comparison:
         instrument: Instrument = RIGID,
         contact_stiffness: float = math.nan,
     ) -> "Comparison":
-        """Return a model beside a measurement.
-
-        Parameters
-        ----------
-        observation : Observation
-        response : ModelResponse
-            From `observation.passed`.
-        instrument : Instrument
-            What the displacement was measured by.
-        contact_stiffness : float
-            Of the contact where all of it sticks, at the greatest normal load [N/m].
-        """
+        """Return a model beside a measurement; attributes as for the class."""
         try:
             model = loops_of_channels(
                 observation.time,
@@ -115,15 +389,15 @@ class Comparison:
     @property
     def left(self) -> Residuals:
         """What the model leaves, and where."""
-        return what_is_left(self.observation, self.response)
+        return residuals_of(self.observation, self.response)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the record looks like, beside the model: faults of the instrument, and a compliance in series."""
+        """Faults of the instrument, and a compliance in series, that the record shows beside the model."""
         return (*(self.measured.faults if self.measured else ()), *self._compliance())
 
     def _compliance(self) -> list[str]:
-        """Tell a record that is much softer than the model."""
+        """Return a note on a record that is much softer than the model."""
         if self.measured is None or not self.contact_stiffness > 0:
             return []
         measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
@@ -131,12 +405,12 @@ class Comparison:
         if not 0 < measured < SOFTER * whole:
             return []
         series = quantity_text(1 / (1 / measured - 1 / self.contact_stiffness), "N/m", 3)
-        mend = "fit lateral_stiffness" + (
+        remedy = "fit lateral_stiffness" + (
             f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         )
         note = (
             f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "
-            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {mend}"
+            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {remedy}"
         )
         return [note]
 
@@ -146,11 +420,10 @@ class Comparison:
         if len(loads) < 2:
             return []
         each = ", ".join(quantity_text(load, "N", 3) for load in loads)
-        meant = "means and deviations below are over all of them; historysim loops tells them apart"
-        return [("normal loads", f"{each}; {meant}")]
+        return [("normal loads", f"{each}; means below are over all of them, those of historysim loops at each load")]
 
     def rows(self) -> list[tuple[str, str, str]]:
-        """Return a table of texts: quantity, measured, model; means over the loops ± their standard deviations."""
+        """Return a table of strings: quantity, measured, model; means over the loops ± their standard deviations."""
         if self.measured is None or self.model is None:
             return []
         table = [("quantity", "measured", "model")]

@@ -1,297 +1,259 @@
-"""Corrections of measured channels: zero offset, drift, scale, backlash, free play, an instrument in series.
+"""Corrections of measured channels, none of them done by itself: backlash, free play, drift, offset, noise, hum.
 
-Nothing here is done by itself. A correction takes a number that somebody has given; `offset_of_cycles` and
-`drift_of_cycles` only estimate one. Every correction returns what it took away beside the corrected channel.
+All filters have zero phase: they run forth and back, so that displacement and load stay in step. At its two ends a
+channel is continued by its own point reflection, over a length in which the filter dies away.
 """
 
+import itertools
 import math
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
 from historysim.errors import InputError
-from historysim.measured.reduction import channel, clock, in_step, reversals, turning_points
+from historysim.measured.reduction import clock, in_step, reversals, turning_points
+
+QUALITY = 30.0
+"""Frequency of a notch over the width at which it lets half of the power pass, once."""
+ORDER = 2
+"""Order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency."""
+EVEN = 0.01
+"""Largest difference of sample intervals, over their median, up to which a clock is even."""
+FALSE_ALARM = 1e-4
+"""Chance that noise alone is taken for hum, in one channel."""
+LEAST_HUM = 0.1
+"""Share of what is left of a channel between its turns that a line must hold, to be reported as hum."""
+# samples of a piece of the spectrum, and the degree of the polynomial that is taken off it
+_LEAST_PIECE, _LONGEST_PIECE, _DEGREE = 128, 8192, 5
+# bins that a line spreads over to either side, and how far beside it the noise is looked for
+_LOBE, _ASIDE = 3, 12
+_ROUNDING = 1e-9
 
 
-@attrs.frozen(eq=False)
-class Correction:
-    """A corrected channel."""
-
-    values: Floats
-    """(sample) The channel after the correction."""
-    removed: Floats
-    """(sample) What was taken away: the channel before it is ``values + removed``, to rounding."""
-
-    @property
-    def largest(self) -> float:
-        """The largest amount that was taken away, without its sign."""
-        return float(np.abs(self.removed).max())
+# -- the instrument --------------------------------------------------------------------------------
 
 
 @attrs.frozen
 class Estimate:
-    """A number that was estimated from a record."""
+    """A number that was estimated from the cycles of a channel."""
 
     value: float
     standard_error: float
-    """NaN where there are too few cycles to tell."""
-    count: int
-    """The cycles that it stands on."""
+    """NaN where there are too few cycles."""
 
 
-def rescale(values: npt.ArrayLike, scale: float, offset: float = 0.0) -> Correction:
-    """Return a channel as ``scale × values + offset``: a calibration, or with a scale of -1 the other sign.
-
-    Parameters
-    ----------
-    values : array_like (sample)
-    scale : float
-        In the new unit per old unit; not 0.
-    offset : float
-        In the new unit.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, a scale of 0.
-    """
-    samples = channel("values", values)
-    factor = scalar("scale", scale)
-    if factor == 0:
-        raise InputError("scale is 0; expected another number, since nothing would be left of the channel")
-    scaled = factor * samples + scalar("offset", offset)
-    return Correction(scaled, samples - scaled)
-
-
-def remove_offset(values: npt.ArrayLike, offset: float) -> Correction:
-    """Return a channel less a constant.
-
-    Parameters
-    ----------
-    values : array_like (sample)
-    offset : float
-        What the channel says when it should say 0, in its unit; see `offset_of_cycles`.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples.
-    """
-    samples = channel("values", values)
-    return _without(samples, np.full(samples.size, scalar("offset", offset)))
-
-
-def remove_drift(
-    time: npt.ArrayLike, values: npt.ArrayLike, rate: float, *, reference: float | None = None
-) -> Correction:
-    """Return a channel less a drift that is linear in time, ``rate × (time - reference)``.
-
-    Parameters
-    ----------
-    time : array_like (sample)
-        Rising [s].
-    values : array_like (sample)
-    rate : float
-        In the unit of the channel per second; see `drift_of_cycles`.
-    reference : float, optional
-        The time at which nothing is taken away [s]; that of the first sample by default.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, times that do not rise, channels of different lengths.
-    """
-    samples = channel("values", values)
-    times = clock(time, samples.size)
-    start = times[0] if reference is None else scalar("reference", reference)
-    return _without(samples, scalar("rate", rate) * (times - start))
-
-
-def offset_of_cycles(values: npt.ArrayLike, *, dead_band: float, skip: int = 0) -> Estimate:
+def offset_of_cycles(values: Floats, *, dead_band: float) -> Estimate:
     """Return the zero offset of a channel that swings evenly about zero: the mean of the midpoints of its cycles.
 
-    The midpoint of a cycle is half way between its maximum and its minimum, two successive reversals; each reversal
-    belongs to one cycle. A friction force with stick-slip or overshoot has uneven extremes: take its zero from
-    `Loops.friction_force` instead, half the difference of the two directions.
-
-    Parameters
-    ----------
-    values : array_like (sample)
-    dead_band : float
-        The smallest swing that counts, in the unit of the channel; see `reversals`.
-    skip : int
-        How many cycles at the start are left out.
-
-    Returns
-    -------
-    Estimate
-        In the unit of the channel; the standard error is that of the mean.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, or no cycle left.
+    The midpoint of a cycle is half way between its maximum and its minimum, two successive reversals.
     """
-    samples = channel("values", values)
-    _, middle = _midpoints(np.arange(float(samples.size)), samples, dead_band, skip, least=1)
+    _, middle = _midpoints(np.arange(float(values.size)), values, dead_band, least=1)
     error = middle.std(ddof=1) / math.sqrt(middle.size) if middle.size > 1 else math.nan
-    return Estimate(float(middle.mean()), float(error), middle.size)
+    return Estimate(float(middle.mean()), float(error))
 
 
-def drift_of_cycles(time: npt.ArrayLike, values: npt.ArrayLike, *, dead_band: float, skip: int = 0) -> Estimate:
-    """Return the linear drift of a channel that swings with a constant amplitude.
-
-    It is the slope of the least-squares line through the midpoints of its cycles, as in `offset_of_cycles`, over the
-    mean times of their two reversals.
-
-    Parameters
-    ----------
-    time : array_like (sample)
-        Rising [s].
-    values, dead_band, skip
-        As in `offset_of_cycles`.
-
-    Returns
-    -------
-    Estimate
-        In the unit of the channel per second. The standard error is that of the slope: it takes the scatter of the
-        midpoints about the line as independent errors of one size.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, times that do not rise, channels of different lengths, fewer than three cycles.
-    """
+def drift_of_cycles(time: Floats, values: Floats, *, dead_band: float) -> Estimate:
+    """Return the linear drift of a channel [its unit/s]: the slope of the line through the midpoints of its cycles."""
     from scipy.stats import linregress
 
-    samples = channel("values", values)
-    at, middle = _midpoints(clock(time, samples.size), samples, dead_band, skip, least=3)
-    line = linregress(at, middle)
-    return Estimate(float(line.slope), float(line.stderr), middle.size)
+    line = linregress(*_midpoints(clock(time, values.size), values, dead_band, least=3))
+    return Estimate(float(line.slope), float(line.stderr))
 
 
-def remove_backlash(
-    time: npt.ArrayLike, displacement: npt.ArrayLike, width: float, *, dead_band: float = 0.0
-) -> Correction:
-    """Return a displacement less the backlash of what measures it.
+def _midpoints(time: Floats, values: Floats, dead_band: float, least: int) -> tuple[Floats, Floats]:
+    """Return the mean times and the midpoints of successive cycles."""
+    turns = reversals(values, dead_band)
+    cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)
+    if len(cycles) < least:
+        raise InputError(
+            f"the channel has {len(cycles)} cycles at a dead band of {dead_band:g}; expected {least} or more: lower "
+            "dead_band"
+        )
+    return time[cycles].mean(axis=1), values[cycles].mean(axis=1)
 
-    After a reversal the reading rests until the backlash is taken up: it is the play, of half the width to either
-    side, of the displacement. The inverse of that play is taken under these assumptions:
+
+def remove_backlash(time: Floats, displacement: Floats, width: float, *, dead_band: float = 0.0) -> Floats:
+    """Return a displacement [m] without the backlash of what measures it.
+
+    After a reversal the reading rests until the backlash is taken up: it is the play, of half the width to either side,
+    of the displacement. This inverse of the play assumes that
 
     - while the reading moves, the displacement is half the width ahead of it;
-    - while the reading rests at a reversal, the displacement moves evenly in time;
+    - while the reading rests at a reversal, within half the dead band, the displacement moves evenly in time;
     - at the start the backlash is taken up in the direction of the first swing, and at the end in that of the last one.
-
-    A clearance in the path of the load is another thing: `remove_free_play`.
-
-    Parameters
-    ----------
-    time : array_like (sample)
-        Rising [s].
-    displacement : array_like (sample)
-        The reading [m].
-    width : float
-        By how much the displacement comes back before the reading follows [m], 0 or more.
-    dead_band : float
-        The smallest swing of the reading that is a reversal [m]. The reading rests as long as it is within half the
-        dead band of the extreme.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, times that do not rise, channels of different lengths, a negative width.
     """
-    reading = channel("displacement", displacement)
-    times = clock(time, reading.size)
-    half = scalar("width", width, least=0) / 2
-    kept = turning_points(reading, dead_band)
-    swings = np.diff(reading[kept])
-    near = in_step(reading, kept)
-    ahead = [(times[0], half * float(np.sign(swings[:1]).sum()))]
+    half = width / 2
+    kept = turning_points(displacement, dead_band)
+    swings = np.diff(displacement[kept])
+    near = in_step(displacement, kept)
+    ahead = [(time[0], half * float(np.sign(swings[:1]).sum()))]
     for before, turn, after, swing in zip(kept[:-2], kept[1:-1], kept[2:], swings[1:], strict=True):
         if abs(swing) < dead_band or swing == 0:
             continue
-        resting = before + np.flatnonzero(np.abs(near[before : after + 1] - reading[turn]) <= dead_band / 2)
+        resting = before + np.flatnonzero(np.abs(near[before : after + 1] - displacement[turn]) <= dead_band / 2)
         direction = math.copysign(half, swing)
-        ahead += [(max(times[resting[0]], ahead[-1][0]), -direction), (times[resting[-1]], direction)]
+        ahead += [(max(time[resting[0]], ahead[-1][0]), -direction), (time[resting[-1]], direction)]
     at, amount = np.array(ahead).T
-    return _without(reading, -np.interp(times, at, amount))
+    return np.asarray(displacement + np.interp(time, at, amount))
 
 
-def remove_free_play(
-    displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, width: float, *, closing_load: float = 0.0
-) -> Correction:
-    """Return a displacement less a clearance in the path of the load, between what is moved and the contact.
+def remove_free_play(displacement: Floats, load: Floats, width: float, *, closing_load: float = 0.0) -> Floats:
+    """Return a displacement [m] without a clearance in the path of the load, between what is moved and the contact.
 
-    The clearance has no mass and is in series with the contact: it is open by half its width to the side to which it
-    is loaded, and crossed where the load changes its sign, however the displacement goes. The displacement of the
-    contact is ``displacement - (width/2) clip(tangential_load / closing_load, -1, 1)``. A loop with a clearance shows a
-    step of that width at zero load.
-
-    Parameters
-    ----------
-    displacement : array_like (sample)
-        [m].
-    tangential_load : array_like (sample)
-        [N], positive in the direction in which the displacement is, and without offset.
-    width : float
-        The width of the clearance [m], 0 or more.
-    closing_load : float
-        The load at which the clearance is closed [N]: it closes in proportion to the load up to there. With 0 it is
-        crossed at once, which noise about zero load makes a jump to and fro.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, channels of different lengths, a negative width or closing load.
+    The clearance has no mass: it is open by half its width [m] to the side to which it is loaded, and closes in
+    proportion to the load up to the closing load [N]. With 0 N it is crossed at once, where the load changes its sign.
     """
-    measured = channel("displacement", displacement)
-    load = channel("tangential_load", tangential_load, measured.size)
-    half = scalar("width", width, least=0) / 2
-    limit = scalar("closing_load", closing_load, least=0)
-    side = np.clip(load / limit, -1.0, 1.0) if limit > 0 else np.sign(load)
-    return _without(measured, half * side)
+    side = np.clip(load / closing_load, -1.0, 1.0) if closing_load > 0 else np.sign(load)
+    return displacement - width / 2 * side
 
 
-def contact_displacement(displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, stiffness: float) -> Correction:
-    """Return the displacement of the contact, U - T/k_s, from one that was measured with an instrument in series.
+# -- filters ---------------------------------------------------------------------------------------
 
-    Parameters
-    ----------
-    displacement : array_like (sample)
-        Measured U [m].
-    tangential_load : array_like (sample)
-        T [N], positive in the direction in which U is.
-    stiffness : float
-        Stiffness k_s of the instrument, or of the bulk, in series [N/m], greater than 0; infinite where it is rigid.
 
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, channels of different lengths, a stiffness of 0 or less.
+def running_median(values: Floats, samples: int) -> Floats:
+    """Return the running median of an odd number of samples, which leaves turns where they are.
+
+    Spikes of less than half of the samples are gone. Beyond its ends the channel is taken as mirrored.
     """
-    measured = channel("displacement", displacement)
-    load = channel("tangential_load", tangential_load, measured.size)
-    if stiffness == math.inf:
-        return _without(measured, np.zeros_like(load))
-    return _without(measured, load / scalar("stiffness", stiffness, above=0))
+    from scipy.ndimage import median_filter
+
+    if samples % 2 != 1 or not 3 <= samples <= values.size:
+        raise InputError(f"samples is {samples:g}; expected an odd number of samples from 3 to {values.size:,}")
+    return np.asarray(median_filter(values, int(samples), mode="mirror"))
 
 
-def _without(samples: Floats, removed: Floats) -> Correction:
-    return Correction(samples - removed, removed)
+def notch(time: Floats, values: Floats, frequency: float, *, quality: float = QUALITY) -> Floats:
+    """Return a channel without what it has at one frequency [Hz], such as mains hum.
+
+    Beside a turn of a channel that moves at a speed v it rings by about v/(2πf) over the quality.
+    """
+    from scipy import signal
+
+    rate = sampling_rate(time)
+    at = _below_half(frequency, rate)
+    b, a = signal.iirnotch(at, quality, fs=rate)
+    padding = _padding(values.size, 3 * quality / (math.pi * at) * rate)
+    return np.asarray(signal.filtfilt(b, a, values, padlen=padding))
 
 
-def _midpoints(time: Floats, samples: Floats, dead_band: float, skip: int, least: int) -> tuple[Floats, Floats]:
-    """Return the mean times and the midpoints of successive cycles."""
-    turns = reversals(samples, dead_band)
-    cycles = turns[: turns.size // 2 * 2].reshape(-1, 2)
-    if scalar("skip", skip) % 1 or not 0 <= skip <= len(cycles) - least:
+def low_pass(time: Floats, values: Floats, frequency: float) -> Floats:
+    """Return a channel without what is faster than a frequency [Hz]: a Butterworth filter, forth and back.
+
+    It rounds every turn of a channel that moves at a speed v, by about v/(2πf).
+    """
+    from scipy import signal
+
+    rate = sampling_rate(time)
+    at = _below_half(frequency, rate)
+    sections = signal.butter(ORDER, at, fs=rate, output="sos")
+    return np.asarray(signal.sosfiltfilt(sections, values, padlen=_padding(values.size, 3 / at * rate)))
+
+
+def sampling_rate(time: Floats) -> float:
+    """Return the sampling rate of an even clock [Hz]."""
+    times = clock(time)
+    steps = np.diff(times)
+    if not steps.size:
+        raise InputError("one sample has no sampling rate; expected more of them")
+    middle = float(np.median(steps))
+    worst = int(np.abs(steps - middle).argmax())
+    if abs(steps[worst] - middle) > EVEN * middle:
         raise InputError(
-            f"the channel has {len(cycles)} cycles at a dead band of {dead_band:g}, of which {skip} are left out; "
-            f"expected {least} or more to be left: lower dead_band or skip"
+            f"samples are {steps[worst]:.6g} s apart after {times[worst]:.9g} s, and {middle:.6g} s elsewhere; filters "
+            "by frequency need an even clock: resample first (interval)"
         )
-    cycles = cycles[int(skip) :]
-    return time[cycles].mean(axis=1), samples[cycles].mean(axis=1)
+    return steps.size / float(times[-1] - times[0])
+
+
+def _below_half(frequency: float, rate: float) -> float:
+    if frequency >= rate / 2:
+        folded = abs(frequency - rate * round(frequency / rate))
+        seen = f", where the samples show it at {folded:.4g} Hz" if folded > 0 else ""
+        raise InputError(
+            f"{frequency:g} Hz is beyond half of the sampling rate of {rate:.6g} Hz{seen}; expected a frequency below "
+            "that"
+        )
+    return frequency
+
+
+def _padding(size: int, samples: float) -> int:
+    if size < 3:
+        raise InputError(f"{size} samples; expected more of them for a filter")
+    return min(math.ceil(samples), size - 1)
+
+
+# -- hum -------------------------------------------------------------------------------------------
+
+
+@attrs.frozen
+class Hum:
+    """A line in the spectrum of a channel, between its turns."""
+
+    frequency: float
+    """As the samples show it: beyond half of the sampling rate it is folded back below it [Hz]."""
+    amplitude: float
+    """In the unit of the channel."""
+
+
+def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ...]:
+    """Return the periodic hum in a channel, the strongest first; none where the clock is not even.
+
+    The spectrum is the mean over pieces of the branches between turns, each less a polynomial, so that the loops
+    themselves leave no lines. The mean of the noise over k pieces exceeds its median as Gamma's law says.
+    """
+    try:
+        rate = sampling_rate(time)
+    except InputError:
+        return ()
+    pieces = _between_turns(values, dead_band)
+    if not len(pieces):
+        return ()
+    length = pieces.shape[1]
+    basis = np.linalg.qr(np.vander(np.linspace(-1, 1, length), _DEGREE + 1))[0]
+    window = np.hanning(length + 1)[:-1]
+    spectrum = np.abs(np.fft.rfft((pieces - pieces @ basis @ basis.T) * window, axis=1)) ** 2
+    # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
+    power = spectrum[:, 2 * _DEGREE : -1].mean(axis=0) / np.sum(window**2)
+    lines = []
+    for peak in (1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))).tolist():
+        if not _ASIDE <= peak < power.size - 1:
+            continue
+        before, after = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
+        # on a slope the higher side counts, lest the bend of a branch be taken for a line
+        floor = max(float(np.median(side)) for side in (before, after) if side.size)
+        squared = 4 * float(np.sum(power[peak - _LOBE : peak + _LOBE + 1] - floor)) / length
+        is_worth = squared / 2 > LEAST_HUM * 2 * float(power.sum()) / length
+        if is_worth and squared > (_ROUNDING * np.ptp(values)) ** 2 and power[peak] > floor * _most(power, len(pieces)):
+            at = (2 * _DEGREE + _between_bins(power, peak)) * rate / length
+            lines.append(Hum(float(at), math.sqrt(squared)))
+    return tuple(sorted(lines, key=lambda each: -each.amplitude))
+
+
+def _between_turns(values: Floats, dead_band: float) -> Floats:
+    """Return pieces of one length from the middle of the branches, (piece, sample); none where branches are short."""
+    turns = np.concatenate([[0], reversals(values, dead_band), [values.size]])
+    length = min(int(np.median(np.diff(turns)) * 0.8), _LONGEST_PIECE)
+    if length < _LEAST_PIECE:
+        return np.empty((0, 0))
+    starts = [
+        start
+        for first, last in itertools.pairwise(turns.tolist())
+        # in as many pieces as the branch has room for
+        for start in range(first + (last - first - length) % length // 2, last - length + 1, length)
+    ]
+    return np.stack([values[start : start + length] for start in starts])
+
+
+def _most(power: Floats, pieces: int) -> float:
+    """Return what a mean of the power of noise over so many pieces reaches by chance, over its median."""
+    # scipy takes a quarter of a second to import, which most records do without: hardly a line is worth reporting
+    from scipy.special import gammainccinv, gammaincinv
+
+    return float(gammainccinv(pieces, FALSE_ALARM / power.size) / gammaincinv(pieces, 0.5))
+
+
+def _between_bins(power: Floats, peak: int) -> float:
+    """Return the place of a peak between bins, by the parabola through three logarithms."""
+    low, middle, high = np.log(np.maximum(power[peak - 1 : peak + 2], 1e-300))
+    return peak + float((low - high) / (low - 2 * middle + high)) / 2

@@ -1,13 +1,6 @@
 """From measured loops to parameters: nonlinear least squares on the exact model, and how sure the estimates are.
 
-The model passes the measured displacements as in `observation`. The true place of each turning point, and of each step
-of the normal load, is an unknown as well, held by what was measured there: the contact remembers it, noise and all. A
-sample's misfit of the load is weighed by the noise of the load and that of the displacement times the stiffness there
-(effective variance: Orear, *Am. J. Phys.* 50 (1982) 912-916). `search` has the least squares.
-
-Two intervals come with each estimate. One takes what is left, noise and misfit, for independent from sample to sample.
-Loops of an instrument differ by more than that, and what is left of them is correlated; so the other one, which holds
-then too, goes by how the estimate wanders from loop to loop (`scatter`), and tells a drift along the record.
+README.md of this folder, "Fit", says what is minimised and what the two intervals of each estimate mean.
 """
 
 import math
@@ -16,21 +9,29 @@ from collections.abc import Callable, Mapping, Sequence
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
-from historysim.measured.misfit import what_is_left
-from historysim.measured.observation import ModelResponse, Observation
-from historysim.measured.power_law import CONFIDENCE
+from historysim.measured.comparison import ModelResponse, Observation, residuals_of
+from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, SearchResult
 
-TOLD_APART = 0.99
-"""Correlation of two parameters above which the data do not tell them apart."""
+MOST_CORRELATED = 0.99
+"""Correlation of two parameters above which the data do not distinguish them."""
 UNDETERMINED = 1e6
 """Ratio of the ends of an interval from which on nothing is known."""
 MUCH_WORSE = 3.0
 """Misfit over noise from which on the noise does not explain what is left."""
+LEAST_NOISE = 0.9
+"""Share of the estimated noise that is taken at least, however little the model leaves."""
+SECOND_ORDER = 1.8
+"""What scatter from branch to branch adds to the half width of an interval, over the square of its share of the load:
+one coefficient for all branches is off by some 1.1 to 1.5 of these squares, to either side (tests/README.md)."""
+_MEANING = (
+    ". The intervals say by how much the values of another such record would differ. They do not say how far the "
+    "values are from those of the contact"
+)
 # what a float can hold, as a logarithm
 _LARGEST = 700.0
 
@@ -45,8 +46,8 @@ class Parameter:
     value : float
         Its estimate, in SI.
     low, high : float
-        Its confidence interval of 95 %, from the logarithm of the parameter: by how the estimate wanders from loop to
-        loop, where there are enough of them, else the other one.
+        Its confidence interval of 95 %, from the logarithm of the parameter: by how the estimate wanders from branch to
+        branch, where there are enough of them, else the other one. NaN where the search did not end at a minimum.
     noise_low, noise_high : float
         What the interval would be if what is left, noise and misfit, were independent from sample to sample.
     start, end : float
@@ -73,20 +74,20 @@ class Parameter:
         return math.isfinite(self.start)
 
     def interval(self, unit: float = 1.0) -> str:
-        """Return the confidence interval as a text, in a unit of that many SI units."""
+        """Return the confidence interval as a string, in a unit of that many SI units."""
         known = self.high < UNDETERMINED * self.low
         return f"95 %: {self.low / unit:.6g} to {self.high / unit:.6g}" if known else "95 %: not determined"
 
-    def text(self, told: str = "") -> str:
-        """Return estimate and interval with their unit, and behind the interval what else is told of it."""
-        return f"{self.text_of(self.value, 6)} (95 %: {self._range(self.low, self.high)}{told})"
+    def text(self, remark: str = "") -> str:
+        """Return estimate and interval with their unit, and a remark behind the interval."""
+        return f"{self.text_of(self.value, 6)} (95 %: {self._range(self.low, self.high)}{remark})"
 
     def noise_text(self) -> str:
         """Return what the interval would be if what is left were independent from sample to sample, with its unit."""
         return self._range(self.noise_low, self.noise_high)
 
     def text_of(self, value: float, digits: int = 4) -> str:
-        """Return a value that it might have as a text with its unit."""
+        """Return a value that it might have, with its unit."""
         return quantity_text(value, UNIT_OF.get(self.name, "1"), digits)
 
     def _range(self, low: float, high: float) -> str:
@@ -111,8 +112,8 @@ class ParameterFit:
     degrees_of_freedom : int
     notes : tuple of str
         Whether the model misses the data by much more than their noise, and where; whether the search did not settle,
-        or places are at their bounds; what the data cannot tell: parameters that can stand for one another, or that
-        hardly matter; and what drifts along the record.
+        or places are at their bounds; parameters that can stand for one another, or that hardly matter; and what drifts
+        along the record.
     loops_compared : int or None
         The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
         intervals are those of independent samples.
@@ -133,11 +134,15 @@ class ParameterFit:
         return self.misfit <= MUCH_WORSE
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): whether the model fits, what was found, how sure that is, what is open."""
+        """Return lines of (label, text): whether the model fits, the estimates, their intervals, and notes."""
         first = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:first]]
         for parameter in self.parameters:
-            samples = "" if self.loops_compared is None else f"; were samples independent {parameter.noise_text()}"
+            samples = (
+                ""
+                if self.loops_compared is None or math.isnan(parameter.low)
+                else f"; were samples independent {parameter.noise_text()}"
+            )
             lines.append((parameter.name, parameter.text(samples)))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
@@ -150,9 +155,11 @@ class ParameterFit:
         return [*lines, *(("note", text) for text in self.notes[first:])]
 
     def _basis(self) -> str:
+        if math.isnan(self.parameters[0].low):
+            return "none: the search did not end at a minimum; start it again from these values"
         if self.loops_compared is None:
             kept = "noise" if self.misfit <= 1 else "what is left"
-            return f"{kept}, as if independent: there are too few loops to tell how they scatter and drift"
+            return f"{kept}, as if independent: there are too few loops to show how they scatter and drift"
         return f"how the estimates wander over {self.loops_compared} pieces of the record, of whole loops"
 
     @property
@@ -162,7 +169,7 @@ class ParameterFit:
 
 
 def fit_parameters(
-    model: Model, start: Mapping[str, float], observation: Observation, *, walked: Callable[[], object] = lambda: None
+    model: Model, start: Mapping[str, float], observation: Observation, *, notify: Callable[[], object] = lambda: None
 ) -> ParameterFit:
     """Return the parameters with which a model comes closest to measured loops.
 
@@ -171,11 +178,11 @@ def fit_parameters(
     model : callable
         Takes the parameters by name and makes an ensemble and an instrument with them.
     start : mapping of str to float
-        What each parameter is thought to be, > 0. The search is in logarithms, and sets out from the best of the start
-        and its neighbours a factor of ten away.
+        What each parameter is thought to be, > 0. The search is in logarithms, and scans four decades on either side
+        of it.
     observation : Observation
-    walked : callable
-        Called each time that the model has walked along the observation, to show progress.
+    notify : callable
+        Called at each walk of the model along the observation, to show progress.
 
     Raises
     ------
@@ -183,11 +190,11 @@ def fit_parameters(
         A start that is not > 0 and finite, samples that are not more than the parameters, or no load to fit to.
     """
     search = Search.of(model, start, observation)
-    return _read_off(search, search.ended(walked))
+    return _read_off(search, search.ended(notify))
 
 
 def _read_off(search: Search, end: SearchResult) -> ParameterFit:
-    """Return what the end of a search says: estimates, their intervals, and what the data cannot tell."""
+    """Return the estimates at the end of a search, their intervals, and notes."""
     from scipy import stats
 
     names, count, observation = search.names, len(search.names), search.observation
@@ -200,8 +207,10 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
     deviation = np.sqrt(np.diag(covariance))
     # a model that does not fit makes the estimates less sure, one that fits by luck does not make them surer
     by_noise = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
-    wanders = _wanders(search, end, covariance)
+    wanders = _wanders(search, end, covariance, misfit)
     reach = by_noise if wanders is None else np.array([each.reach for each in wanders])
+    # other minima that are as deep but for chance are as likely
+    reach, by_noise = np.maximum(reach, end.spread), np.maximum(by_noise, end.spread)
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
     off = (observation.tangential_load - end.response.tangential_load)[search.compared]
@@ -209,7 +218,13 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
         Parameter(name, math.exp(at), *_around(at, width), *_around(at, noise))
         for name, at, width, noise in zip(names, middle, reach, by_noise, strict=True)
     )
-    if wanders is not None:
+    limit = end.at_limit(search.start)
+    minimum = end.settled and not limit.any()
+    if not minimum:
+        # an interval around what is no minimum would be a wrong one
+        reach = np.zeros_like(reach)
+        parameters = tuple(Parameter(each.name, each.value, math.nan, math.nan) for each in parameters)
+    elif wanders is not None:
         parameters = tuple(map(_drifting, parameters, wanders))
     pieces = None if wanders is None else _pieces(search).size - 1
     return ParameterFit(
@@ -221,8 +236,8 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
         degrees_of_freedom=freedom,
         loops_compared=pieces,
         notes=(
-            *_notes_on_search(search, end, misfit),
-            *_indistinct(names, correlation, reach, np.abs(middle - search.start)),
+            *_notes_on_search(search, end, misfit, minimum=minimum),
+            *_indistinct(names, correlation, reach, limit),
             *_drifts(parameters),
         ),
     )
@@ -232,15 +247,14 @@ def _around(middle: float, width: float) -> tuple[float, float]:
     return math.exp(middle - width), math.exp(min(middle + width, _LARGEST))
 
 
-def _notes_on_search(search: Search, end: SearchResult, misfit: float) -> list[str]:
+def _notes_on_search(search: Search, end: SearchResult, misfit: float, *, minimum: bool) -> list[str]:
     notes = []
     if misfit > MUCH_WORSE:
-        left = what_is_left(search.observation, end.response, search.compared)
+        left = residuals_of(search.observation, end.response, search.compared)
         noise = math.sqrt(float(np.mean(end.noise**2))) / left.largest
         notes.append(
             f"{left.text()}, where noise leaves {100 * noise:.2g} %: the model lacks something, or the fit needs "
-            "another start. The intervals say by how much the values of another such record would differ. They do not "
-            "say how far the values are from those of the contact"
+            "another start" + _MEANING * minimum
         )
     if not end.settled:
         notes.append("the search did not converge; start it again from these values")
@@ -259,12 +273,47 @@ def _pieces(search: Search) -> Integers:
     return scatter.pieces(observation.turns[observation.turns >= observation.first], observation.time.size)
 
 
-def _wanders(search: Search, end: SearchResult, covariance: Floats) -> list[scatter.Wander] | None:
+def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: float) -> list[scatter.Wander] | None:
     """Return how the estimates wander over the pieces of the record; None where they are too few."""
     bounds = _pieces(search)
     count = bounds.size - 1
     if count < scatter.FEWEST_LOOPS:
         return None
+    moves, shares = _moved(search, end, covariance, bounds)
+    by_loop = [scatter.wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
+    # of few loops, their branches show twice as much
+    branches = count <= scatter.MOST_PIECES // 2
+    if branches:
+        moves, shares = _moved(search, end, covariance, _branches(search))
+    weighed = np.ones(end.residual.size)
+    weighed[: search.compared.size] = end.noise / end.scale
+    # noise is estimated on the large side: where the model leaves less, it is a little less
+    noise = float(np.clip(misfit, LEAST_NOISE, 1.0)) * np.linalg.norm(
+        end.slopes @ covariance * weighed[:, None], axis=0
+    )
+    left = residuals_of(search.observation, end.response, search.compared)
+    second_order = SECOND_ORDER * left.between_branches * (left.rms / left.largest) ** 2
+    reaches = [
+        scatter.reach(move, share, error, CONFIDENCE, sides=branches, line=each.drifts)
+        for each, move, share, error in zip(by_loop, moves.T, shares.T, noise.tolist(), strict=True)
+    ]
+    return [
+        attrs.evolve(each, reach=math.hypot(reach, second_order)) for each, reach in zip(by_loop, reaches, strict=True)
+    ]
+
+
+def _branches(search: Search) -> Integers:
+    """Return the first sample of each branch that is compared, and the number of samples."""
+    observation = search.observation
+    starts = observation.turns[observation.turns >= observation.first][:-1]
+    # the first quarter of a record belongs to the branch behind it
+    starts = starts if observation.skip else np.delete(starts, 1)
+    return np.append(starts, observation.time.size)
+
+
+def _moved(search: Search, end: SearchResult, covariance: Floats, bounds: Integers) -> tuple[Floats, Floats]:
+    """Return what each piece moves the estimates by, and its share of what is known of them, (piece, parameter)."""
+    count = bounds.size - 1
     nodes = search.observation.nodes[1 : 1 + search.free]
     piece = np.clip(np.searchsorted(bounds, np.append(search.compared, nodes), side="right") - 1, 0, count - 1)
     # what each residual moves the estimates by, and what it knows of them
@@ -273,13 +322,12 @@ def _wanders(search: Search, end: SearchResult, covariance: Floats) -> list[scat
     np.add.at(shares, piece, (end.slopes @ covariance) ** 2)
     # of a parameter without effect all pieces know as little, and none knows nothing
     shares = np.maximum(shares, 1e-6 * shares.max(axis=0) + 1e-300)
-    shares /= shares.sum(axis=0)
-    return [scatter.wander(move, share, CONFIDENCE) for move, share in zip(moves.T, shares.T, strict=True)]
+    return moves, shares / shares.sum(axis=0)
 
 
 def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
     """Return a parameter with its drift along the record, where there is one."""
-    # where one piece tells little, a line of logarithms is none
+    # where one piece shows little, a line of logarithms is none
     if not wander.drifts or abs(wander.rise) + wander.rise_reach > 1:
         return parameter
     return attrs.evolve(
@@ -301,18 +349,19 @@ def _drifts(parameters: Sequence[Parameter]) -> list[str]:
     ]
 
 
-def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, moved: Floats) -> list[str]:
+def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, limit: Booleans) -> list[str]:
     notes = []
     for i, first in enumerate(names):
-        if moved[i] > 0.99 * FARTHEST:
+        if limit[i]:
             notes.append(
-                f"{first} moved by a factor of {math.exp(FARTHEST):g} from its start, which is the limit of the search"
+                f"{first} moved by a factor of {math.exp(FARTHEST):g} from its start, which is the limit of the "
+                "search: start it again from these values"
             )
         notes += [
-            f"these data do not tell {second} from {first} (correlation {correlation[i, j]:+.4f}); fix one of them by "
-            "another measurement"
+            f"these data do not distinguish {second} from {first} (correlation {correlation[i, j]:+.4f}); fix one of "
+            "them by another measurement"
             for j, second in enumerate(names[:i])
-            if abs(correlation[i, j]) > TOLD_APART
+            if abs(correlation[i, j]) > MOST_CORRELATED
         ]
         if reach[i] > math.log(2):
             span = math.exp(2 * min(reach[i], _LARGEST / 2))
@@ -329,7 +378,7 @@ def _covariance(jacobian: Floats) -> Floats:
     size = np.linalg.norm(jacobian, axis=0)
     size = np.where(size > 0, size, 1.0)
     _, values, directions = np.linalg.svd(jacobian / size, full_matrices=False)
-    inverse = 1 / np.maximum(values, values[0] * 1e-9 + 1e-300)
+    inverse = 1 / np.maximum(values, values[0] * 1e-9 + 1e-150)
     half = directions.T * inverse
     covariance: Floats = half @ half.T / np.outer(size, size)
     return covariance

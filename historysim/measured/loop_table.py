@@ -1,34 +1,138 @@
-"""Loops in groups, those at one normal load or of one amplitude: a table with a row for each group.
+"""Loops in groups, those at one normal load or of one amplitude: a table with a row for each, and laws over the load.
 
-Loops at one load are those whose normal loads differ by no more than a share. Loops of one amplitude are those within a
-factor of two, counted down from the largest. What the source prints of its measurements is the first kind of table:
-quantities over the normal load, with their scatter (Winogrodzka, Appendix C).
+Loops at one load have normal loads that differ by no more than a share. Loops of one amplitude are within a factor of
+two, counted down from the largest. What the source prints of its measurements is the first kind of table: quantities
+over the normal load, with their scatter (Winogrodzka, Appendix C).
 """
 
+import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Self
 
 import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.display import columns, html_table
-from historysim.basics.units import quantity_text
+from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
-from historysim.measured.power_law import PowerLawFit, StraightLine, straight_line, through_logarithms
-from historysim.measured.statistics import LoopStatistics
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Along = Literal["normal_load", "amplitude"]
 
+CONFIDENCE = 0.95
+"""Of all intervals of fitted numbers."""
 BOTH = "both"
 UNITS = {"normal_load": "N", "amplitude": "m"}
 DIMENSIONS = {"normal_load": "level", "amplitude": "amplitude_class"}
 HEADINGS = {"normal_load": "normal load", "amplitude": "amplitude"}
 CONTENT_OF_TABLE = "statistics of friction loops"
-"""What the attribute ``content`` of a file of such a table says."""
+"""Value of the attribute ``content`` of a file of such a table."""
+
+
+@attrs.frozen
+class LoopStatistics:
+    """Mean and scatter of one quantity over the loops."""
+
+    mean: float
+    """NaN where no loop has a value."""
+    standard_deviation: float
+    """Of one loop, with count - 1 in the denominator; NaN for fewer than two."""
+    count: int
+    """The loops that have a value."""
+
+    @classmethod
+    def of(cls, values: Floats) -> Self:
+        """Return those of values (loop), or of (loop, direction), of which each loop counts with its mean."""
+        values = values.reshape(len(values), -1).mean(axis=1)
+        values = values[np.isfinite(values)]
+        return cls(
+            mean=float(values.mean()) if values.size else math.nan,
+            standard_deviation=float(values.std(ddof=1)) if values.size > 1 else math.nan,
+            count=values.size,
+        )
+
+    def text(self, unit: str, loops: int) -> str:
+        """Return mean ± standard deviation as a string, and of how many loops where that is not all of them."""
+        if self.count == 0:
+            return "–"
+        factor, symbol = scaled(self.mean, unit)
+        # a scatter at the level of rounding is none
+        spread = self.standard_deviation if self.standard_deviation > 1e-12 * abs(self.mean) else 0.0
+        scatter = f" ± {spread * factor:.2g}" if self.count > 1 else ""
+        some = f" (of {self.count})" if self.count < loops else ""
+        return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
+
+
+# -- laws over the load ----------------------------------------------------------------------------
+
+
+@attrs.frozen
+class StraightLine:
+    """y = slope x + intercept by least squares, with intervals of 95 % by scatter and Student's t; NaN for two points.
+
+    Attributes
+    ----------
+    slope, slope_low, slope_high : float
+    intercept, intercept_low, intercept_high : float
+    count : int
+        The points that it was fitted to.
+    """
+
+    slope: float
+    slope_low: float
+    slope_high: float
+    intercept: float
+    intercept_low: float
+    intercept_high: float
+    count: int
+
+
+@attrs.frozen
+class PowerLawFit:
+    """A quantity that goes as factor N^exponent, with an interval of 95 % confidence.
+
+    Attributes
+    ----------
+    exponent, exponent_low, exponent_high : float
+        n [1]. Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a
+        rough surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient. The interval
+        is NaN for two loads.
+    factor : float
+        The quantity at 1 N, in its own unit.
+    """
+
+    exponent: float
+    exponent_low: float
+    exponent_high: float
+    factor: float
+
+
+def straight_line(x: Floats, y: Floats) -> StraightLine:
+    """Return the line through points (point), two or more, of which not all have one x."""
+    from scipy import stats
+
+    line = stats.linregress(x, y)
+    reach = [math.nan, math.nan]
+    if x.size > 2:
+        # scipy has no standard errors for the same y throughout, where nothing scatters
+        errors = [0.0 if math.isnan(error) else float(error) for error in (line.stderr, line.intercept_stderr)]
+        reach = [float(stats.t.ppf((1 + CONFIDENCE) / 2, x.size - 2)) * error for error in errors]
+    slope, intercept = float(line.slope), float(line.intercept)
+    return StraightLine(
+        slope, slope - reach[0], slope + reach[0], intercept, intercept - reach[1], intercept + reach[1], int(x.size)
+    )
+
+
+def power_law(normal_load: Floats, values: Floats) -> PowerLawFit:
+    """Return the power law through positive values (load) at two or more loads [N], of which not all are equal."""
+    line = straight_line(np.log(normal_load), np.log(values))
+    return PowerLawFit(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))
+
+
+# -- the table -------------------------------------------------------------------------------------
 
 
 @attrs.frozen
@@ -111,7 +215,7 @@ class LoopTable:
     def power_law(self, quantity: str) -> PowerLawFit | None:
         """Return quantity ∝ N^n through its positive means at the loads; None for fewer than two loads."""
         known, load, values = self._known(quantity)
-        return through_logarithms(load, values) if known > 1 else None
+        return power_law(load, values) if known > 1 else None
 
     def _known(self, quantity: str) -> tuple[int, Floats, Floats]:
         means = self.means(quantity)
@@ -141,7 +245,7 @@ class LoopTable:
         return lines
 
     def rows(self) -> list[tuple[str, ...]]:
-        """Return the table as texts: for each quantity its name, and below it a row for each group.
+        """Return the table as strings: for each quantity its name, and below it a row for each group.
 
         Values are mean ± standard deviation of one loop; where not all loops of the group have a value, how many.
         """

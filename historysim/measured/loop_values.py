@@ -1,35 +1,6 @@
-"""What friction loops of a record, measured or simulated, say; `splitting` finds them.
+"""Values of the friction loops of a record, measured or simulated, and which loops are none of friction.
 
-The tangential displacement U and the load T that drives it
-count positive in one direction, so that friction takes energy: ∮ T dU > 0. A *branch* leads from one reversal to the
-next; on the forward one U rises, and T tends to +μN; on the backward one U falls, and T tends to -μN. Below, u and f
-are displacement and load of a branch in its own direction, u = ±(U - U_reversal) and f = ±T, with + on the forward
-branch, so that both branches look alike.
-
-What is read off a branch, with the choices that `Definitions` has:
-
-- **friction force** F: the mean of f over the displacement of the sliding part, ∫ f du / ∫ du, of a measured record
-  without the outermost sample, which may be behind the turn. An offset of T moves it
-  up on one branch and down on the other; the mean of both is free of it. Where the load still rises there, the branch
-  does not slide yet: F is a lower bound, and stays out of means.
-- **normal load** and **friction coefficient**: the mean of N over the same displacement, and F over it.
-- **preliminary displacement**: u where f has first come a given share p of the way from the reversal to F; the
-  **displacement from zero load** to the same place; and the **virgin displacement** θμδ, by Mindlin's curve through the
-  branch up to there. `preliminary` says what each is on a sphere, and how it stands noise.
-- **stiffness** at the reversal: the slope of the least-squares line through the first part of the branch, of U over T
-  where that part is told by the load, and of T over U where it is told by the displacement, so that noise of the other
-  channel does not tilt it. It is less than k_t = 8 G* Σa by what the curve bends there.
-
-and off a whole loop:
-
-- **energy**: ∮ T dU by the trapezoidal rule, exact for a polyline, closed by a straight line from the end back to the
-  start; **gaps** say how far those two are apart.
-
-Both integrals, of friction force and energy, take the samples of a branch in the order of their displacements. In the
-order of time, hum that displacement and load have in common would enclose an area of its own in each of its periods.
-
-Branches on which the normal load moves by more than `Definitions.load_share` have no values, and their loops no energy;
-see `load_steps`.
+README.md of this folder, "How loops are read", says how each value is found.
 """
 
 import math
@@ -39,13 +10,20 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.definitions import Definitions
-from historysim.measured.loop_table import Along, LoopQuantity, LoopTable, same_amplitude, same_load
-from historysim.measured.power_law import CONFIDENCE
+from historysim.measured.branches import Definitions, Trace
+from historysim.measured.loop_table import (
+    CONFIDENCE,
+    Along,
+    LoopQuantity,
+    LoopStatistics,
+    LoopTable,
+    same_amplitude,
+    same_load,
+)
 from historysim.measured.scatter import Wander, of_values
-from historysim.measured.statistics import LoopStatistics
 
 Direction = Literal["forward", "backward", "both"]
 
@@ -78,25 +56,17 @@ LOOP_QUANTITIES = {
 }
 
 CONTENT = "friction loops"
-"""What the attribute ``content`` of a file of loops says, by which such a file is known."""
+"""Value of the attribute ``content`` of a file of loops."""
+CLEARLY_ABOVE = 3.0
+"""Standard errors by which height and energy of friction loops are above 0."""
+ROUNDING = 1e-9
+"""Height and energy, over the largest load and the box around the loop, that are none."""
+OPEN = 2.0
+"""Gap of the load over the half height from which on a loop does not close."""
 
 
 class NoLoopError(InputError):
     """A record has no whole loop, or none is left after those that are skipped."""
-
-
-@attrs.frozen(eq=False)
-class Trace:
-    """The channels that loops are found in, over time; the normal load is None where it is not known."""
-
-    time: Floats
-    """(sample) Times that do not decrease [s]."""
-    displacement: Floats
-    """(sample) Tangential displacement U [m]."""
-    tangential_load: Floats
-    """(sample) T [N], positive in the direction of U."""
-    normal_load: Floats | None
-    """(sample) N [N]."""
 
 
 @attrs.frozen(eq=False)
@@ -140,18 +110,20 @@ class LoopValues:
     amplitude : array (loop)
         Half the mean length of the branches that are not left out [m].
     left_out_branches : array of bool (loop, direction)
-        Branches that have no values, since the normal load moves on them, or since the record ends on them.
+        Branches that have no values: the normal load moves on them, or the record ends on them.
     stepped_branches : array of bool (loop, direction)
         Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
     rising_branches : array of bool (loop, direction)
         Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction is a
         lower bound, and so are their displacements. They stay out of means.
-    told : tuple of str
+    exclusions : tuple of str
         What was left out, and why.
     lateral_stiffness : float
         Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
     remarks : tuple of (label, text)
         What was done to the record before.
+    columns : str
+        The question whether the right columns were read, which names them.
     displacement_noise : float
         Standard deviation of the noise of the displacement, 0 where it is not known [m].
     """
@@ -176,10 +148,11 @@ class LoopValues:
     left_out_branches: Booleans
     stepped_branches: Booleans
     rising_branches: Booleans
-    told: tuple[str, ...] = ()
+    exclusions: tuple[str, ...] = ()
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()
     displacement_noise: float = 0.0
+    columns: str = ""
 
     def __len__(self) -> int:
         """Return the number of loops."""
@@ -225,7 +198,8 @@ class LoopValues:
             "rising_branches",
         ]
         note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
-        return attrs.evolve(self, **{name: getattr(self, name)[kept] for name in per_loop}, told=(*self.told, note))
+        values = {name: getattr(self, name)[kept] for name in per_loop}
+        return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
 
     def by_load(self) -> LoopTable:
         """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
@@ -234,15 +208,19 @@ class LoopValues:
         kept = tuple(each for each in members if each.size)
         return self._table("normal_load", np.array([np.nanmean(load[each]) for each in kept]), kept)
 
+    def amplitude_classes(self) -> tuple[Integers, ...]:
+        """Return which loops, by position, are in each class of amplitudes that spans a factor of two."""
+        classes = same_amplitude(self.amplitude)
+        return tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+
     def by_amplitude(self) -> LoopTable:
         """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
-        classes = same_amplitude(self.amplitude)
-        members = tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+        members = self.amplitude_classes()
         return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
 
     def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
         quantities = {
-            name: LoopQuantity(label, unit, self._of_slid(name))
+            name: LoopQuantity(label, unit, self._of_friction(name, self._of_slid(name)))
             for name, (label, unit) in {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}.items()
             if not name.endswith("_gap")
         }
@@ -281,6 +259,35 @@ class LoopValues:
         values: Floats = getattr(self, quantity)
         return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
 
+    @property
+    def no_friction(self) -> tuple[tuple[Integers, str], ...]:
+        """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
+        levels, found = self.load_level[self.large], []
+        large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
+        small = [members[~self.large[members]] for members in self.amplitude_classes()]
+        for number, members in enumerate(large + small):
+            force, energy, gap = self.friction_force, self.dissipated_energy, self.tangential_load_gap
+            reason = members.size and _why_no_friction(
+                force[members], energy[members], gap[members], float(self.amplitude[members].max())
+            )
+            if not reason:
+                continue
+            where = f"of an amplitude of {quantity_text(float(self.amplitude[members].mean()), 'm')} "
+            if number < len(large):
+                several = len(large) > 1
+                where = f"at {quantity_text(float(np.nanmean(self.normal_load[members])), 'N')} " if several else ""
+            many, are = counted(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
+            found.append((members, f"{many} {where}{are} friction: {reason}"))
+        return tuple(found)
+
+    def _of_friction(self, quantity: str, values: Floats) -> Floats:
+        """Return values of a quantity, NaN where the loop is none of friction and has no such quantity."""
+        if quantity not in {*OF_SLIP, "tangential_stiffness"}:
+            return values
+        without = [np.zeros(0, dtype=np.int64), *(members for members, _ in self.no_friction)]
+        none = np.isin(np.arange(len(self)), np.concatenate(without))
+        return np.where(none[:, None], math.nan, values)
+
     def wander(self, quantity: str) -> Wander | None:
         """Return how the mean of a quantity over the large loops wanders, with its interval of 95 % and its drift.
 
@@ -293,22 +300,56 @@ class LoopValues:
 
     def _attributes(self) -> dict[str, str | float | int]:
         """Return how the loops were found."""
+        without = "; ".join(text for _, text in self.no_friction)
         return {
+            **({"no_friction": without} if without else {}),
             "dead_band": self.dead_band,
-            "sliding_part": str(self.definitions.sliding),
+            "sliding_part": self.definitions.sliding_text,
             "preliminary_displacement_reached_at": self.definitions.reached,
-            "initial_part": str(self.definitions.initial),
+            "initial_part": self.definitions.initial_text,
             "load_share": self.definitions.load_share,
             "amplitude_share": self.definitions.amplitude_share,
             "still_rising": self.definitions.still_rising,
-            **({"left_out": "; ".join(self.told)} if self.told else {}),
+            **({"left_out": "; ".join(self.exclusions)} if self.exclusions else {}),
         }
 
     def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
-        """Return mean ± standard deviation of a quantity as a text; parameters and errors as in `statistics`."""
-        count, statistics = int(self.large.sum()), self.statistics(quantity, direction)
+        """Return mean ± standard deviation of a quantity as a string, "–" of what is no friction; as `statistics`."""
+        count = int(self.large.sum())
+        self.statistics(quantity, direction)
+        statistics = self._statistics(self._of_friction(quantity, self._of_slid(quantity)), direction)
         if statistics.count or quantity not in OF_SLIP:
             return statistics.text(unit, count)
         # nothing slid: what there is, is a lower bound
-        bound = self._statistics(getattr(self, quantity), direction)
+        bound = self._statistics(self._of_friction(quantity, getattr(self, quantity)), direction)
         return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
+
+
+def _why_no_friction(force: Floats, energy: Floats, gap: Floats, amplitude: float) -> str:
+    """Return why loops of one class, of such a greatest amplitude [m], are no friction loops; nothing where they are.
+
+    Forward, the load is clearly above that backward; the load comes back; and the loops take energy, clearly above 0.
+    """
+    height = force.mean(axis=1)
+    known = np.isfinite(height)
+    if not known.any():
+        return ""
+    height, largest = height[known], float(np.abs(force[known]).max())
+    if not _above(height, ROUNDING * largest):
+        of = quantity_text(float(height.mean()), "N", 3)
+        return f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
+    open_by = gap[known & np.isfinite(gap)]
+    if open_by.size and abs(float(np.median(open_by))) > OPEN * height.mean():
+        return (
+            f"the load does not come back: it moves on by {quantity_text(float(np.median(open_by)), 'N', 3)} per loop"
+        )
+    energy = energy[np.isfinite(energy)]
+    if energy.size and not _above(energy, 4 * ROUNDING * largest * amplitude):
+        return f"they enclose {quantity_text(float(energy.mean()), 'J', 3)} on average, no energy that is clear of 0"
+    return ""
+
+
+def _above(values: Floats, rounding: float) -> bool:
+    """Return whether the mean of values is above 0, clear of their scatter, which three or more show."""
+    scatter = CLEARLY_ABOVE * float(values.std(ddof=1)) / np.sqrt(values.size) if values.size > 2 else 0.0
+    return bool(values.mean() > max(scatter, rounding))

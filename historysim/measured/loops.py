@@ -1,22 +1,58 @@
-"""`Loops`: the friction loops of a record, told in lines, tables and Datasets."""
+"""`Loops`: the friction loops of a record, as lines, tables and Datasets; and how they are found at its reversals.
+
+One way leads from any record, measured or simulated, to its loops, so that the two can be compared.
+"""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 
+from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.display import html_table
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted
-from historysim.measured.instrument_faults import instrument_faults
-from historysim.measured.loop_notes import loop_notes
-from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, DIRECTIONS, LOOP_QUANTITIES, LoopValues
-from historysim.measured.preliminary_readings import reversal_factor, zero_load_factor
-from historysim.measured.range_pairs import range_pairs
+from historysim.errors import InputError
+from historysim.measured.branches import (
+    DEFAULT,
+    Definitions,
+    Trace,
+    area,
+    at_one_load,
+    read_branch,
+    reversal_factor,
+    zero_load_factor,
+)
+from historysim.measured.loop_values import (
+    BRANCH_QUANTITIES,
+    CONTENT,
+    DIRECTIONS,
+    LOOP_QUANTITIES,
+    OF_SLIDING,
+    ROUNDING,
+    LoopValues,
+    NoLoopError,
+)
+from historysim.measured.notes import instrument_faults, loop_notes
+from historysim.measured.reduction import (
+    channel,
+    check_moves,
+    check_order,
+    estimated_noise,
+    loop_dead_band,
+    turning_points,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from historysim.measured.measurement import Measurement
+
+WRONG_WAY = -0.05
+"""Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -34,11 +70,10 @@ class Loops(LoopValues):
         return html_table(rows, heading)
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): remarks, dead band, range pairs, what means are, laws over the load, notes."""
+        """Return lines of (label, text): remarks, dead band, what means are, laws over the load, notes."""
         return [
             *self.remarks,
             ("dead band", self._dead_band_text()),
-            ("range pairs", self._range_pairs_text()),
             ("values", self._values_text()),
             *self._preliminary_texts(),
             *(self.by_load().laws()),
@@ -47,18 +82,23 @@ class Loops(LoopValues):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out, and what the samples are too few to tell, with the mend."""
+        """What was left out, and what the samples are too few to show, with the remedy."""
         return loop_notes(self)
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What the record looks like, where something of the instrument changes what is read off; with the mend."""
+        """Faults of the instrument that change what is read off, with the remedy."""
         return tuple(instrument_faults(self))
 
     def _interval(self, quantity: str, unit: str) -> str:
-        """Return the interval of a mean, as a text."""
+        """Return the interval of a mean, as a string."""
         wander, mean = self.wander(quantity), self.statistics(quantity).mean
-        if wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
+        if (
+            self.text(quantity, unit) == "–"
+            or wander is None
+            or wander.reach <= 1e-12 * abs(mean)
+            or len(self.by_load()) > 1
+        ):
             return ""
         factor, symbol = scaled(mean, unit)
         low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
@@ -91,16 +131,8 @@ class Loops(LoopValues):
         share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
         return f"{quantity_text(self.dead_band, 'm')}{share}"
 
-    def _range_pairs_text(self) -> str:
-        pairs = range_pairs(self.trace.displacement, dead_band=self.dead_band)
-        closed = pairs.range[pairs.count == 1]
-        largest = f", up to {quantity_text(float(closed.max()), 'm')}" if closed.size else ""
-        return (
-            f"{closed.size:,} closed{largest}; {counted(pairs.range.size - closed.size, 'half cycle', 'half cycles')}"
-        )
-
     def rows(self) -> list[tuple[str, str, str, str]]:
-        """Return the summary as a table of texts: quantity, forward, backward, both; the first row is the heading.
+        """Return the summary as a table of strings: quantity, forward, backward, both; the first row is the heading.
 
         Values are mean ± standard deviation of one loop, with the interval of the mean where there are three loops or
         more at one load, and the largest of the gaps without its sign.
@@ -154,3 +186,213 @@ class Loops(LoopValues):
                 **self._attributes(),
             },
         )
+
+
+# -- how they are found ----------------------------------------------------------------------------
+
+
+class Options(TypedDict, total=False):
+    """How loops are found, as for `hs.loops`."""
+
+    dead_band: float | None
+    skip: int
+    skip_per_level: int
+    definitions: Definitions
+
+
+def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
+    """Return the friction loops of a simulated history, which is taken as straight between its steps."""
+    names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
+    missing = [name for name in names if name not in history.variables]
+    if missing:
+        raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
+    return loops_of_channels(*(history[name].values for name in names), **options, displacement_noise=0.0)
+
+
+def loops_of_measurement(
+    measurement: "Measurement", *, lateral_stiffness: float = math.inf, **options: Unpack[Options]
+) -> Loops:
+    """Return the friction loops of a measurement, at its own dead band by default."""
+    check_order(measurement.time, measurement.place)
+    if options.get("dead_band") is None:
+        options["dead_band"] = measurement.dead_band.get("tangential_displacement")
+    check_moves(measurement["tangential_displacement"], options["dead_band"])
+    loops = loops_of_channels(
+        measurement.time,
+        measurement["tangential_displacement"],
+        measurement["tangential_load"],
+        measurement.get("normal_load"),
+        lateral_stiffness=lateral_stiffness,
+        **options,
+    )
+    return attrs.evolve(loops, remarks=measurement.remarks)
+
+
+def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
+    time: npt.ArrayLike,
+    displacement: npt.ArrayLike,
+    tangential_load: npt.ArrayLike,
+    normal_load: npt.ArrayLike | None = None,
+    *,
+    dead_band: float | None = None,
+    skip: int = 0,
+    skip_per_level: int = 0,
+    definitions: Definitions = DEFAULT,
+    lateral_stiffness: float = math.inf,
+    displacement_noise: float | None = None,
+) -> Loops:
+    """Return the friction loops of the channels of a record, time [s], U [m], T [N] and N [N].
+
+    A loop is two branches, one forward and one backward, that follow each other between three reversals; loops do not
+    overlap. The branch from the start of the record to its first reversal, and the one from its last reversal to the
+    end, belong to a loop only if that loop closes: if the displacements at its two ends differ by no more than the dead
+    band [m]. The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of
+    the displacement [m] is 0 for a simulated record, and estimated by default.
+    """
+    trace = _trace(time, displacement, tangential_load, normal_load)
+    if not isinstance(definitions, Definitions):
+        raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
+    moved, load = trace.displacement, trace.tangential_load
+    noise = estimated_noise(moved, displacement_noise)
+    band = loop_dead_band(moved, dead_band, noise)
+    ends, lone = _loop_ends(moved, band)
+    pieces = _left_out(ends, moved.size)
+    number = _kept_loops(len(ends), skip, band)
+    along = [_along(moved, *loop) for loop in ends[number].tolist()]
+    energy = np.array([_enclosed(moved[each], load[each]) for each in along])
+    _check_sense(energy, moved[ends[number]], load[ends[number]])
+    steady = at_one_load(trace, number, ends[number], lone, dead_band=band, share=definitions.load_share)
+    # a loop that lost a branch, or that a step goes through, encloses nothing
+    whole = ~(steady.left_out | steady.stepped).any(axis=1)
+    energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
+    ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
+    left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
+    values, rising = _branches(trace, ends, definitions, lateral_stiffness, noisy=noise > 0)
+    values[left_out] = math.nan
+    for place, name in enumerate(BRANCH_QUANTITIES):
+        if name not in OF_SLIDING:
+            values[stepped, place] = math.nan
+    lengths = np.abs(np.diff(moved[ends], axis=1))
+    loops = Loops(
+        trace,
+        definitions,
+        band,
+        steady.number,
+        ends,
+        pieces,
+        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True)),
+        dissipated_energy=energy,
+        displacement_gap=np.where(whole, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
+        tangential_load_gap=np.where(whole, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
+        amplitude=np.average(lengths, weights=~steady.left_out, axis=1) / 2,
+        left_out_branches=left_out,
+        stepped_branches=stepped,
+        rising_branches=rising & ~left_out,
+        exclusions=steady.notes,
+        lateral_stiffness=lateral_stiffness,
+        displacement_noise=noise,
+    )
+    return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
+
+
+def _trace(
+    time: npt.ArrayLike, displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike | None
+) -> Trace:
+    """Return the channels, checked."""
+    moved = channel("displacement", displacement)
+    load = channel("tangential_load", tangential_load, moved.size)
+    times = channel("time", time, moved.size)
+    check_order(times, lambda sample: f"time[{sample}]")
+    if normal_load is None:
+        return Trace(times, moved, load, None)
+    given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
+    return Trace(times, moved, load, channel("normal_load", given, moved.size))
+
+
+def check_skip(skip: float, name: str = "skip") -> int:
+    """Return how many loops are left out at the start; what is no whole number of 0 or more is an InputError."""
+    count = scalar(name, skip)
+    if count % 1 or count < 0:
+        raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")
+    return int(count)
+
+
+def _kept_loops(count: int, skip: float, dead_band: float) -> Integers:
+    """Return the numbers of the loops that are not skipped."""
+    first = check_skip(skip)
+    if first >= count:
+        skipped = f", of which {first:,} are to be skipped" if first else ""
+        raise NoLoopError(
+            f"the record has {counted(count, 'whole loop', 'whole loops')} at a dead band of {dead_band:g} m"
+            f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
+        )
+    return np.arange(first, count)
+
+
+def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
+    """Return the pieces before the first and after the last loop, from sample to sample."""
+    if not len(ends):
+        return ()
+    pieces = (0, int(ends[0, 0])), (int(ends[-1, 2]), size - 1)
+    return tuple(piece for piece in pieces if piece[0] < piece[1])
+
+
+def _branches(
+    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, noisy: bool
+) -> tuple[Floats, Booleans]:
+    """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
+    values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
+    rising = np.zeros((len(ends), 2), dtype=np.bool_)
+    for loop, (start, turn, end) in enumerate(ends):
+        for first, last in ((start, turn), (turn, end)):
+            side = int(trace.displacement[last] < trace.displacement[first])
+            values[loop, side], rising[loop, side] = read_branch(
+                trace, first, last, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noisy
+            )
+    return values, rising
+
+
+def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
+    """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
+    kept = turning_points(displacement, dead_band)
+    swings = np.abs(np.diff(displacement[kept]))
+    branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
+    if branches.size < 2:
+        return np.empty((0, 3), dtype=np.int64), None
+    # only the first and the last swing may be too small to be a branch
+    turns = kept[branches[0] : branches[-1] + 2]
+    triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
+    closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
+    loops = triples[0 if closed[0] else 1 :: 2]
+    if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
+        loops = loops[:-1]
+    behind = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
+    # a last branch that no reversal ends is whole where it closes a loop with the one before
+    whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
+    return loops, (int(behind[0]), int(behind[1])) if whole else None
+
+
+def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
+    """Refuse loops, given by U and T at their ends, that give energy instead of taking it."""
+    box = np.ptp(displacement, axis=1) * np.ptp(load, axis=1)
+    # rounding makes energy of a load that does not change
+    rounding = float(np.abs(displacement).max() * np.abs(load).max()) * ROUNDING
+    if energy.sum() < WRONG_WAY * box.sum() - rounding:
+        raise InputError(
+            f"the loops run the wrong way round: friction would give {-energy.mean():.4g} J per loop instead of taking "
+            "it; expected displacement and tangential_load positive in one direction: reverse one of the two, with a "
+            "scale of -1, or mend their columns where they are swapped"
+        )
+
+
+def _along(displacement: Floats, start: int, turn: int, end: int) -> Integers:
+    """Return the samples of a loop, those of each branch in the order of their displacements."""
+    rises = displacement[turn] >= displacement[start]
+    there, back = np.arange(start, turn), np.arange(turn, end + 1)
+    ways = (there, displacement[there] * (1 if rises else -1)), (back, displacement[back] * (-1 if rises else 1))
+    return np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in ways])
+
+
+def _enclosed(u: Floats, f: Floats) -> float:
+    """Return the area of a loop, closed by a straight line."""
+    return area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2

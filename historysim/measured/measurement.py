@@ -1,14 +1,16 @@
 """`Measurement`: a measured load sequence in SI on one clock, with what was measured beside it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import attrs
 import numpy as np
 
 from historysim.basics.array_types import Floats, Integers
+from historysim.basics.limits import LARGEST
 from historysim.basics.units import duration_text, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.loads.event_sequence import KINDS, Events, Loads
 from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured.reduction import check_order, kept_points, loop_dead_band, reversals
 
@@ -93,7 +95,7 @@ class Measurement:
         )
 
     def false_reversals(self) -> str | None:
-        """Return, as a text, that noise makes reversals which are replayed; None where it does not."""
+        """Return a note that noise makes reversals which are replayed; None where it does not."""
         name = next((name for name in TANGENTIAL if name in self.channels), None)
         if name is None or self.reduced:
             return None
@@ -108,22 +110,23 @@ class Measurement:
             "= true leaves out those within the dead band"
         )
 
-    def events(self) -> list[Event]:
-        """Return the events: what each replayed channel has reached at each kept sample.
-
-        Raises
-        ------
-        InputError
-            A normal load that pulls, or a time before the one in front of it; the message names the place in the file.
-        """
+    def events(self) -> Sequence[Event]:
+        """Return the events: what each replayed channel has reached at each kept sample."""
         check_order(self.time, self.place)
         if "normal_load" in self.channels:
             self.check_pressed()
         kept = self.kept()
         kinds = [LOAD_KINDS[name] for name in self.channels]
-        columns = [values[kept].tolist() for values in self.channels.values()]
+        times = self.time[kept]
+        numbers = [values[kept].astype(float) for values in self.channels.values()]
         events: list[Event] = []
-        for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *columns, strict=True):
+        if all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
+            # what each event would check is checked of all of them
+            codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
+            columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()
+            return Events(loads=Loads(*columns))
+        lists = [column.tolist() for column in numbers]
+        for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *lists, strict=True):
             try:
                 events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
             except InputError as error:
@@ -131,13 +134,7 @@ class Measurement:
         return events
 
     def check_pressed(self) -> None:
-        """Check that the normal load never pulls.
-
-        Raises
-        ------
-        InputError
-            It does; the message names the first place in the file.
-        """
+        """Check that the normal load never pulls; the message names the first place in the file."""
         load = self["normal_load"]
         pulls = np.flatnonzero(load < 0)
         if pulls.size:
@@ -147,7 +144,7 @@ class Measurement:
             )
 
     def place(self, sample: int) -> str:
-        """Return where a sample stood in its file, as a text."""
+        """Return where a sample stood in its file."""
         if self.row is None:
             return f"the sample at t = {self.time[sample]:.9g} s"
         return f"line {self.row[sample]}"

@@ -54,21 +54,3 @@ void hs_keep_path(const double *tangential, const double *normal, double dead_ba
         }
     }
 }
-
-void hs_in_step(const double *values, int64_t kept_size, const int64_t *kept, double *result) {
-    result[0] = values[0];
-    for (int64_t piece = 0; piece + 1 < kept_size; piece++) {
-        double reached = values[kept[piece]], goal = values[kept[piece + 1]];
-        for (int64_t i = kept[piece] + 1; i <= kept[piece + 1]; i++) {
-            /* not beyond the goal, and never back */
-            if (goal > reached) {
-                double value = values[i] < goal ? values[i] : goal;
-                if (value > reached) reached = value;
-            } else if (goal < reached) {
-                double value = values[i] > goal ? values[i] : goal;
-                if (value < reached) reached = value;
-            }
-            result[i] = reached;
-        }
-    }
-}

@@ -26,10 +26,6 @@ HS_API int64_t hs_turning_points(int64_t size, const double *values, double dead
 HS_API void hs_keep_path(const double *tangential, const double *normal, double dead_band, double normal_dead_band,
                          int64_t kept_size, const int64_t *kept, bool *needed, int64_t *waiting);
 
-/* Write, for each sample, how far the reduced channel is in step with the record; kept leads from the first sample to
-   the last. */
-HS_API void hs_in_step(const double *values, int64_t kept_size, const int64_t *kept, double *result);
-
 #ifdef __cplusplus
 }
 #endif

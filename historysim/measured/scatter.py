@@ -1,25 +1,6 @@
 """How sure an estimate is, from how it wanders along the record: loops scatter, are correlated, and drift.
 
-Let each loop b move the estimate by h_b, and let it hold the share w_b of all that the record says of the parameter.
-The partial sums S of h, less what their total takes of them, wander as the estimate does on its way through the record.
-Their mean square, V = 2 ∫ S² dw, measures the long-run variance of the estimate, with all correlation from sample to
-sample and from loop to loop, and no bandwidth to choose (Kiefer, Vogelsang and Bunzel, *Econometrica* 68 (2000)
-695-714; it is the kernel estimate of Bartlett with a bandwidth of the whole record). As with Student's t, the price of
-few degrees of freedom is a wider interval: estimate ± c √V has a c of 4.8 for many loops and 7.8 for four.
-
-Where values of the loops lie on a line that rises or falls, beyond what scatter makes of it, the record drifts. The
-estimate is then that of its middle, the line is told, and V is taken of what is left beside it.
-
-`critical_value` has no table. V is a quadratic form h'Qh of normal h with variances ∝ w_b and, from loop to loop, a
-correlation ρ^|b-b'|. With a the sum, or the slope, the miss of c √V has the chance P((a'h)² > c² h'Qh): aa' - c²Q has,
-in the coordinates of independent numbers, one eigenvalue λ_0 above 0, and
-
-    P(λ_0 Z_0² > Σ |λ_j| Z_j²) = (2/π) ∫_0^{π/2} Π_j (1 + |λ_j/λ_0| / cos²φ)^(-1/2) dφ,
-
-from P(Z² > y) = (1/π) ∫_0^∞ exp(-y (1 + s)/2) / ((1 + s) √s) ds with s = tan²φ. ρ is that with which the ratio of what
-is expected of products of neighbours to what is expected of squares is the measured one, and, since few loops hardly
-tell it, one standard error √((1 - ρ²)/n) more. In simulations intervals of 95 % then hold the truth in 91 to 97 % for ρ
-up to .64 and 8 to 48 loops; without it, down to 79 %.
+README.md of this folder, "How intervals are found", has the statistics and their sources.
 """
 
 import math
@@ -30,15 +11,19 @@ import numpy as np
 from historysim.basics.array_types import Floats, Integers
 
 FEWEST_LOOPS = 3
-"""Loops below which their scatter says nothing of use."""
+"""Loops below which their scatter is not used."""
 FEWEST_FOR_DRIFT = 6
-"""Loops from which on a drift is told from scatter."""
+"""Loops from which on a drift is distinguished from scatter."""
 MOST_PIECES = 48
 """Pieces that a record is divided into at most; with more of them nothing changes."""
 SURE = 0.99
-"""Confidence from which on a record is said to drift."""
+"""Confidence from which on a record drifts."""
 _MOST_CORRELATED = 0.97
 _ANGLES = (np.arange(256) + 0.5) / 256 * math.pi / 2
+_CORRELATIONS = np.linspace(0, 0.95, 20)
+_DECADES_OF_SCATTER = 3
+# how much likelier than scatter beyond noise it is beforehand that noise is all
+_ODDS_OF_NOISE = 3.0
 
 
 @attrs.frozen
@@ -60,14 +45,8 @@ class Wander:
 def wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     """Return how an estimate wanders along a record, and how sure that leaves it.
 
-    Parameters
-    ----------
-    moves : array (piece)
-        By how much each piece moves the estimate, in its unit; three pieces or more.
-    share : array (piece)
-        Of what the record says of the parameter, each more than 0; they add up to 1.
-    confidence : float
-        Between 0 and 1.
+    Moves (piece) are what each of three or more pieces moves the estimate by, in its unit; shares (piece), which add up
+    to 1, are of what the record knows of it.
     """
     plain = TrendLine(share, trend=False)
     correlation = plain.correlation(moves)
@@ -85,6 +64,57 @@ def wander(moves: Floats, share: Floats, confidence: float) -> Wander:
     return Wander(reach, rise, rise_reach, drifts=drifts, correlation=correlation)
 
 
+def reach(
+    moves: Floats, share: Floats, noise: float, confidence: float, *, sides: bool = False, line: bool = False
+) -> float:
+    """Return the half width of the interval of an estimate, by what pieces of a record move it by.
+
+    The noise is the standard deviation of the estimate, were all that is left noise. Sides: pieces are branches, in
+    turn forward and backward, that may differ, so that an offset of the load does no harm. Line: the record drifts.
+    """
+    from scipy import optimize, stats
+
+    root, place = np.sqrt(share), np.cumsum(share) - share / 2
+    turn = np.where(np.arange(share.size) % 2, -1.0, 1.0)
+    fitted = np.column_stack(
+        [root, *([root * turn] if sides else []), *([root * (place - share @ place)] if line else [])]
+    )
+    beside = np.linalg.qr(fitted, mode="complete")[0][:, fitted.shape[1] :]
+    left = beside.T @ (moves / root)
+    count, squares = left.size, float(left @ left)
+    if squares <= (1e-12 * np.abs(moves).max(initial=0.0)) ** 2:
+        return 0.0
+    apart = np.abs(np.subtract.outer(np.arange(share.size), np.arange(share.size)))
+    prior = np.log((1 - _CORRELATIONS) / (1 - _CORRELATIONS).sum() / (_DECADES_OF_SCATTER * math.log(10)))
+    prior += math.lgamma(count / 2) - math.log(2) - count / 2 * math.log(math.pi)
+    # logarithm of the weight, centre, deviation, degrees of freedom
+    cases = []
+    if noise > 0:
+        over = min(math.sqrt(squares) / noise, 1e100)
+        evidence = math.log(_ODDS_OF_NOISE) - count * math.log(noise) - (count * math.log(2 * math.pi) + over**2) / 2
+        cases = [(evidence, 0.0, noise, 1e9)]
+    for likely, correlation in zip(prior, _CORRELATIONS, strict=True):
+        covariance = np.power(correlation, apart)
+        lower = np.linalg.cholesky(beside.T @ covariance @ beside)
+        of_left, of_root = np.linalg.solve(lower, np.column_stack([left, beside.T @ covariance @ root])).T
+        sum_of = float(of_left @ of_left)
+        evidence = likely - np.log(np.diag(lower)).sum() - count / 2 * math.log(sum_of)
+        variance = max(float(root @ covariance @ root - of_root @ of_root), 0.0) * sum_of / count
+        cases.append((evidence, float(of_root @ of_left), math.sqrt(variance), count))
+    weight, centre, deviation, freedom = np.array(cases).T
+    weight = np.exp(weight - weight.max())
+    weight /= weight.sum()
+
+    def inside(width: float) -> float:
+        ends = (stats.t.cdf((end - centre) / deviation, freedom) for end in (width, -width))
+        return float(weight @ np.subtract(*ends)) - confidence
+
+    most = float((np.abs(centre) + deviation).max())
+    while inside(most) < 0:
+        most *= 2
+    return float(optimize.brentq(inside, 0.0, most, rtol=1e-6))
+
+
 def of_values(values: Floats, confidence: float) -> Wander | None:
     """Return how a mean of values (piece) that count alike wanders; None for fewer than three."""
     if values.size < FEWEST_LOOPS:
@@ -97,19 +127,9 @@ def of_values(values: Floats, confidence: float) -> Wander | None:
 
 
 def pieces(turns: Integers, size: int) -> Integers:
-    """Return where a record is divided: at every second turning point, so that each piece is a loop or several.
+    """Return the first sample of each piece of a record, of one loop or several, and at last its size.
 
-    Parameters
-    ----------
-    turns : array of int (turn)
-        Samples of the turning points that are compared, with the first and the last sample.
-    size : int
-        Number of samples.
-
-    Returns
-    -------
-    array of int (piece + 1)
-        The first sample of each piece, and at last `size`.
+    Turns are those that are compared, with the first and the last sample.
     """
     starts = turns[:-1:2]
     # what is left behind the last whole loop belongs to it

@@ -1,19 +1,6 @@
 """The least squares behind a fit: its unknowns, its residuals and their derivatives, and where the search ends.
 
-The unknowns are the logarithms of the parameters, and how far each node is away from where it was measured, in standard
-deviations of what is known of its place. A node moves the load along the branches beside it alone, for what a contact
-remembers of it is wiped out soon; so that one walk tells the derivatives by every `_TOGETHER`-th node at once.
-
-What is minimised is the sum of squares over the samples, each misfit over its scale s, and over the nodes, less what
-noise of the displacement adds to it: σ_u² Σ k²/s², with the model's stiffness k. The scale is the noise of the misfit,
-and what the model misses beyond noise (`Search.scales`). With neither, the estimates of stiffnesses would be too small
-by the noise over the range (regression dilution); with what is left of each sample in place of the known noise, as in
-an orthogonal distance regression, scatter of friction would be taken for noise of the displacement, and they would be
-too great (the corrected score of T. Nakamura, *Biometrika* 77 (1990) 127-137; W. A. Fuller, *Measurement Error Models*
-(1987), section 2.2).
-
-`scipy.optimize.least_squares` does the search, within bounds: on a thinned record from the start, first with the nodes
-as they were measured, and then on the whole record, at weights that are those at its end.
+README.md of this folder, "What a fit minimises", has the sum, its correction and the order of the search.
 """
 
 import itertools
@@ -29,7 +16,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.errors import InputError
-from historysim.measured.observation import ModelResponse, Observation, passed
+from historysim.measured.comparison import ModelResponse, Observation, passed
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -38,9 +25,13 @@ if TYPE_CHECKING:
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 MOST_NODES = 1000
-"""Turning points and steps of load up to which their places are unknowns; beyond, they are where they are expected."""
-FARTHEST = math.log(1e4)
+"""Turning points and steps of load up to which their places are unknowns; else they are where they are expected."""
+DECADES = 4
+"""How many factors of ten a start may be off; the search scans so far on either side of it."""
+FARTHEST = (DECADES + 1) * math.log(10)
 """How far from the start the search may go, as a logarithm."""
+MOST_SCANNED = 500
+"""Starts that a scan tries at most; with more parameters they are farther apart, up to four decades."""
 ENOUGH_SAMPLES = 5_000
 """Samples from which on a record is thinned while the search finds its way."""
 FARTHEST_NODE = 5.0
@@ -51,6 +42,18 @@ _AMBIGUOUS = 3.0
 _MOST_BESIDE = 8
 _STEP, _NODE_STEP = 1e-5, 1e-3
 _TOGETHER = 4
+# samples of a record while it is scanned, and of each of its branches; what loads over the normal load are shares of
+_SCANNED, _SCANNED_BRANCH = 200, 8
+_LEVELS = 0.5, 0.9, 0.99
+# how many valleys of a scan are followed, how far apart they are, and how much worse they may be than the deepest
+_VALLEYS, _APART, _WORST_VALLEY = 4, 0.4 * math.log(10), 1.5
+# sums that are alike where their unknowns are near, and that are the same wherever these are
+_ALIKE, _THE_SAME = 1e-3, 1e-6
+# by how much of χ² two sums differ by chance, and at most over the sum
+_LIKELY, _CHANCE = 11.0, 0.05
+# how much more than the deepest an end may have, over the sum; of the residual's rms that is half as much
+_AS_DEEP = 1e-3
+_STEPS_A_DECADE = 8, 4, 2, 1, 0.5, 0.25
 _ROUNDING = 1e-4
 _MOST_EXACT = 8
 _MOST_ROUNDS = 8
@@ -59,6 +62,8 @@ _ROOM = 100.0
 # how far the weights of the samples still move an estimate where the search ends, over its standard deviation
 _NEAR = 0.03
 _AT_BOUND = 1e-3
+# what residuals pull an estimate by where it is stationary, and the first simplex where it is not, in deviations
+_STATIONARY, _SIMPLEX = 0.1, 3.0
 
 
 @attrs.frozen(eq=False)
@@ -97,10 +102,9 @@ class SearchResult:
     response: ModelResponse
     """What the model does there."""
     residual: Floats
-    """(residual) Misfits over their scales, and nodes over what is known of their places."""
+    """(residual) What is left of the load over its scale, and nodes over what is known of their places."""
     slopes: Floats
-    """(residual, parameter) Derivatives of the residuals by the parameters, the nodes following that are not at their
-    bounds."""
+    """(residual, parameter) Derivatives by the parameters; nodes follow that are not at their bounds."""
     pull: Floats
     """(residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is
     0."""
@@ -108,9 +112,22 @@ class SearchResult:
     """Nodes that are as far from where they were measured as they may be."""
     scale: Floats
     noise: Floats
-    """scale and noise: (sample) What each misfit was weighed by, and its noise [N]."""
+    """scale and noise: (sample) Weight and noise of what is left of the load [N]."""
     settled: bool
     """Whether a minimum was found, and the weights are those at this minimum."""
+    spread: Floats
+    """(parameter) How far other ends are from here that are as deep but for chance, as a logarithm."""
+
+    @property
+    def is_stationary(self) -> bool:
+        """Whether the pulls of all residuals add up to nothing, in standard deviations of the estimates."""
+        size = np.linalg.norm(self.slopes, axis=0)
+        return bool((np.abs(self.pull.sum(axis=0)) <= _STATIONARY * np.maximum(size, 1e-300)).all())
+
+    def at_limit(self, start: Floats) -> Booleans:
+        """Return which parameters are as far from the start as a search may go."""
+        limit: Booleans = np.abs(self.unknowns[: start.size] - start) > 0.99 * FARTHEST
+        return limit
 
 
 @attrs.frozen(eq=False)
@@ -128,10 +145,12 @@ class Search:
     """The samples that are compared."""
     load_noise: float
     """[N], > 0."""
+    left_over: Floats
+    """(sample) The share of the noise of the displacement that nodes do not follow: 1 less their leverage."""
 
     @classmethod
     def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
-        """Return the search from a start; parameters and errors as for `fitting.fit_parameters`."""
+        """Return the search from a start."""
         names = tuple(start)
         logarithms = np.log([scalar(name, start[name], above=0) for name in names])
         inner = observation.nodes.size - 2
@@ -145,40 +164,117 @@ class Search:
         load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
         if load_noise == 0:
             raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
-        return cls(model, names, logarithms, observation, free, compared, load_noise)
+        return cls(model, names, logarithms, observation, free, compared, load_noise, np.ones(compared.size))
 
-    def ended(self, walked: Callable[[], object] = lambda: None) -> SearchResult:
-        """Return where the search ends; `walked` is called after each walk along the observation."""
-        reporting = attrs.evolve(self, model=_telling(self.model, walked))
-        observation = reporting.observation.thinned(max(ENOUGH_SAMPLES, 20 * self.free))
-        thin = attrs.evolve(reporting, observation=observation, compared=_compared(observation))
+    def ended(self, notify: Callable[[], object] = lambda: None) -> SearchResult:
+        """Return where the search ends; `notify` is called at each walk along the observation."""
+
+        def reporting_model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
+            notify()
+            return self.model(values)
+
+        reporting = attrs.evolve(self, model=reporting_model)
+        starts = reporting.thin(max(_SCANNED, _SCANNED_BRANCH * self.observation.nodes.size), free=0).starts()
+        thin = reporting.thin(max(ENOUGH_SAMPLES, 20 * self.free))
         # first with the nodes as they were measured: far from the end they would stand in for the parameters
         fixed = attrs.evolve(thin, free=0)
-        start = fixed.best_start()
-        unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
-        if observation is not self.observation:
-            unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
-        return reporting.settled(unknowns)
+        ends = []
+        for start in starts:
+            unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
+            if thin.observation is not self.observation:
+                unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
+            end = reporting.settled(unknowns)
+            if not (end.is_stationary or end.at_limit(self.start).any()):
+                end = reporting.settled(reporting.lower(end))
+                # at a fold of the sum slopes say nothing of how sure an estimate is
+                end = attrs.evolve(end, settled=end.settled and end.is_stationary)
+            ends.append(end)
+        return reporting.deepest(ends)
 
-    def best_start(self) -> Floats:
-        """Return the best of the start and its neighbours a factor of ten away."""
-        # far from the truth a parameter may hide behind another one, in a valley of its own
-        tried = [
-            self.start + step for step in itertools.product((0.0, -math.log(10), math.log(10)), repeat=len(self.names))
-        ]
-        return min(tried, key=lambda x: float(np.sum(self._compare(self._walked(x), x, self.load_noise) ** 2)))
+    def lower(self, end: SearchResult) -> Floats:
+        """Return unknowns lower than an end, by a simplex: folds of the sum stop what follows its slopes."""
+        from scipy.optimize import minimize
+
+        count = len(self.names)
+        first, nodes = end.unknowns[:count], end.unknowns[count:]
+        steps = np.vstack([np.zeros(count), np.diag(_SIMPLEX / np.maximum(np.linalg.norm(end.slopes, axis=0), 1.0))])
+        found = minimize(
+            lambda x: self.minimised(np.append(x, nodes), end.scale),
+            first,
+            method="Nelder-Mead",
+            options={"initial_simplex": first + steps, "maxfev": 100 * count, "fatol": 1e-5 * self.compared.size},
+        )
+        return np.append(np.clip(found.x, self.start - FARTHEST, self.start + FARTHEST), nodes)
+
+    def deepest(self, ends: list[SearchResult]) -> SearchResult:
+        """Return the first of the deepest ends: what has no effect stays where it was."""
+        sums = np.array([self.minimised(end.unknowns, ends[0].scale) for end in ends])
+        deepest = ends[int(np.argmax(sums - sums.min() <= _AS_DEEP * abs(sums.min())))]
+        likely = [end for end, more in zip(ends, sums - sums.min(), strict=True) if more < _LIKELY]
+        away = np.abs([(end.unknowns - deepest.unknowns)[: len(self.names)] for end in likely])
+        return attrs.evolve(deepest, spread=away.max(axis=0))
+
+    def thin(self, most: int, free: int | None = None) -> "Search":
+        """Return the search on about so many samples, and with so many free nodes."""
+        observation = self.observation.thinned(most)
+        free, compared = self.free if free is None else free, _compared(observation)
+        return attrs.evolve(
+            self, observation=observation, compared=compared, free=free, left_over=np.ones(compared.size)
+        )
+
+    def starts(self) -> list[Floats]:
+        """Return the minima that a scan of the whole range leads to, the best first.
+
+        Far from the truth a sum of squares is flat, or has valleys of its own: what is far too stiff is rigid, and what
+        hardly slides has no friction. So every parameter is scanned, and friction is besides where the loads are.
+        """
+        tried = np.array(self._scanned())
+        sums = np.array([self._squares(x) for x in tried]) + 1e-300
+        # of those that are as good but for chance the nearest: what has no effect stays where it was
+        chance = 1 + max(_ALIKE, min(_LIKELY / self.compared.size, _CHANCE))
+        far = np.linalg.norm(tried - self.start, axis=1)
+        order = np.lexsort((far, np.maximum(sums, chance * sums.min())))
+        ranked = tried[order]
+        chosen = [
+            x for rank, x in enumerate(ranked) if (np.abs(ranked[:rank] - x).max(axis=1, initial=0.0) > _APART).all()
+        ][:_VALLEYS]
+        ends = [np.asarray(self.least(x, self.scales(x), rough=True).x) for x in chosen]
+        depth = np.array([self._squares(end) for end in ends]) + 1e-300
+        depth /= depth.min()
+        first = int(np.argmax(depth <= chance))
+        followed = [first]
+        for i in np.argsort(depth):
+            # the same valley, or a parameter without effect
+            near = [np.abs(ends[i] - ends[j]).max() < _APART and abs(depth[i] - depth[j]) < _ALIKE for j in followed]
+            same = np.abs(depth[i] - depth[followed]) < _THE_SAME
+            if depth[i] < _WORST_VALLEY and not np.any(near) and not same.any():
+                followed.append(int(i))
+        return [ends[i] for i in followed]
+
+    def _scanned(self) -> list[Floats]:
+        """Return the logarithms of the parameters that a scan tries."""
+        others = [name for name in self.names if name != "friction"]
+        steps = np.zeros(1)
+        levels = {0.0}
+        if "friction" in self.names:
+            at, those = self.names.index("friction"), self.compared[self.observation.normal_load[self.compared] > 0]
+            shares = np.abs(self.observation.tangential_load[those]) / self.observation.normal_load[those]
+            shares = np.quantile(shares, _LEVELS) if those.size else shares
+            levels |= set((np.log(shares[shares > 0]) - self.start[at]).clip(-FARTHEST, FARTHEST).tolist())
+        for dense in _STEPS_A_DECADE:
+            count = int(2 * DECADES * dense) + 1
+            steps = np.linspace(-DECADES, DECADES, count) * math.log(10)
+            if len(levels) * len(steps) ** len(others) <= MOST_SCANNED:
+                break
+        each = [sorted(levels) if name == "friction" else steps.tolist() for name in self.names]
+        return [self.start + step for step in itertools.product(*each)]
+
+    def _squares(self, x: Floats) -> float:
+        """Return the sum of squares at some parameters, all samples alike."""
+        return float(np.sum(self._compare(self._walked(x), x, self.load_noise) ** 2))
 
     def least(self, unknowns: Floats, scale: Floats, *, rough: bool = False) -> "OptimizeResult":
-        """Return the minimum that is near some unknowns, at some weights of the samples.
-
-        Parameters
-        ----------
-        unknowns : array (parameter and node)
-        scale : array (sample)
-            [N].
-        rough : bool
-            Whether to be near it is enough.
-        """
+        """Return the minimum near some unknowns, at some weights of the samples [N]; roughly, where near is enough."""
         from scipy.optimize import least_squares
         from scipy.sparse import csr_array, hstack, vstack
 
@@ -207,19 +303,21 @@ class Search:
             max_nfev=100,
             xtol=tolerance,
             ftol=tolerance,
-            gtol=None,
+            # where nothing has an effect, there is no way to go
+            gtol=1e-15,
             x_scale="jac",
             tr_solver="exact" if exact else "lsmr",
         )
 
     def settled(self, unknowns: Floats) -> SearchResult:
-        """Return the minimum that is near some unknowns, at the weights that hold there."""
+        """Return the minimum near some unknowns, at the weights that hold there."""
         count = len(self.names)
         for _ in range(_MOST_ROUNDS):
             scale = self.scales(unknowns)
-            minimum = self.least(unknowns, scale)
+            search = attrs.evolve(self, left_over=self._left_over(unknowns, scale))
+            minimum = search.least(unknowns, scale)
             moved, unknowns = np.abs(minimum.x - unknowns)[:count], minimum.x
-            slopes = self.slopes(unknowns, scale)
+            slopes = search.slopes(unknowns, scale)
             moves = np.abs(unknowns[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
             freed, added = slopes.freed(moves)
             response = self._walked(unknowns)
@@ -240,16 +338,17 @@ class Search:
             scale,
             self.noises(unknowns),
             near and minimum.status > 0,
+            np.zeros(count),
         )
 
     def noises(self, unknowns: Floats) -> Floats:
-        """Return the noise of each misfit [N]: that of the load, and of the displacement by the stiffness there."""
+        """Return the noise of each residual [N]: of the load, and of the displacement times the stiffness there."""
         by_displacement = self._walked(unknowns).stiffness[self.compared] * self.observation.displacement_noise
         noise: Floats = np.hypot(self.load_noise, by_displacement)
         return noise
 
     def scales(self, unknowns: Floats) -> Floats:
-        """Return what each misfit is weighed by [N]: its noise, and what the model misses beyond noise.
+        """Return the weight of each residual [N]: its noise, and what the model misses beyond noise.
 
         The latter is alike for all samples, and such that the squares add up to as many as there are samples. Without
         it, friction that scatters would count a thousand times along sliding, where noise is least, and stiffnesses
@@ -289,7 +388,19 @@ class Search:
     def _added(self, response: ModelResponse, scale: Floats) -> float:
         """Return what noise of the displacement adds to the sum of squares."""
         added = response.slope[self.compared] * self.observation.displacement_noise / scale
-        return float(added @ added)
+        return float(added**2 @ self.left_over)
+
+    def _left_over(self, x: Floats, scale: Floats) -> Floats:
+        """Return the share of each sample's noise that the node before it does not follow, in moving its branch."""
+        noise, left = self.observation.displacement_noise, np.ones(self.compared.size)
+        if noise == 0:
+            return left
+        added = (self._walked(x).slope[self.compared] * noise / scale) ** 2
+        node = np.searchsorted(self.observation.nodes, self.compared) - 1
+        held = (noise / self.observation.node_deviation[node]) ** 2
+        moves = (node >= 1) & (node <= self.free)
+        left[moves] -= (added / (np.bincount(node, added)[node] + held))[moves]
+        return left
 
     def _room(self, response: ModelResponse, scale: Floats) -> float:
         """Return the residual that takes that off: a constant, less it, is its square."""
@@ -301,7 +412,7 @@ class Search:
 
         count, compared = len(self.names), self.compared
         here = self._walked(x)
-        weight = here.slope[compared] * (self.observation.displacement_noise / scale) ** 2
+        weight = here.slope[compared] * (self.observation.displacement_noise / scale) ** 2 * self.left_over
 
         def differences(change: Floats, step: float) -> tuple[Floats, Floats]:
             there = self._walked(x + step * change)
@@ -351,11 +462,3 @@ def _compared(observation: Observation) -> Integers:
         kept[start : start + beside + 1] = False
         kept[end - beside : end + 1] = False
     return np.flatnonzero(kept)
-
-
-def _telling(model: Model, walked: Callable[[], object]) -> Model:
-    def reporting(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
-        walked()
-        return model(values)
-
-    return reporting

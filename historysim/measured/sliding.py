@@ -1,18 +1,11 @@
 """Records of sliding one way: friction over time or distance, the static peak at its start, and how it runs in.
 
-The friction coefficient of a sample is T/N, positive in the direction of sliding. What is read off it:
-
-- **windows** of equal length in time or distance, each with mean and standard deviation of its samples; the mean over
-  a distance is that along the displacement, ∫ μ du / ∫ du, so that a rest does not count;
-- the **static peak**: the greatest coefficient of the first part of the record, where it stands above the windows of
-  sliding behind it by more than twice what noise lifts the greatest of as many samples, σ √(2 ln n), which is told
-  beside it;
-- the **approach** to the steady value, μ(s) = μ_steady + (μ_start - μ_steady) exp(-s/L), from the peak on, or else from
-  where sliding begins; by least squares through the windows (scipy.optimize.curve_fit), with intervals of 95 % from
-  their scatter. Where the record is shorter than 2 L, the steady value lies beyond it, and is said to.
+README.md of this folder, "Sliding one way", says how each number is found.
 """
 
 import math
+import warnings
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 
 import attrs
@@ -25,9 +18,19 @@ from historysim.basics.display import html_table
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.noise import REVERSAL, noise_of
-from historysim.measured.power_law import CONFIDENCE
-from historysim.measured.reduction import channel, check_order, estimated_noise, loop_dead_band, turning_points
+from historysim.measured.loop_table import CONFIDENCE
+from historysim.measured.reduction import (
+    FEWEST_SPIKES,
+    MEDIAN_OF_NORMAL,
+    REVERSAL,
+    channel,
+    check_order,
+    count_of_spikes,
+    estimated_noise,
+    loop_dead_band,
+    noise_of,
+    turning_points,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -35,6 +38,7 @@ if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
 
 Over = Literal["time", "distance"]
+Form = Callable[[Floats, Floats], Floats]
 Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 
 WINDOWS = 50
@@ -43,8 +47,32 @@ FIRST_PART = 0.1
 """Share of the record, by time or distance, in which the static peak is looked for."""
 SLIDES = 0.95
 """Share of the friction of the second window from which on a record without a peak is taken to slide."""
+RESTS = 0.05
+"""Share of the friction of the second half of a record below which the rig rests before it starts."""
+BACKWARDS = 0.9
+"""Share of windows of negative friction from which on a channel is the wrong way round."""
+WIDTH_OF_SPIKES = 5
+"""Samples of the running median that takes spikes off, and rest before the start."""
+USUAL_STEPS = 0.9
+"""Share of the steps from sample to sample that are no spikes'."""
 CONTENT_OF_COURSE = "friction over time or distance"
-"""What the attribute ``content`` of a file of such a course says."""
+"""Value of the attribute ``content`` of a file of such a course."""
+# what decides whether windows show an exponential
+FEWEST_WINDOWS = 6
+CHANCE_OF_CONSTANT, CHANCE_OF_LINE = 1e-3, 1e-2
+"""Chances below which an exponential describes windows better than a constant, or than a line, by no accident."""
+MOST_TOGETHER = 2.5
+"""Correlation of neighbouring windows, times the root of their number, from which on they stray together."""
+MOST_ALONE = 6.0
+"""Deviations from which on a window strays alone."""
+FINE = 0.01
+"""Deviation of what is left over the height of the running-in, up to which no structure of it matters."""
+CLEARLY_BETTER = 8.0
+"""Squares of the scatter that another decay leaves less, from which on it describes the windows better."""
+SHORT_START = 3.0
+"""Windows below which a length in which friction doubles is that in which the contact or the rig bends."""
+_MOST_CORRELATED = 0.97
+_LENGTHS = 60
 
 
 @attrs.frozen
@@ -92,7 +120,7 @@ class Approach:
     def at(self, place: npt.ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""
         way = np.asarray(place, dtype=np.float64) - self.origin
-        return np.asarray(self.steady + (self.start - self.steady) * np.exp(-way / self.length))
+        return _curve(way, self.steady, self.start, self.length)
 
 
 @attrs.frozen(eq=False)
@@ -113,6 +141,8 @@ class Sliding:
         None where friction does not stand out at the start.
     approach : Approach or None
         None where friction does not run in towards a steady value.
+    no_approach : str
+        Why there is none.
     remarks : tuple of (label, text)
         What was done to the record before.
     """
@@ -126,6 +156,7 @@ class Sliding:
     window_count: Integers
     peak: StaticPeak | None
     approach: Approach | None
+    no_approach: str = ""
     remarks: tuple[tuple[str, str], ...] = ()
 
     def __repr__(self) -> str:
@@ -150,18 +181,16 @@ class Sliding:
             lifted = f"of this, noise makes about {self.peak.lifted:.1g}"
             lines.append(("static peak", f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}; {lifted}"))
         if self.approach is None:
-            return [*lines, ("steady value", "no approach to one that the windows show")]
+            return [*lines, ("steady value", f"no running-in of this form: {self.no_approach}")]
         approach = self.approach
         beyond = "" if approach.settled else ": beyond the record, which is shorter than two lengths of the approach"
         steady = f"{approach.steady:.4g} (95 %: {approach.steady_low:.4g} to {approach.steady_high:.4g}){beyond}"
+        start = f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})"
         low, high = self._text(approach.length_low), self._text(approach.length_high)
         return [
             *lines,
             ("steady value", steady),
-            (
-                "start of running-in",
-                f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})",
-            ),
+            ("start of running-in", f"{start} at {self._text(approach.origin)}"),
             (f"{self.over} of running-in", f"{self._text(approach.length)} (95 %: {low} to {high}), to 1/e"),
         ]
 
@@ -200,10 +229,7 @@ class Sliding:
         if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
             raise InputError("this Dataset is no friction over time or distance; expected one of historysim sliding")
         middle = table[over].values
-        reach = (middle[-1] - middle[0]) / max(middle.size - 1, 1) / 2
-        # a version that did not tell the ends had windows between them all the same
-        usual = {"record_start": middle[0] - reach, "record_end": middle[-1] + reach}
-        ends = [float(table.attrs.get(name, end)) for name, end in usual.items()]
+        ends = [float(table.attrs[name]) for name in ("record_start", "record_end")]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
         def stored(name: str, kind: type[Kind]) -> Kind | None:
@@ -220,13 +246,15 @@ class Sliding:
             window_count=table["count"].values,
             peak=stored("peak", StaticPeak),
             approach=stored("approach", Approach),
+            no_approach=str(table.attrs.get("no_approach", "")),
             remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
         )
 
     def _ends(self) -> dict[str, Any]:
         remarks = "\n".join(f"{label}: {text}" for label, text in self.remarks)
         ends = {"record_start": float(self.place[0]), "record_end": float(self.place[-1])}
-        return ends | ({"remarks": remarks} if remarks else {})
+        texts = {"no_approach": self.no_approach, "remarks": remarks}
+        return ends | {name: text for name, text in texts.items() if text}
 
     @property
     def _width(self) -> float:
@@ -237,10 +265,7 @@ class Sliding:
 
 
 def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
-    """Return the friction of a measurement that slides one way; without tangential displacement, over time alone.
-
-    Parameters and errors as for `sliding_of_channels`; a load that was not measured is an InputError, too.
-    """
+    """Return the friction of a measurement that slides one way; without displacement, over time alone."""
     check_order(measurement.time, measurement.place)
     friction = sliding_of_channels(
         measurement.time,
@@ -251,11 +276,11 @@ def sliding_of_measurement(measurement: "Measurement", *, over: Over | None = No
         windows=windows,
         dead_band=measurement.dead_band.get("tangential_displacement"),
     )
-    return attrs.evolve(friction, remarks=measurement.remarks)
+    return attrs.evolve(friction, remarks=(*measurement.remarks, *friction.remarks))
 
 
 def sliding_of_history(history: "xr.Dataset", *, over: Over | None = None, windows: int = WINDOWS) -> Sliding:
-    """Return the friction of a simulated history; parameters and errors as for `sliding_of_channels`."""
+    """Return the friction of a simulated history that slides one way."""
     names = ("time", "total_tangential_load", "total_normal_load", "tangential_displacement")
     missing = [name for name in names if name not in history.variables]
     if missing:
@@ -273,29 +298,7 @@ def sliding_of_channels(
     windows: int = WINDOWS,
     dead_band: float | None = None,
 ) -> Sliding:
-    """Return the friction of a record that slides one way.
-
-    Parameters
-    ----------
-    time : array_like (sample)
-        Times that do not decrease [s].
-    tangential_load, normal_load : array_like (sample)
-        T and N [N]; samples at which N is not positive are left out.
-    displacement : array_like (sample), optional
-        Tangential displacement U [m]; without it friction is known over time alone.
-    over : {"time", "distance"}, optional
-        What friction is given over; by default the distance where it is known.
-    windows : int
-        How many windows of equal length, 1 or more.
-    dead_band : float, optional
-        The smallest swing of U that counts as a reversal [m]; by default 5 % of its range.
-
-    Raises
-    ------
-    InputError
-        Missing or infinite samples, times that decrease, channels of different lengths, a displacement that turns back
-        or does not move, a normal load that never presses, or another number of windows.
-    """
+    """Return the friction of a record that slides one way; samples at which N is not positive are left out."""
     load = channel("tangential_load", tangential_load)
     normal = channel("normal_load", normal_load, load.size)
     times = channel("time", time, load.size)
@@ -311,14 +314,59 @@ def sliding_of_channels(
     if not pressed.any():
         raise InputError("the normal load presses at no sample; expected more than 0 N: write scale = -1 where it does")
     along, friction = along[pressed], sense * load[pressed] / normal[pressed]
+    name: Over = over or ("time" if moved is None else "distance")
+    remarks = []
+    if name == "time":
+        begins = _begins(along, friction, None if rests or moved is None else moved[pressed], int(count))
+        if begins:
+            before = duration_text(float(along[begins] - along[0]))
+            remarks.append(("left out", f"the first {before}, in which the rig rests"))
+        along, friction = along[begins:], friction[begins:]
     edges = np.linspace(along[0], along[-1], int(count) + 1)
     means = _windows(along, friction, edges)
+    if moved is not None and not rests:
+        _check_sense(means[0])
+    spikes = count_of_spikes(friction, USUAL_STEPS)
+    smooth = _running_median(friction, WIDTH_OF_SPIKES if spikes >= FEWEST_SPIKES else 1)
+    if spikes >= FEWEST_SPIKES:
+        many = f"{counted(spikes, 'sample', 'samples')} of {friction.size:,} stand out from both neighbours"
+        remarks.append(("spikes", f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples"))
+    # noise that is correlated from sample to sample is more than what one differs from the next by
+    window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
+    beside = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
+    peak = _peak(along, smooth, edges, means[0], max(noise_of(friction), beside))
+    tried = _approach(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
+    approach, why = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
-    peak = _peak(along, friction, edges, means[0])
-    name: Over = over or ("time" if moved is None else "distance")
-    origin = _start(along, friction, means[0]) if peak is None else peak.place
-    approach = _approach(edges, means[0], origin)
-    return Sliding(name, along, friction, middle, *means, peak, approach)
+    return Sliding(name, along, friction, middle, *means, peak, approach, why, tuple(remarks))
+
+
+def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int) -> int:
+    """Return the sample at which the rig starts, where it rests at first for a window or longer; else 0."""
+    if moved is not None:
+        # it starts where it has moved by more than noise
+        rests = np.abs(moved - moved[0]) <= 2 * REVERSAL * estimated_noise(moved)
+    else:
+        # without a displacement, where the load has reached a share of what it is later
+        smooth = _running_median(friction, WIDTH_OF_SPIKES)
+        rests = np.abs(smooth) < RESTS * np.median(friction[friction.size // 2 :])
+    first = int(rests.argmin())
+    return first if along[first] - along[0] >= (along[-1] - along[0]) / windows else 0
+
+
+def _check_sense(mean: Floats) -> None:
+    if np.mean(mean < 0) >= BACKWARDS:
+        raise InputError(
+            f"the friction coefficient is {mean.mean():.3g}: friction would give energy instead of taking it; expected "
+            "tangential displacement and tangential_load positive in one direction: reverse one of the two, with a "
+            "scale of -1"
+        )
+
+
+def _running_median(values: Floats, samples: int) -> Floats:
+    from scipy.ndimage import median_filter
+
+    return np.asarray(median_filter(values, min(samples, values.size)))
 
 
 def _rests(moved: Floats) -> bool:
@@ -377,7 +425,7 @@ def _windows(along: Floats, friction: Floats, edges: Floats) -> tuple[Floats, Fl
     return mean, np.where(count > 1, deviation, math.nan), count
 
 
-def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats) -> StaticPeak | None:
+def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats, noise: float) -> StaticPeak | None:
     first = along - along[0] <= FIRST_PART * (along[-1] - along[0])
     if not first.any() or first.all():
         return None
@@ -385,7 +433,6 @@ def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats) -> Stati
     behind = edges[:-1] >= along[place]
     if not behind.any():
         return None
-    noise = noise_of(friction)
     lifted = noise * math.sqrt(2 * math.log(max(int(first.sum()), 2)))
     # running-in falls by itself from window to window; a peak stands above what the next windows lead back to
     near = np.flatnonzero(behind)[:2]
@@ -395,38 +442,156 @@ def _peak(along: Floats, friction: Floats, edges: Floats, mean: Floats) -> Stati
     return StaticPeak(float(friction[place]), float(along[place]), lifted)
 
 
-def _start(along: Floats, friction: Floats, mean: Floats) -> float:
-    """Return where the friction has come near that of the second window: before it the contact bends."""
-    reached = friction >= SLIDES * mean[min(1, mean.size - 1)]
-    return float(along[int(reached.argmax())])
+def _starts(along: Floats, friction: Floats, mean: Floats) -> list[float]:
+    """Return where sliding may begin: near the friction of the second window, of the last half, and the greatest.
+
+    Before it the contact bends, and so does a soft rig, for longer than a window.
+    """
+    levels = mean[min(1, mean.size - 1)], float(np.median(mean[mean.size // 2 :])), float(mean.max())
+    return sorted({float(along[int((friction >= SLIDES * level).argmax())]) for level in levels})
 
 
-def _approach(edges: Floats, mean: Floats, origin: float) -> Approach | None:
-    """Return the approach that the windows behind a place show; None where there is none."""
+def _approach(along: Floats, friction: Floats, edges: Floats, starts: Sequence[float]) -> Approach | str:
+    """Return the running-in from the first of the places from which there is one, or why there is none."""
+    tries = [_approach_from(along, friction, edges, start) for start in starts]
+    return next((found for found in tries if isinstance(found, Approach)), tries[0])
+
+
+# -- running-in ------------------------------------------------------------------------------------
+
+
+def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float) -> Approach | str:
+    """Return the running-in that the windows behind a place [s or m] show, or why they show none."""
     from scipy import optimize, stats
 
-    behind = edges[:-1] >= origin
-    place, values = (edges[1:] + edges[:-1])[behind] / 2 - origin, mean[behind]
-    if place.size < 5 or np.ptp(values) == 0:
-        return None
+    edges = edges[edges >= origin]
+    if edges.size <= FEWEST_WINDOWS:
+        return f"fewer than {FEWEST_WINDOWS} windows lie behind its start; use more windows"
+    behind = along >= edges[0]
+    unit = float(np.abs(friction[behind]).max())
+    if unit == 0:
+        return "the friction is 0"
+    way, values, edges = along[behind] - origin, friction[behind] / unit, edges - origin
+    place, whole = (edges[1:] + edges[:-1]) / 2, float(edges[-1])
+    bounds = float(place[1] - place[0]), 100 * whole
+    lengths = np.geomspace(*bounds, _LENGTHS)
+    means = _middle_means(way, values, edges)
+    for again in (True, False):
+        _, guess = _least(_exponential, place, means, lengths)
+        try:
+            with warnings.catch_warnings():
+                # where there is no decay, its length has no covariance
+                warnings.simplefilter("ignore", optimize.OptimizeWarning)
+                estimates, covariance = optimize.curve_fit(
+                    _curve,
+                    place,
+                    means,
+                    p0=guess,
+                    bounds=([-np.inf, -np.inf, bounds[0]], [np.inf, np.inf, bounds[1]]),
+                    x_scale=[1.0, 1.0, guess[2]],
+                )
+        except RuntimeError:
+            return "no exponential describes the windows"
+        if again:
+            # what curves inside a window is taken off before its mean
+            means = _curve(place, *estimates) + _middle_means(way, values - _curve(way, *estimates), edges)
+    left = means - _curve(place, *estimates)
+    square = max(float(left @ left), left.size * (8 * float(np.finfo(np.float64).eps)) ** 2)
+    neighbours = float(left[1:] @ left[:-1]) / square
+    correlation = float(np.clip(neighbours + 3 / left.size, 0.0, _MOST_CORRELATED))
+    wider = (1 + correlation) / (1 - correlation)
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, left.size - 3)) * np.sqrt(np.diag(covariance) * wider)
+    each = np.stack([estimates, estimates - reach, estimates + reach], axis=1)
+    each[2, 1] = max(each[2, 1], 0.0)
+    each[:2] *= unit
+    names = [f"{name}{end}" for name in ("steady", "start", "length") for end in ("", "_low", "_high")]
+    numbers = dict(zip(names, each.ravel().tolist(), strict=True))
+    found = Approach(origin=origin, settled=2 * float(estimates[2]) <= whole, **numbers)
+    scatter = square / (left.size - 3) * wider
+    return (
+        _what_is_as_good(place, means, lengths, square, scatter)
+        or _structure(found, unit * left, neighbours, bounds[0])
+        or found
+    )
 
-    def model(way: Floats, steady: float, start: float, length: float) -> Floats:
-        return steady + (start - steady) * np.exp(-way / length)
 
-    whole = float(edges[-1] - origin)
-    shortest = float(place[1] - place[0]) / 10
-    guess = [float(values[-max(place.size // 5, 1) :].mean()), float(values[0]), whole / 5]
-    try:
-        estimates, covariance = optimize.curve_fit(
-            model, place, values, p0=guess, bounds=([-np.inf, -np.inf, shortest], [np.inf, np.inf, 100 * whole])
-        )
-    except (RuntimeError, ValueError):
-        return None
-    errors = np.sqrt(np.diag(covariance))
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, place.size - 3)) * errors
-    # an approach whose height is not told from 0 is none
-    if not np.isfinite(reach).all() or abs(estimates[1] - estimates[0]) <= math.hypot(reach[0], reach[1]):
-        return None
-    bounds = [(float(value), float(value - by), float(value + by)) for value, by in zip(estimates, reach, strict=True)]
-    steady, start, length = bounds
-    return Approach(*steady, *start, length[0], max(length[1], 0.0), length[2], origin, bool(2 * estimates[2] <= whole))
+def _middle_means(along: Floats, values: Floats, edges: Floats) -> Floats:
+    """Return the mean of the middle half of the values in each window (window), which spikes do not pull.
+
+    Each sample counts by its way along the place; a window without samples lies between its neighbours.
+    """
+    count = edges.size - 1
+    window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, count - 1)
+    # the way that a sample stands for; one that rests stands for none
+    weight = np.diff(along, prepend=along[0]) + np.diff(along, append=along[-1])
+    order = np.lexsort((values, window))
+    weight, window, values = weight[order], window[order], values[order]
+    whole = np.bincount(window, weight, count)
+    upper = np.cumsum(weight) - np.append(0.0, np.cumsum(whole))[window]
+    part = np.minimum(upper, 0.75 * whole[window]) - np.maximum(upper - weight, 0.25 * whole[window])
+    part = np.maximum(part, 0.0)
+    held = np.bincount(window, part, count)
+    known = held > 0
+    middle = np.arange(count)
+    return np.interp(middle, middle[known], np.bincount(window, part * values, count)[known] / held[known])
+
+
+def _curve(way: Floats, steady: float, start: float, length: float) -> Floats:
+    return np.asarray(steady + (start - steady) * np.exp(-way / length))
+
+
+def _exponential(way: Floats, length: Floats) -> Floats:
+    return np.asarray(np.exp(-way / length))
+
+
+def _hyperbola(way: Floats, length: Floats) -> Floats:
+    return 1 / (1 + 10 * way / length)
+
+
+def _stretched(way: Floats, length: Floats) -> Floats:
+    return np.asarray(np.exp(-np.sqrt(way / length)))
+
+
+def _least(form: Form, place: Floats, means: Floats, lengths: Floats) -> tuple[float, tuple[float, float, float]]:
+    """Return the least sum of squares beside a decay, and steady value, start and length of it."""
+    # each line through the means over a decay, by its slope and its end at no decay
+    decay = form(place, lengths[:, None])
+    across, up = decay - decay.mean(axis=1, keepdims=True), means - means.mean()
+    slope = across @ up / np.sum(across**2, axis=1)
+    squares = np.sum((up - slope[:, None] * across) ** 2, axis=1)
+    best = int(squares.argmin())
+    steady = float(means.mean() - slope[best] * decay[best].mean())
+    return float(squares[best]), (steady, steady + float(slope[best]), float(lengths[best]))
+
+
+def _what_is_as_good(place: Floats, means: Floats, lengths: Floats, square: float, scatter: float) -> str:
+    """Return which simpler or other form describes the windows as well; nothing where none does."""
+    from scipy import stats
+
+    free = means.size - 3
+    constant, line = (float(np.sum((means - np.polyval(np.polyfit(place, means, n), place)) ** 2)) for n in (0, 1))
+    if stats.f.sf((constant - square) / 2 / scatter, 2, free) > CHANCE_OF_CONSTANT:
+        return "an exponential describes the windows no better than a constant"
+    if stats.f.sf((line - square) / scatter, 1, free) > CHANCE_OF_LINE:
+        return "an exponential describes the windows no better than a straight line, which has no steady value"
+    others = min(_least(form, place, means, lengths)[0] for form in (_hyperbola, _stretched))
+    if square - others > CLEARLY_BETTER * scatter:
+        return "a slower decay, 1/(1 + s/L) or exp(-√(s/L)), describes the windows better; it has another steady value"
+    return ""
+
+
+def _structure(found: Approach, left: Floats, neighbours: float, width: float) -> str:
+    """Return why what is left beside an exponential has structure; nothing where it has none."""
+    height, deviation = abs(found.start - found.steady), math.sqrt(float(left @ left) / left.size)
+    if deviation > FINE * height:
+        if neighbours * math.sqrt(left.size) > MOST_TOGETHER:
+            share = f"{100 * deviation / height:.2g} % of its height"
+            return f"neighbouring windows stray from an exponential together, by {share}"
+        sizes = np.abs(left)
+        if sizes.max() > MOST_ALONE * float(np.median(sizes)) / MEDIAN_OF_NORMAL:
+            return f"a single window strays from an exponential by {sizes.max():.2g}: a picture (-o mu.png) shows it"
+    if not math.isfinite(found.length_high):
+        return "the windows do not determine its length"
+    if found.start_low < 0 or (found.start < found.steady / 2 and found.length < SHORT_START * width):
+        return "friction comes from 0 at its start, where contact and rig bend; cut the start of the record"
+    return ""

@@ -6,7 +6,7 @@ import synthetic
 from numpy.testing import assert_allclose, assert_array_equal
 
 from historysim.errors import InputError
-from historysim.measured.conditioning import find_hum, low_pass, notch, running_median, sampling_rate
+from historysim.measured.correction import find_hum, low_pass, notch, running_median, sampling_rate
 
 RATE = 500.0
 TIME = np.arange(4000) / RATE
@@ -25,18 +25,14 @@ def test_a_notch_takes_its_frequency_off_and_leaves_the_rest():
     found = notch(TIME, triangle() + sine(50) + sine(20, 0.1), 50.0)
     # a turn has v/(2π f)² of its speed's change at a frequency, over its width of f/Q
     ringing = 2 * 2 / (2 * np.pi * 50) / 30
-    assert np.abs(found.values - triangle() - sine(20, 0.1))[INSIDE].max() < ringing
-    assert_allclose(found.values + found.removed, triangle() + sine(50) + sine(20, 0.1), atol=1e-14)
-    assert found.largest == pytest.approx(1, rel=0.01)
+    assert np.abs(found - triangle() - sine(20, 0.1))[INSIDE].max() < ringing
 
 
 @pytest.mark.parametrize("frequency", [5.0, 20.0, 60.0])
 def test_a_low_pass_has_the_gain_of_butterworth_twice_and_no_phase(frequency):
     """|H|² of order 2 is 1/(1 + r⁴), with the frequencies of the bilinear transform."""
     ratio = np.tan(np.pi * frequency / RATE) / np.tan(np.pi * 20 / RATE)
-    assert_allclose(
-        low_pass(TIME, sine(frequency), 20.0).values[INSIDE], sine(frequency)[INSIDE] / (1 + ratio**4), atol=1e-6
-    )
+    assert_allclose(low_pass(TIME, sine(frequency), 20.0)[INSIDE], sine(frequency)[INSIDE] / (1 + ratio**4), atol=1e-6)
 
 
 def test_a_median_takes_spikes_off_and_leaves_turns():
@@ -44,8 +40,8 @@ def test_a_median_takes_spikes_off_and_leaves_turns():
     spoilt[[100, 101, 900, 3999]] += [3, -4, 5, 2]
     found = running_median(spoilt, 5)
     step = 1 / RATE
-    assert np.abs(found.values - triangle()).max() <= 2 * step
-    assert_array_equal(running_median(np.sign(sine(1)), 5).values, np.sign(sine(1)))
+    assert np.abs(found - triangle()).max() <= 2 * step
+    assert_array_equal(running_median(np.sign(sine(1)), 5), np.sign(sine(1)))
 
 
 def test_filters_need_what_they_can_filter():
@@ -57,10 +53,8 @@ def test_filters_need_what_they_can_filter():
         notch(uneven, triangle(), 50.0)
     with pytest.raises(InputError, match=r"260 Hz is beyond half of the sampling rate of 500 Hz, where .* at 240 Hz"):
         low_pass(TIME, triangle(), 260.0)
-    with pytest.raises(InputError, match="frequency is 0"):
-        notch(TIME, triangle(), 0.0)
     with pytest.raises(InputError, match="one sample has no sampling rate"):
-        sampling_rate([0.0])
+        sampling_rate(TIME[:1])
     for wrong in (4, 1, 4001, 2.5):
         with pytest.raises(InputError, match="expected an odd number of samples from 3 to 4,000"):
             running_median(triangle(), wrong)

@@ -5,8 +5,7 @@ import numpy as np
 import pytest
 import synthetic
 
-from historysim.measured.power_law import power_law
-from historysim.measured.splitting import loops_of_measurement
+from historysim.measured.loops import loops_of_measurement
 
 CLEAN = synthetic.measured("ball", 0, amplitude=100e-9, loads=(30e-3, 50e-3, 90e-3), rate=400.0, noise=0.1)
 
@@ -37,9 +36,5 @@ def test_hum_in_quadrature_does_not_bias(sign):
     np.testing.assert_allclose(hum.dissipated_energy, clean.dissipated_energy, rtol=0, atol=room)
     # in the order of time each period encloses π 3 nm 0.25 mN, and there are 800 of them in a loop of 16 s
     assert np.pi * 3e-9 * 0.25e-3 * 800 > 500 * room
-    exponents = [power_law(*_means(each)).exponent for each in (hum, clean)]
+    exponents = [each.by_load().power_law("friction_coefficient").exponent for each in (hum, clean)]
     assert exponents[0] == pytest.approx(exponents[1], abs=2e-3)
-
-
-def _means(loops):
-    return [np.nanmean(values, axis=1) for values in (loops.normal_load, loops.friction_coefficient)]

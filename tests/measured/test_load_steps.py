@@ -7,9 +7,9 @@ import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
-from historysim.measured.definitions import Definitions
+from historysim.measured.branches import Definitions
 from historysim.measured.loop_values import NoLoopError
-from historysim.measured.splitting import loops_of_channels
+from historysim.measured.loops import loops_of_channels
 
 PART = 40
 
@@ -41,7 +41,7 @@ def test_each_load_of_a_programme_has_its_loops():
         assert np.isnan(values).tolist() == lost.tolist()
     assert np.isnan(found.dissipated_energy).tolist() == lost.any(axis=1).tolist()
     assert_allclose(found.amplitude, 1.0)
-    assert found.told == (
+    assert found.exclusions == (
         "2 branches are left out, on which the normal load moves by 50 % of its greatest value, over 10 % (load_share)",
     )
     table = found.by_load()
@@ -73,7 +73,7 @@ def test_the_shipped_record_of_an_instrument():
 
 def test_an_even_load_loses_nothing():
     steady = loops_of_channels(*record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0}, noise=0.03))
-    assert (len(steady), steady.told) == (2, ())
+    assert (len(steady), steady.exclusions) == (2, ())
     assert not steady.left_out_branches.any()
 
 
@@ -82,16 +82,16 @@ def test_what_a_load_moves_by_on_every_branch_is_the_way_of_the_test():
     found = loops_of_channels(time, u, load, normal * (1 + 0.1 * u))
     assert len(found) == 7
     assert not found.left_out_branches.any()
-    (told,) = found.told
-    assert told.startswith("the normal load moves by 1")
-    assert told.endswith("on three branches of four, over 10 % (load_share): those are not left out")
+    (note,) = found.exclusions
+    assert note.startswith("the normal load moves by 1")
+    assert note.endswith("on three branches of four, over 10 % (load_share): those are not left out")
     # less of it is not worth telling, and a step is one beside it, too
-    assert loops_of_channels(time, u, load, normal * (1 + 0.03 * u)).told == ()
+    assert loops_of_channels(time, u, load, normal * (1 + 0.03 * u)).exclusions == ()
     stepped = np.where(np.arange(u.size) < 6.5 * PART, 1.0, 1.5)
     found = loops_of_channels(time, u, load * stepped, normal * stepped * (1 + 0.1 * u))
     # and what is behind the last loop counts alone
     assert np.argwhere(found.left_out_branches).tolist() == [[2, 0], [7, 0]]
-    assert found.told[1].startswith("1 branch is left out, on which the normal load moves by 4")
+    assert found.exclusions[1].startswith("1 branch is left out, on which the normal load moves by 4")
 
 
 def test_the_share_is_chosen():
@@ -105,7 +105,7 @@ def test_the_share_is_chosen():
 def test_a_loop_without_any_branch_at_one_load_is_left_out():
     found = loops_of_channels(*record([0.0, 1, -1, 1, -1, 1, -1, 1, 0], {0: 1.0, 3.5: 1.5, 4.5: 2.0}))
     assert found.number.tolist() == [0, 2]
-    assert found.told[0].startswith("2 branches are left out, on which the normal load moves by 25 % to 33.3 %")
+    assert found.exclusions[0].startswith("2 branches are left out, on which the normal load moves by 25 % to 33.3 %")
 
 
 @pytest.mark.parametrize("rise", [1.3, 0.7])
@@ -126,7 +126,7 @@ def test_first_loops_of_each_load_are_left_out_on_request():
     channels = programme([1.0, 2.0], loops=3)
     found = loops_of_channels(*channels, skip_per_level=1)
     assert found.number.tolist() == [1, 2, 4, 5]
-    assert found.told[-1] == "the first 1 loop is left out at each load, 2 in all"
+    assert found.exclusions[-1] == "the first 1 loop is left out at each load, 2 in all"
     # at one load it is what skip is
     one = record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0})
     assert loops_of_channels(*one, skip_per_level=1).number.tolist() == [1]

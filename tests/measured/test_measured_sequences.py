@@ -1,8 +1,6 @@
 """From a measured sequence to loops, a comparison and a fit, by the command line as a user has it; and real records."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import netCDF4
@@ -87,7 +85,6 @@ def test_loops_of_a_record(folder):
     lines = done.output.splitlines()
     told = dict(re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line))
     assert told["dead band"].startswith("20 nm, ")
-    assert "half cycles" in told["range pairs"]
     assert told["values"] == "mean ± standard deviation of one loop"
     assert told["preliminary displacement"].startswith("from the reversal to where 0.95 of the way")
     assert told["friction over load"].startswith("F = 0.2 N ")
@@ -198,31 +195,17 @@ REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale
 @pytest.mark.parametrize(
     ("command", "changes", "said"),
     [
-        (
-            "loops",
-            [NO_RESPONSE],
-            "s.toml: loading: the record has no tangential_load; expected a column for it, in load",
-        ),
-        ("compare", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in"),
         ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in load"),
         ("compare", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N"),
-        ("fit", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N or"),
         (
             "fit",
             [('[fit]\nparameters = ["friction", "lateral_stiffness"]', "")],
             "s.toml: fit: missing; expected [fit]",
         ),
         ("fit", [('"lateral_stiffness"]', '"height_scale"]')], "s.toml: fit.parameters: height_scale: all summits are"),
-        (
-            "fit",
-            [("[fit]", "[fit]\nskip = 40")],
-            "s.toml: loading: 40 loops are to be skipped, and the record has 4; exp",
-        ),
+        ("fit", [("[fit]", "[fit]\nskip = 40")], "s.toml: loading: 40 loops are to be skipped, and the record has 4;"),
         ("compare", [('"measured.csv"', '"gone.csv"')], "s.toml: loading.file: gone.csv: there is no such file"),
-        ("compare", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
-        ("fit", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
         ("loops", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
-        ("loops", [('"20 nm"', '"20 mN"')], "s.toml: loading.dead_band.tangential_displacement: '20 mN': 'mN' is not"),
         ("loops", [('"20 nm"', '"20 mm"')], "s.toml: loading: "),
     ],
 )
@@ -239,28 +222,13 @@ def test_records_that_do_not_do(folder, command, changes, said):
     ("arguments", "said"),
     [
         (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml"),
-        (("fit", "s.toml", "-o", "f"), "f: no ending; expected .toml"),
         (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
-        (("fit", "s.toml", "-o", "none/f.toml"), "none/f.toml: there is no folder none"),
-        (("compare", "s.toml", "-o", "c.txt"), "c.txt: .txt ending; expected .png"),
         (("compare", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
-        (("compare", "s.toml", "--skip", "99"), "s.toml: loading: 99 loops are to be skipped"),
-        (
-            ("compare", "s.toml", "--skip", "-1"),
-            "s.toml: loading: skip is -1; expected a whole number of loops",
-        ),
-        (("fit", "s.toml", "--picture", "f.nc"), "f.nc: .nc ending; expected .png or .pdf or .svg"),
-        (("loops", "s.toml", "-o", "measured.csv"), "measured.csv: would overwrite what it is made from"),
-        (("loops", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
+        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: skip is -1; expected a whole number of loops"),
         (("loops", "s.toml", "--skip", "99"), "s.toml: loading: "),
-        (("loops", "s.toml", "--skip", "-1"), "s.toml: loading: "),
         (("loops", "s.toml", "--dead-band", "5 N"), "--dead-band: '5 N': 'N' is not a unit of a length"),
-        (("loops", "s.toml", "--dead-band", "-5 nm"), "s.toml: loading: "),
         (("loops", "measured.csv"), "measured.csv: is no scenario (.toml) and no result of historysim run"),
-        (("loops", "gone.toml"), "gone.toml: "),
-        (("loops", "gone.nc"), "gone.nc: there is no such file"),
         (("compare", "measured.csv"), "measured.csv: is not TOML"),
-        (("fit", "measured.csv"), "measured.csv: is not TOML"),
     ],
 )
 def test_arguments_that_do_not_do(folder, arguments, said):
@@ -289,19 +257,6 @@ def test_what_stood_there_stays_when_writing_fails(folder, command, monkeypatch)
     assert done.output == f"Error: {names[-1]}: No space left on device\n"
     assert files(folder) == sorted([*names, *GIVEN])
     assert {(folder / name).read_text(encoding="utf-8") for name in names} == {"old"}
-
-
-@pytest.mark.parametrize("command", ["compare", "fit", "loops"])
-def test_help_loads_nothing_heavy(command):
-    code = (
-        "import sys\nfrom historysim.cli import main\n"
-        f"try:\n    main(['{command}', '--help'])\nexcept SystemExit:\n    pass\n"
-        "heavy = {'numpy', 'scipy', 'xarray', 'matplotlib', 'attrs', 'cattrs', 'tomlkit'}\n"
-        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert f" {command} [OPTIONS]" in done.stdout
-    assert done.stderr == "[]\n"
 
 
 # -- real records ----------------------------------------------------------------------------------

@@ -3,15 +3,15 @@
 import attrs
 import numpy as np
 import pytest
-import synthetic
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.errors import InputError
+from historysim.measured.comparison import observe, passed
 from historysim.measured.measurement import Measurement
-from historysim.measured.observation import noise_of, observe, passed
+from historysim.measured.reduction import noise_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -135,22 +135,9 @@ def test_loops_to_skip_are_a_whole_number(skip):
         observe(record_of([0, 1e-8, 0, 1e-8], 0.05), skip=skip)
 
 
-def test_no_more_loops_are_skipped_than_there_are():
-    moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
-    with pytest.raises(InputError, match="3 loops are to be skipped, and the record has"):
-        observe(record_of(moved, 0.05), skip=3)
-
-
 def test_what_cannot_be_observed():
     whole = record_of([0, 1e-8], 0.05)
     with pytest.raises(InputError, match="the record has no tangential_load"):
         observe(attrs.evolve(whole, response={}))
     with pytest.raises(InputError, match=r"the sample at t = 1 s: a normal load of -0\.05 N pulls on the contact"):
         observe(record_of([0, 1e-8], [0.05, -0.05]))
-
-
-def test_the_synthetic_record_is_observed_as_it_was_made():
-    observation = observe(synthetic.measured("ball", 0))
-    assert observation.turns.size == 10
-    assert observation.displacement_noise == pytest.approx(synthetic.DISPLACEMENT_NOISE, rel=0.1)
-    assert observation.load_noise == pytest.approx(synthetic.LOAD_NOISE, rel=0.1)

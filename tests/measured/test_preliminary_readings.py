@@ -7,10 +7,9 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured import preliminary_readings
-from historysim.measured.definitions import Definitions
+from historysim.measured.branches import Definitions, reversal_factor, zero_load_factor
+from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.measurement import Measurement
-from historysim.measured.splitting import loops_of_channels, loops_of_measurement
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -61,8 +60,8 @@ def test_the_bias_at_the_noise_of_the_instruments(swung):
         assert virgin.count == LOOPS - 1
         assert virgin.mean == pytest.approx(truth, rel=share)
         for name, factor in (
-            ("preliminary_displacement", preliminary_readings.reversal_factor(0.95)),
-            ("displacement_from_zero_load", preliminary_readings.zero_load_factor(0.95)),
+            ("preliminary_displacement", reversal_factor(0.95)),
+            ("displacement_from_zero_load", zero_load_factor(0.95)),
         ):
             assert found.statistics(name).mean == pytest.approx(factor * truth, abs=1e-9)
 
@@ -71,22 +70,22 @@ def test_an_instrument_is_taken_off_the_virgin_displacement(swung):
     sampled, normal_load, truth = swung
     found = noisy(sampled, normal_load, lateral_stiffness=334e3)
     assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
-    assert found.statistics("preliminary_displacement").mean > 1.1 * preliminary_readings.reversal_factor(0.95) * truth
+    assert found.statistics("preliminary_displacement").mean > 1.1 * reversal_factor(0.95) * truth
     lines = dict(found.summary())
     assert lines["preliminary displacement"].endswith("and what the load bends the instrument of 334 kN/m by")
 
 
 def test_factors_are_those_of_theory():
     """To slip: 2 from the reversal, 2^(1/3) from zero load (the source's Eq. 4.5)."""
-    assert preliminary_readings.reversal_factor(1 - 1e-15) == pytest.approx(2, abs=1e-9)
-    assert preliminary_readings.zero_load_factor(1 - 1e-15) == pytest.approx(2 ** (1 / 3), abs=1e-9)
+    assert reversal_factor(1 - 1e-15) == pytest.approx(2, abs=1e-9)
+    assert zero_load_factor(1 - 1e-15) == pytest.approx(2 ** (1 / 3), abs=1e-9)
     contact = {"normal_load": 1.0, "contact_radius": 1.0, "shear_modulus": 1.0, "friction": 1.0}
     slide = float(mindlin.preliminary_displacement(**contact))
     for reached in (0.5, 0.8, 0.95):
         # from sliding backward to forward
         load = -1 + 2 * reached
         u = float(mindlin.displacement_after_reversal(-load, reversal_load=1.0, **contact))
-        assert (slide - u) / slide == pytest.approx(preliminary_readings.reversal_factor(reached), rel=1e-12)
+        assert (slide - u) / slide == pytest.approx(reversal_factor(reached), rel=1e-12)
 
 
 def test_the_summary_says_which_is_which(swung):

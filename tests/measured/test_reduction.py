@@ -338,9 +338,8 @@ def test_clocks_of_two_channels_are_brought_together():
 
 def test_samples_that_miss_no_channel_are_whole():
     nan = math.nan
-    assert whole_samples([0, 1, nan, 3, 4], [1, nan, 1, 5, 7], [2, 2, 2, 6, nan]).tolist() == [1, 0, 0, 1, 0]
-    assert whole_samples([0, 1, 2], [1, nan, 3]).tolist() == [True, False, True]
-    assert whole_samples([nan], [1]).tolist() == [False]
+    channels = np.array([[0, 1, nan, 3, 4], [1, nan, 1, 5, 7], [2, 2, 2, 6, nan]])
+    assert whole_samples(*channels).tolist() == [True, False, False, True, False]
 
 
 # ---------------------------------------------------------------- bad input
@@ -350,25 +349,10 @@ def test_samples_that_miss_no_channel_are_whole():
     ("call", "message"),
     [
         (lambda: turning_points([0, math.nan, 1]), r"values misses 1 of 3 samples \(NaN\); .*whole_samples"),
-        (lambda: turning_points([0, math.inf, 1]), r"values\[1\] is inf; expected a finite number"),
-        (lambda: turning_points([]), "values is of shape .0,.; expected the samples of one channel"),
         (lambda: turning_points([[1, 2]]), "values is of shape .1, 2."),
-        (lambda: turning_points(["a"]), "values is .*; expected numbers"),
         (lambda: turning_points([0, 1], -1), "dead_band is -1; expected a finite number of 0 or more"),
-        (lambda: turning_points([0, 1], [1, 2]), "dead_band is a list"),
         (lambda: kept_points([0, 1], [1]), "normal_load has 1 samples; expected 2"),
-        (lambda: kept_points([0, 1], [1, 2], normal_dead_band=-1), "dead_band is -1"),
-        (lambda: in_step([0, 1, 2], [0, 1]), "kept does not lead from sample 0 to sample 2"),
-        (lambda: whole_samples([0, 1], [1, 2, 3]), r"channels of shape \(2,\), \(3,\); expected one or more, each"),
-        (lambda: whole_samples([[0, 1]]), r"channels of shape \(1, 2\); expected one or more, each a row"),
-        (whole_samples, "channels of shape none; expected one or more"),
-        (lambda: whole_samples([0, 1], ["a", 1]), r"channels\[1\] is .*; expected numbers, or NaN"),
-        (lambda: whole_samples([0, 1], [math.inf, 1]), r"channels\[1\]\[0\] is inf"),
         (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\]: the time 0 s comes after 0 s; expected times that rise"),
-        (lambda: resample([0, 1], [1], [0]), r"values is of shape \(1,\); expected \(2,\)"),
-        (lambda: resample([0, 1], [1, -math.inf], [0]), r"values\[1\] is -inf"),
-        (lambda: resample([0, 1], [1, 2], [math.nan]), r"onto\[0\] is nan"),
-        (lambda: resample([0, 1], [1, 2], [0], max_gap=0), "max_gap is 0; expected a finite number greater than 0"),
     ],
 )
 def test_bad_input_is_explained(call, message):

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from scipy import stats
 
-from historysim.measured.scatter import TrendLine, of_values, pieces, wander
+from historysim.measured.scatter import TrendLine, of_values, pieces, reach, wander
 
 EVEN = np.full(16, 1 / 16)
 
@@ -91,3 +92,36 @@ def test_pieces_are_whole_loops():
     assert_array_equal(pieces(np.array([0, 5, 10, 15, 20, 24]), 25), [0, 10, 25])
     assert_array_equal(pieces(np.array([0, 5]), 6), [0, 6])
     assert pieces(np.arange(0, 4001, 2), 4001).size <= 50
+
+
+@pytest.mark.parametrize(("count", "correlation", "least"), [(8, 0.0, 0.93), (32, 0.0, 0.93), (32, 0.6, 0.89)])
+def test_a_reach_holds_and_is_hardly_wider_than_the_scatter(count, correlation, least):
+    """Known noise, or scatter four times as great of which the noise says nothing; an offset does no harm."""
+    random = np.random.default_rng(4)
+    share = np.full(count, 1 / count)
+    offset = np.where(np.arange(count) % 2, -1.0, 1.0) * share
+    for times in (1.0, 4.0):
+        sums, reaches = [], []
+        for _ in range(300):
+            moves = times * drawn(random, share, correlation)
+            sums.append(moves.sum())
+            left = moves - share * moves.sum() + 20 * offset
+            reaches.append(reach(left, share, 1.0, 0.95, sides=True))
+        held = np.mean(np.abs(sums) <= reaches)
+        # two standard errors of 300
+        assert held >= least - 2 * np.sqrt(0.06 / 300)
+        assert np.mean(reaches) < (2.2 if count == 8 else 1.5) * 1.96 * np.std(sums)
+
+
+def test_a_reach_of_independent_pieces_is_that_of_student():
+    """Where 48 pieces tell that nothing is correlated, what is averaged over adds little to Student's interval."""
+    random = np.random.default_rng(5)
+    share = np.full(48, 1 / 48)
+    found, expected = [], []
+    for _ in range(40):
+        moves = random.normal(size=48) / np.sqrt(48)
+        moves -= moves.mean()
+        found.append(reach(moves, share, 0.0, 0.95))
+        expected.append(stats.t.ppf(0.975, 47) * np.sqrt(48 / 47 * moves @ moves))
+    assert 0.95 < np.mean(found) / np.mean(expected) < 1.4
+    assert reach(np.zeros(48), share, 1.0, 0.95) == 0

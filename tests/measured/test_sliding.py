@@ -1,5 +1,6 @@
 """Sliding one way: static peak, windows and running-in of records that were made with known ones."""
 
+import re
 from html import escape
 from itertools import pairwise
 
@@ -12,7 +13,6 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.measurement import Measurement
 from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
-from historysim.results.plots.friction_trace import plot_sliding
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -46,16 +46,129 @@ def test_what_a_record_was_made_with_is_found():
 
 
 def test_intervals_hold_the_truth_in_95_of_100():
-    held = np.zeros(3)
-    for seed in range(200):
-        found = sliding_of_channels(*made(0.01, seed, peak=None, size=1001)).approach
-        held += (
-            found.steady_low <= STEADY <= found.steady_high,
-            found.start_low <= START <= found.start_high,
-            found.length_low <= LENGTH <= found.length_high,
-        )
-    # four standard deviations of a binomial count
-    assert (np.abs(held - 190) < 4 * np.sqrt(200 * 0.95 * 0.05)).all(), held
+    found = [sliding_of_channels(*made(0.01, seed, peak=None, size=1001)).approach for seed in range(200)]
+    told = [each for each in found if each is not None]
+    assert len(told) >= 198
+    assert (np.abs(held(told, STEADY, START, LENGTH) - 0.95 * len(told)) < four_deviations(len(told))).all()
+
+
+def held(found, steady, start, length):
+    """Return how many intervals hold the truth; of the start, at the place where each begins."""
+    begins = [steady + (start - steady) * np.exp(-each.origin / length) for each in found]
+    truths = {"steady": [steady] * len(found), "start": begins, "length": [length] * len(found)}
+    return np.array(
+        [
+            sum(
+                getattr(each, f"{name}_low") <= one <= getattr(each, f"{name}_high")
+                for each, one in zip(found, of, strict=True)
+            )
+            for name, of in truths.items()
+        ]
+    )
+
+
+def four_deviations(count):
+    """Return four standard deviations of how many of so many intervals of 95 % hold the truth."""
+    return 4 * np.sqrt(count * 0.95 * 0.05)
+
+
+SIZE = 1001
+WAY_MM = np.linspace(0, 10, SIZE)
+EXPONENTIAL = STEADY + (START - STEADY) * np.exp(-WAY_MM / 2)
+
+
+def white(random, deviation=0.01):
+    return deviation * random.normal(size=SIZE)
+
+
+def correlated(random, neighbours, deviation=0.01):
+    from scipy.signal import lfilter
+
+    return deviation * lfilter([np.sqrt(1 - neighbours**2)], [1, -neighbours], random.normal(size=SIZE + 500))[500:]
+
+
+def spiked(friction, random):
+    """Give 2 % of the samples spikes of 50 %."""
+    return np.where(random.random(SIZE) < 0.02, 1.5 * friction, friction)
+
+
+def late(friction, rests):
+    return np.concatenate([np.zeros(rests), friction[: SIZE - rests]])
+
+
+def evaluated(made_of, seed, *, over_time=False):
+    load = 2 * made_of(np.random.default_rng(seed))
+    return sliding_of_channels(WAY_MM, load, np.full(SIZE, 2.0), None if over_time else 1e-3 * WAY_MM)
+
+
+@pytest.mark.parametrize(
+    ("made_of", "over_time"),
+    [
+        (lambda random: spiked(EXPONENTIAL + white(random), random), False),
+        (lambda random: EXPONENTIAL + correlated(random, 0.8), False),
+        (lambda random: -(EXPONENTIAL + white(random)), True),
+        (lambda random: late(EXPONENTIAL, 100) + white(random), True),
+    ],
+    ids=["spikes", "correlated noise", "negative raw sign", "rig starts late"],
+)
+def test_intervals_hold_the_truth_whatever_else_the_record_has(made_of, over_time):
+    count, unit = 60, 1 if over_time else 1e-3
+    sliding = [evaluated(made_of, seed, over_time=over_time) for seed in range(count)]
+    found = [each.approach for each in sliding if each.approach is not None]
+    # spikes and correlated noise are no static peaks
+    assert sum(each.peak is not None for each in sliding) <= 2
+    assert len(found) >= 0.95 * count
+    inside = held(found, STEADY, START, 2 * unit)
+    # the rig that starts late slides from where its record begins, which noise moves by a sample
+    checked = inside if not sliding[0].remarks or not over_time else inside[[0, 2]]
+    assert (np.abs(checked - 0.95 * len(found)) <= four_deviations(len(found))).all()
+
+
+@pytest.mark.parametrize(
+    ("made_of", "over_time", "reason"),
+    [
+        (lambda random: 0.4 + white(random), False, "no better than a constant"),
+        (lambda random: spiked(0.4 + white(random), random), False, "no better than a constant"),
+        (lambda random: late(np.full(SIZE, 0.6), 100) + white(random), True, "no better than a constant"),
+        (lambda random: 0.5 - 0.01 * WAY_MM + white(random), False, "no better than a (straight line|constant)"),
+        (lambda random: np.where(WAY_MM < 5, 0.5, 0.4) + white(random), False, "no better than a constant"),
+        (lambda random: 0.4 + 0.1 / (1 + WAY_MM) + white(random, 0.003), False, "stray|slower decay"),
+        (lambda random: 0.5 - 0.03 * np.log(1 + 10 * WAY_MM) + white(random), False, "stray|slower decay"),
+        (lambda random: 0.4 + correlated(random, 0.98), False, "no better than|stray"),
+        (
+            lambda random: (
+                np.where(WAY_MM < 0.8, 0.4 * (1 - np.maximum(1 - WAY_MM / 0.8, 0) ** 1.5), 0.4) + white(random)
+            ),
+            False,
+            "stray|comes from 0|no better than",
+        ),
+    ],
+    ids=["constant", "spikes", "starts late", "line", "step", "power law", "logarithm", "wander", "soft rig"],
+)
+def test_what_is_no_exponential_is_none(made_of, over_time, reason):
+    for seed in range(20):
+        found = evaluated(made_of, seed, over_time=over_time)
+        assert found.approach is None
+        assert re.search(reason, found.no_approach)
+        assert dict(found.summary())["steady value"].startswith("no running-in of this form: ")
+
+
+def test_a_rig_that_starts_late_is_left_out_until_then():
+    found = evaluated(lambda random: late(EXPONENTIAL, 230) + white(random), 0, over_time=True)
+    assert found.place[0] == pytest.approx(2.3, abs=0.03)
+    assert ("left out", "the first 2.3 s, in which the rig rests") in found.remarks
+    # over the known displacement, too, and low friction of a coating is no rest
+    moved = 1e-3 * np.maximum(WAY_MM - 2.3, 0)
+    load = late(EXPONENTIAL, 230)
+    known = sliding_of_channels(WAY_MM, load, np.ones(SIZE), moved, over="time")
+    assert known.place[0] == pytest.approx(2.3, abs=0.03)
+    coated = np.where(WAY_MM < 6, 0.05, 0.6)
+    assert sliding_of_channels(WAY_MM, coated, np.ones(SIZE)).remarks == ()
+
+
+def test_friction_that_gives_energy_is_refused():
+    with pytest.raises(InputError, match=r"friction would give energy.*with a scale of -1"):
+        sliding_of_channels(WAY_MM, -EXPONENTIAL, np.ones(SIZE), 1e-3 * WAY_MM)
 
 
 def test_windows_are_means_along_the_displacement():
@@ -82,7 +195,8 @@ def test_what_is_not_there_is_not_found():
     assert (plain.peak, plain.approach) == (None, None)
     lines = dict(plain.summary())
     assert lines["static peak"] == "none that stands above the noise"
-    assert lines["steady value"] == "no approach to one that the windows show"
+    reason = "an exponential describes the windows no better than a constant"
+    assert lines["steady value"] == f"no running-in of this form: {reason}"
     running_in = sliding_of_channels(*made(noise=0.002, peak=None))
     assert running_in.peak is None
     assert running_in.approach.start == pytest.approx(START, abs=0.003)
@@ -137,7 +251,7 @@ def test_its_dataset_tells_all_but_the_samples(noise, over, windows):
     assert (read.peak, read.approach, read.remarks) == (found.peak, found.approach, found.remarks)
     assert np.array_equal(read.window_mean, found.window_mean)
     # the samples are not drawn as something else
-    labels = [line.get_label() for line in plot_sliding(read).axes[0].lines]
+    labels = [line.get_label() for line in hs.plots.sliding(read).axes[0].lines]
     assert "samples" not in labels
     assert "windows" in labels
     page = hs.report(read)
@@ -146,14 +260,9 @@ def test_its_dataset_tells_all_but_the_samples(noise, over, windows):
         assert escape(text) in page
 
 
-def test_what_is_no_friction_course_is_refused():
-    with pytest.raises(hs.InputError, match="is no friction over time or distance"):
-        Sliding.from_dataset(sliding_of_channels(*made()).to_dataset().assign_attrs(content="sweep"))
-
-
 def test_the_picture_shows_samples_windows_peak_and_approach():
     found = sliding_of_channels(*made(noise=0.002))
-    figure = plot_sliding(found, title="of $5")
+    figure = hs.plots.sliding(found, title="of $5")
     (axes,) = figure.axes
     lines = {line.get_label(): line for line in axes.get_lines()}
     assert_allclose(lines["windows"].get_ydata(), found.window_mean)

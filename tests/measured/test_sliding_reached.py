@@ -5,11 +5,10 @@ import pytest
 import synthetic
 
 from historysim.errors import InputError
-from historysim.measured.comparison import Comparison
-from historysim.measured.definitions import Definitions, Plateau
-from historysim.measured.observation import observe
-from historysim.measured.splitting import loops_of_channels, loops_of_measurement
-from historysim.results.loop_summary import summary
+from historysim.measured.branches import Definitions
+from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.loops import loops_of_channels, loops_of_measurement
+from historysim.results.tables import loop_summary as summary
 
 
 def short(noise=1.0, **shape):
@@ -71,7 +70,7 @@ def test_a_file_of_loops_shows_the_same(loads):
 
 def test_a_comparison_shows_bounds_as_bounds():
     observed = observe(short())
-    response = synthetic.observation.passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
+    response = passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
     table = {label: texts for label, *texts in Comparison.of(observed, response).rows()}
     assert all(text.startswith("≥ 0.18") for text in table["friction coefficient"])
 
@@ -82,7 +81,6 @@ def test_scatter_is_no_rise_and_the_share_can_be_chosen():
     force = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + random.normal(0, 0.3, moved.size)
     assert not loops_of_channels(np.arange(moved.size), moved, force).rising_branches.any()
     time = np.arange(moved.size)
-    assert not loops_of_channels(time, moved, force, definitions=Definitions(sliding=Plateau())).rising_branches.any()
     # friction that rises evenly by 8 % over the last quarter, as that of a friction damper does, and by 16 %
     for tilt, rising in ((0.16, False), (0.32, True)):
         tilted = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + tilt * moved

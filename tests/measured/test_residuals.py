@@ -8,9 +8,7 @@ import pytest
 import synthetic
 
 import historysim as hs
-from historysim.measured.comparison import Comparison
-from historysim.measured.misfit import what_is_left
-from historysim.measured.observation import observe, passed
+from historysim.measured.comparison import Comparison, observe, passed, residuals_of
 
 RECORD = synthetic.measured("ball", 0, loads=(0.05,), loops=8, rate=20)
 ENSEMBLE, INSTRUMENT = synthetic.model("ball")(synthetic.TRUTHS["ball"])
@@ -20,7 +18,7 @@ def left_of(load, friction=0.2):
     record = attrs.evolve(RECORD, response={"tangential_load": load})
     observation = observe(record)
     ball, drive = synthetic.model("ball")({**synthetic.TRUTHS["ball"], "friction": friction})
-    return what_is_left(observation, passed(ball, drive, observation))
+    return residuals_of(observation, passed(ball, drive, observation))
 
 
 def test_shares_add_up():

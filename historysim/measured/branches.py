@@ -1,0 +1,321 @@
+"""One branch of a friction loop, from reversal to reversal: at which normal load it is, and what is read off it.
+
+README.md of this folder, "How loops are read", has the definitions and their theory.
+"""
+
+import math
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.measured.reduction import FEWEST_SAMPLES
+
+STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
+"""Rises over the least one that no sliding has; share of a rise in its second half below which it bends."""
+CLEAR_SLOPE = 3.0
+"""Standard errors beyond which a slope is no scatter."""
+FEWEST_OF_CURVE = 4
+"""Samples of a branch from which on Mindlin's curve is fitted to it."""
+PARTS = 10
+"""Parts of a branch over which the normal load is averaged, so that its noise is no move."""
+USUAL_MOVES = 0.25
+"""Quantile of the moves of the normal load on all branches that is the way of the test, and no step."""
+AT_REST = 0.05
+"""Share of a branch from its reversal, and at most a dead band, in which the displacement is at rest."""
+
+
+def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    name = f"{attribute.name} of {type(owner).__name__}"
+    least = scalar(name, value) >= 0 if attribute.name == "amplitude_share" else value > 0
+    if not least or value >= 1:
+        raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
+
+
+@attrs.frozen(kw_only=True)
+class Definitions:
+    """What is taken for sliding, for reached, and for the beginning of a branch.
+
+    Parameters
+    ----------
+    sliding_part : float
+        Sliding is this last part of a branch, by displacement; the friction force is its mean. Between 0 and 1.
+    reached : float
+        The share of the way between the load at the reversal and the friction force that ends the preliminary
+        displacement, between 0 and 1.
+    initial_part : float
+        The stiffness is the slope of a branch up to this share of the way between the load at the reversal and the
+        friction force, between 0 and 1.
+    load_share : float
+        How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
+        branches; a branch on which it moves more is left out. Loops whose loads differ by no more than this share are
+        loops at one load. Between 0 and 1.
+    amplitude_share : float
+        Loops of less than this share of the largest amplitude are kept out of means. Between 0, with which all of them
+        count, and 1.
+    still_rising : float
+        How much the load may rise along the sliding part of a branch that slides, over the friction force: by the
+        least-squares line through it, and beyond what scatter makes of that. Where it rises more, less and less, the
+        branch has not come to slide; friction that rises evenly does so up to 2.4 times this share. Between 0 and 1.
+    """
+
+    sliding_part: float = attrs.field(default=0.25, validator=_is_share)
+    reached: float = attrs.field(default=0.95, validator=_is_share)
+    initial_part: float = attrs.field(default=0.2, validator=_is_share)
+    load_share: float = attrs.field(default=0.1, validator=_is_share)
+    amplitude_share: float = attrs.field(default=0.5, validator=_is_share)
+    still_rising: float = attrs.field(default=0.05, validator=_is_share)
+
+    @property
+    def sliding_text(self) -> str:
+        """The sliding part in words."""
+        return f"the last {self.sliding_part:.3g} of the displacement of a branch"
+
+    @property
+    def initial_text(self) -> str:
+        """The first part in words."""
+        return f"until {self.initial_part:.3g} of the way between the load at the reversal and the friction force"
+
+
+DEFAULT = Definitions()
+
+
+@attrs.frozen(eq=False)
+class Trace:
+    """The channels that loops are found in, over time; the normal load is None where it is not known."""
+
+    time: Floats
+    """(sample) Times that do not decrease [s]."""
+    displacement: Floats
+    """(sample) Tangential displacement U [m]."""
+    tangential_load: Floats
+    """(sample) T [N], positive in the direction of U."""
+    normal_load: Floats | None
+    """(sample) N [N]."""
+
+
+# -- what is read off a branch ---------------------------------------------------------------------
+
+
+def read_branch(
+    trace: Trace, first: int, last: int, *, definitions: Definitions, lateral_stiffness: float, noisy: bool
+) -> tuple[tuple[float, ...], bool]:
+    """Return the values of the branch between two samples, in the order of BRANCH_QUANTITIES; whether it still rises.
+
+    Where a record is noisy its channels turn between samples: the outermost sample may be behind the turn, and its load
+    is none of sliding.
+    """
+    sign, part = (-1.0 if trace.displacement[last] < trace.displacement[first] else 1.0), slice(first, last + 1)
+    u, f = sign * (trace.displacement[part] - trace.displacement[first]), sign * trace.tangential_load[part]
+    start = (1 - definitions.sliding_part) * u[-1]
+    # means are over the displacement, whatever noise and hum made of the order of the samples
+    order = np.argsort(u, kind="stable")
+    slides_from = _crossing(u[order], start)
+    force = _mean_from(slides_from, u[order], f[order])
+    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    if noisy and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
+        order = np.argsort(u[:-1], kind="stable")
+        slides_from = _crossing(u[order], start)
+        force = _mean_from(slides_from, u[order], f[order])
+    load = math.nan if trace.normal_load is None else _mean_from(slides_from, u[order], trace.normal_load[part][order])
+    rise = force - f[0]
+    preliminary = from_zero = virgin = stiffness = math.nan
+    if rise > 0:
+        preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
+        # a branch that begins beyond zero load has no such place
+        from_zero = preliminary - _at(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
+        # the reversal lies between samples
+        reversal_load = min(sign * float(trace.tangential_load[max(first - 1, 0)]), float(f[0]))
+        share = (f - reversal_load) / (force - reversal_load)
+        virgin = _virgin_displacement(u - (f - reversal_load) / lateral_stiffness, share, definitions.reached)
+        stiffness = 1 / _slope(_crossing(f, f[0] + definitions.initial_part * rise), f, u)
+    friction = force / load if load > 0 else math.nan
+    return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
+
+
+def _still_rises(place: float, u: Floats, f: Floats, least: float) -> bool:
+    """Return whether the load still rises as on the way to sliding, from a place on: steeply, or less and less."""
+    rise = _rise(place, u, f)
+    if not rise > least > 0:
+        return False
+    # friction may rise with the distance that was slid, but not less and less as where a contact comes to slide
+    middle = _crossing(u, (_at(place, u) + u[-1]) / 2)
+    return rise > STEEPEST_SLIDING * least or _rise(middle, u, f) < LEAST_BENDING * rise
+
+
+def _rise(place: float, u: Floats, f: Floats) -> float:
+    """Return how much the line through the samples from a place on rises, 0 where that may be their scatter alone."""
+    along, loads = u[math.ceil(place) :], f[math.ceil(place) :]
+    if along.size < 2 or np.ptp(along) == 0:
+        return 0.0
+    across = along - along.mean()
+    squares = float(across @ across)
+    slope = float(across @ loads) / squares
+    left = loads - loads.mean() - slope * across
+    error = math.sqrt(float(left @ left) / (along.size - 2) / squares) if along.size > 2 else 0.0
+    return slope * float(np.ptp(along)) if slope > CLEAR_SLOPE * error else 0.0
+
+
+def covered(share: npt.ArrayLike) -> Floats:
+    """Return z(q), the way from the reversal over that to slip, on a sphere, at shares of the load."""
+    way: Floats = 1 - (1 - np.asarray(share, dtype=np.float64)) ** (2 / 3)
+    return way
+
+
+def reversal_factor(reached: float) -> float:
+    """Return the displacement from the reversal to a share of the way to the friction force, over θμδ, on a sphere."""
+    return float(2 * covered(reached))
+
+
+def zero_load_factor(reached: float) -> float:
+    """Return the displacement from zero load to a share of the way to the friction force, over θμδ, on a sphere."""
+    return float(2 * (covered(reached) - covered(0.5)))
+
+
+def _virgin_displacement(moved: Floats, share: Floats, reached: float) -> float:
+    """Return θμδ [m] by Mindlin's curve through displacements from the reversal, at shares of the load."""
+    beyond = share >= reached
+    end = int(beyond.argmax()) if beyond.any() else 0
+    # what slid before the reversal, or has not left it yet, is not on the curve
+    part = np.flatnonzero(share[:end] >= 1 - reached)
+    way, moved = covered(share[part]), moved[part]
+    if moved.size < FEWEST_OF_CURVE:
+        return math.nan
+    across = way - way.mean()
+    slope = float(across @ moved) / float(across @ across) if np.any(across) else math.nan
+    return slope / 2 if slope > 0 else math.nan
+
+
+def _crossing(values: Floats, level: float) -> float:
+    """Return where values first reach a level, as a sample number with a fraction; NaN where they never do."""
+    above = values >= level
+    first = int(above.argmax())
+    if not above[first]:
+        return math.nan
+    if first == 0:
+        return 0.0
+    low, high = values[first - 1], values[first]
+    return first - 1 + float((level - low) / (high - low))
+
+
+def _at(place: float, values: Floats) -> float:
+    if math.isnan(place):
+        return math.nan
+    before = min(int(place), values.size - 2)
+    return float(values[before] + (place - before) * (values[before + 1] - values[before]))
+
+
+def _mean_from(place: float, u: Floats, values: Floats) -> float:
+    """Return the mean of values over the displacement from a place on to the end."""
+    after = math.ceil(place)
+    along = np.append(_at(place, u), u[after:])
+    heights = np.append(_at(place, values), values[after:])
+    length = along[-1] - along[0]
+    return float(area(along, heights) / length) if length > 0 else float(heights[-1])
+
+
+def _slope(place: float, x: Floats, y: Floats) -> float:
+    """Return the least-squares slope of y over x in the samples up to a place; NaN where it is not positive."""
+    count = 0 if math.isnan(place) else int(place) + 1
+    across = x[:count] - x[:count].mean() if count else x[:0]
+    slope = float(across @ y[:count])
+    return slope / float(across @ across) if slope > 0 else math.nan
+
+
+def area(u: Floats, f: Floats) -> float:
+    """Return ∫ f du along samples, by the trapezoidal rule."""
+    return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
+
+
+# -- at which normal load --------------------------------------------------------------------------
+
+
+@attrs.frozen(eq=False)
+class AtOneLoad:
+    """Loops of which each has a branch at one normal load."""
+
+    number: Integers
+    """(loop) Which loop of the record each one is."""
+    ends: Integers
+    """(loop, 3) The samples at which each loop begins, turns back, and ends."""
+    left_out: Booleans
+    """(loop, 2) Whether the first and the second branch of each loop have no values."""
+    stepped: Booleans
+    """(loop, 2) Whether they begin with a step of the load."""
+    notes: tuple[str, ...] = ()
+    """What was left out, and why."""
+
+
+def at_one_load(
+    trace: Trace, number: Integers, ends: Integers, lone: tuple[int, int] | None, *, dead_band: float, share: float
+) -> AtOneLoad:
+    """Return the loops that have a branch at one load; `lone` are the ends of a whole branch behind the last loop.
+
+    A branch on which the load moves by more than the share, beyond what it moves on most branches, is at no one load.
+    """
+    none = np.zeros((number.size, 2), dtype=np.bool_)
+    nothing = AtOneLoad(number, ends, none, none)
+    if trace.normal_load is None:
+        return nothing
+    branches = [loop[place : place + 2] for loop in ends for place in (0, 1)] + ([lone] if lone else [])
+    moves = np.array([_moves(trace, int(first), int(last), dead_band) for first, last in branches])
+    *of_loops, behind = np.split(moves, [2 * number.size])
+    on_the_way, with_rest = np.moveaxis(of_loops[0].reshape(-1, 2, 2), -1, 0)
+    everywhere = float(np.quantile(on_the_way, USUAL_MOVES))
+    most = share + everywhere
+    moved, stepped = on_the_way > most, with_rest > most
+    limit = f"{100 * share:.3g} % (load_share)"
+    notes = []
+    if everywhere > share:
+        notes.append(
+            f"the normal load moves by {100 * everywhere:.3g} % of its greatest value or more on three branches of "
+            f"four, over {limit}: those are not left out"
+        )
+    if not stepped.any():
+        return attrs.evolve(nothing, notes=tuple(notes))
+    if moved.any():
+        count, by = counted(int(moved.sum()), "branch is", "branches are"), _range(on_the_way[moved])
+        notes.append(f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}")
+    if begun := int((stepped & ~moved).sum()):
+        notes.append(
+            f"{counted(begun, 'branch begins', 'branches begin')} with a step of the normal load of more than {limit}: "
+            "without preliminary displacement and stiffness"
+        )
+    if lone is not None and behind[0, 0] <= most:
+        number = np.append(number, number[-1] + 1)
+        ends = np.vstack([ends, [*lone, trace.displacement.size - 1]])
+        moved, stepped = np.vstack([moved, [False, True]]), np.vstack([stepped, [behind[0, 1] > most, True]])
+    kept = ~moved.all(axis=1)
+    return AtOneLoad(number[kept], ends[kept], moved[kept], stepped[kept], tuple(notes))
+
+
+def _range(moves: Floats) -> str:
+    low, high = (f"{100 * float(at(moves)):.3g} %" for at in (np.min, np.max))
+    return low if low == high else f"{low} to {high}"
+
+
+def _moves(trace: Trace, first: int, last: int, dead_band: float) -> tuple[float, float]:
+    """Return the range of N over its greatest value, on the way of a branch and with the rest before it."""
+    displacement, normal_load = trace.displacement, trace.normal_load
+    assert normal_load is not None  # noqa: S101 - its caller has looked
+    near = min(dead_band, AT_REST * abs(displacement[last] - displacement[first]))
+    before, begin, end = first, first, last
+    while before > 0 and abs(displacement[before - 1] - displacement[first]) <= near:
+        before -= 1
+    while begin < last - 1 and abs(displacement[begin + 1] - displacement[first]) <= near:
+        begin += 1
+    while end > begin + 1 and abs(displacement[end - 1] - displacement[last]) <= near:
+        end -= 1
+    return _move(normal_load[begin : end + 1]), _move(normal_load[before : end + 1])
+
+
+def _move(load: Floats) -> float:
+    parts = min(PARTS, load.size)
+    begins = np.arange(parts) * load.size // parts
+    means = np.add.reduceat(load, begins) / np.diff(begins, append=load.size)
+    greatest = float(np.abs(means).max())
+    return float(np.ptp(means)) / greatest if greatest > 0 else 0.0

@@ -1,0 +1,287 @@
+"""Notes on the loops of a record: what was left out, and what it looks like, with the remedy.
+
+Each fault of an instrument is found from the samples alone, and only where it stands clear of the noise.
+"""
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+
+from historysim.basics.array_types import Floats, Integers
+from historysim.basics.units import quantity_text
+from historysim.basics.wording import counted
+from historysim.measured import scatter
+from historysim.measured.branches import Trace
+from historysim.measured.loop_table import CONFIDENCE
+from historysim.measured.loop_values import LoopValues
+from historysim.measured.reduction import FEWEST_SAMPLES, FEWEST_SPIKES, REVERSAL, SPIKE, count_of_spikes, noise_of
+
+LEAST_DRIFT = 1e-3
+"""Rise along a record over the mean up to which a drift has no note."""
+STROKE_OVER_NOISE = 40.0
+"""Stroke over the noise of the displacement up to which a note says that noise decides."""
+NARROW = 0.05
+"""Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
+Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
+CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
+"""Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped."""
+OFFSET = 0.02
+"""Offset or drift of the load over the friction force, from which on it has a note."""
+LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
+"""Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note."""
+LEAST_DROP, FEWEST_DROPS = 0.1, 2
+"""Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip."""
+
+
+def loop_notes(loops: LoopValues) -> tuple[str, ...]:
+    """Return what was left out of loops, and what the samples are too few to show, with the remedy."""
+    return (
+        *_noise(loops),
+        *_no_friction(loops),
+        *instrument_faults(loops),
+        *_drift(loops),
+        *loops.exclusions,
+        *_still_rising(loops),
+        *_narrow(loops),
+        *_unknown_stiffness(loops),
+    )
+
+
+def _no_friction(loops: LoopValues) -> Iterator[str]:
+    found = loops.no_friction
+    mend = "longer strokes slide"
+    if any(loops.large[members].any() for members, _ in found):
+        mend = (
+            loops.columns or "is the column of the tangential load right? historysim columns FILE shows what there is"
+        )
+    for _, text in found:
+        yield f"{text}; {mend}"
+
+
+def _noise(loops: LoopValues) -> Iterator[str]:
+    noise = loops.displacement_noise
+    if not noise:
+        return
+    of, stroke = quantity_text(noise, "m", 2), 2 * float(np.median(loops.amplitude[loops.large]))
+    if loops.dead_band < REVERSAL * noise:
+        yield (
+            f"the dead band is {loops.dead_band / noise:.2g} deviations of the noise of the displacement, {of}: noise "
+            f"may be taken for reversals; use six deviations, {quantity_text(REVERSAL * noise, 'm', 2)}, or more"
+        )
+    elif stroke <= STROKE_OVER_NOISE * noise:
+        yield (
+            f"the stroke of {quantity_text(stroke, 'm', 3)} is only {stroke / noise:.2g} σ of the displacement noise, "
+            f"{of}: reversal points are unreliable; use low_pass or median at this channel, or longer strokes"
+        )
+
+
+def _drift(loops: LoopValues) -> Iterator[str]:
+    """Yield what drifts from loop to loop, where all of them are at one load."""
+    if len(loops.by_load()) > 1 or loops.no_friction:
+        return
+    known = np.isfinite(loops.friction_coefficient).any()
+    quantity, label, unit = (
+        ("friction_coefficient", "friction coefficient", "1") if known else ("friction_force", "friction force", "N")
+    )
+    wander, mean = loops.wander(quantity), loops.statistics(quantity).mean
+    if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
+        return
+    start, end = (quantity_text(mean + sign * wander.rise / 2, unit) for sign in (-1, 1))
+    low, high = (quantity_text(wander.rise + sign * wander.rise_reach, unit) for sign in (-1, 1))
+    yield (
+        f"the {label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} (95 %); "
+        "its mean and the interval of it are those of the middle"
+    )
+
+
+def _still_rising(loops: LoopValues) -> Iterator[str]:
+    rising = loops.rising_branches & loops.large[:, None]
+    for members, _ in loops.no_friction:
+        rising[members] = False
+    if not rising.any():
+        return
+    many = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
+    coefficient = loops.friction_coefficient[rising]
+    bound = (
+        f"coefficients, {coefficient.min():.4g} to {coefficient.max():.4g}"
+        if np.isfinite(coefficient).all()
+        else f"forces, {quantity_text(float(loops.friction_force[rising].min()), 'N')} and more"
+    )
+    share = 100 * loops.definitions.still_rising
+    yield (
+        f"{int(rising.sum()):,} of {counted(many, 'branch', 'branches')} do not reach sliding: the load still rises by "
+        f"more than {share:.3g} % where it should be level. Their {bound}, are lower bounds and are left out of the "
+        "means; use longer strokes"
+    )
+
+
+def _narrow(loops: LoopValues) -> Iterator[str]:
+    force = loops.friction_force.mean(axis=1)
+    around = 4 * force * (loops.amplitude - force / loops.lateral_stiffness)
+    slid = loops.large & (around > 0) & ~loops.rising_branches.any(axis=1)
+    for members, _ in loops.no_friction:
+        slid[members] = False
+    narrow = slid & (loops.dissipated_energy < NARROW * around)
+    if not narrow.any():
+        return
+    share = max(float((loops.dissipated_energy[narrow] / around[narrow]).max()), 0.0)
+    yield (
+        f"{int(narrow.sum()):,} of {counted(int(slid.sum()), 'loop', 'loops')} are almost lines: they enclose "
+        f"{100 * share:.2g} % or less of the rectangle 4TU around them. A spring does so; a sphere that just slides "
+        "encloses 20 %. Check that the displacement is not that of a soft drive (give its stiffness in [instrument]), "
+        "and that the load was measured and not computed"
+    )
+
+
+def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
+    unknown = np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
+    if not unknown.any():
+        return
+    yield (
+        f"{int(unknown.any(axis=1).sum()):,} of {counted(len(loops), 'loop', 'loops')} without a stiffness at "
+        f"reversal: the first part of a branch, {loops.definitions.initial_text}, needs two samples or more that rise; "
+        "record more often (substeps of a simulation), or take a longer first part"
+    )
+
+
+# -- faults of an instrument -----------------------------------------------------------------------
+
+
+def instrument_faults(loops: LoopValues) -> list[str]:
+    """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise."""
+    trace, noise = loops.trace, loops.displacement_noise
+    if not noise or trace.time.size < FEWEST_SAMPLES:
+        return []
+    whole = loops.large & ~loops.left_out_branches.any(axis=1)
+    ends = loops.ends[whole]
+    return [
+        *_clipped(trace.tangential_load),
+        *_spikes(trace),
+        *_of_the_zero(loops.friction_force[whole]),
+        *_lost_motion(trace, ends, noise),
+        *_stick_slip(trace, ends),
+    ]
+
+
+def _clipped(load: Floats) -> Iterator[str]:
+    for name, extreme in (("greatest", load.max()), ("least", load.min())):
+        at = load == extreme
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
+        longest = int(np.max(edges[1::2] - edges[::2]))
+        few = np.count_nonzero(~at) < FEWEST_SAMPLES
+        if few or longest < CLIPPED_RUN or at.mean() < CLIPPED_SHARE or noise_of(load[~at]) == 0:
+            continue
+        yield (
+            f"{int(at.sum()):,} samples of the tangential load are its {name} value, {quantity_text(extreme, 'N')}, "
+            f"up to {longest:,} in a row: it looks clipped, and friction and energy are too small; take a wider range"
+        )
+
+
+def _spikes(trace: Trace) -> Iterator[str]:
+    channels = {"tangential load": trace.tangential_load, "displacement": trace.displacement}
+    for name, values in channels.items():
+        count = count_of_spikes(values, 0.98)
+        if count >= FEWEST_SPIKES:
+            yield (
+                f"{counted(count, 'sample', 'samples')} of the {name}, {100 * count / values.size:.2g} %, stand out "
+                "from both neighbours: they look like spikes, which change what is read off; median = 5 at this "
+                "channel removes them"
+            )
+
+
+def _of_the_zero(friction_force: Floats) -> Iterator[str]:
+    forward, backward = friction_force.T
+    known = np.isfinite(forward) & np.isfinite(backward)
+    if np.count_nonzero(known) < scatter.FEWEST_LOOPS:
+        return
+    middle, force = (forward - backward)[known] / 2, float((forward + backward)[known].mean()) / 2
+    wander = scatter.of_values(middle, CONFIDENCE)
+    if wander is None or not force > 0:
+        return
+    offset = float(middle.mean())
+    if wander.drifts and abs(wander.rise) > OFFSET * force:
+        yield (
+            f"the zero of the tangential load drifts by {quantity_text(wander.rise, 'N', 3)} along the record, "
+            f"{100 * abs(wander.rise) / force:.2g} % of the friction force: drift_free = true at this channel "
+            "removes it"
+        )
+    elif abs(offset) > max(OFFSET * force, wander.reach):
+        yield (
+            f"the tangential load has an offset of {quantity_text(offset, 'N', 3)}, {100 * abs(offset) / force:.2g} "
+            "% of the friction force, or friction differs between the directions: means over both directions are "
+            "free of it, a fit is not; centred = true at this channel removes it"
+        )
+
+
+def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
+    """Yield time, displacement from the reversal and load of each branch, in its own direction."""
+    moved, load = trace.displacement, trace.tangential_load
+    for first, last in [branch for ends in all_ends for branch in pairwise(ends)]:
+        sign, part = (1.0 if moved[last] > moved[first] else -1.0), slice(first, last + 1)
+        yield trace.time[part], sign * (moved[part] - moved[first]), sign * load[part]
+
+
+def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
+    """Find displacement without load, at zero load or behind a reversal, beyond what the stiffness beside it takes."""
+    ratios: dict[str, list[tuple[float, float, float]]] = {"zero": [], "reversal": []}
+    for time, unsorted, loads in _branches(trace, ends):
+        order = np.argsort(unsorted, kind="stable")
+        moved, load = unsorted[order], loads[order]
+        force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
+        if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
+            continue
+        rising = np.maximum.accumulate(load)
+        speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
+
+        def at(share: float, rising: Floats = rising, moved: Floats = moved, force: float = force) -> float:
+            return float(moved[min(int(np.searchsorted(rising, share * force)), moved.size - 1)])
+
+        low, high = at(-0.1), at(0.1)
+        beside = min(at(-0.1) - at(-0.5), at(0.5) - at(0.1)) / 2
+        ratios["zero"].append(((high - low - beside), beside, speed))
+        behind = (at(-0.5) - at(-0.8)) / 3
+        ratios["reversal"].append((at(-0.9) - behind, behind, speed))
+    for place, branches in ratios.items():
+        if len(branches) < scatter.FEWEST_LOOPS:
+            continue
+        width, beside, speed = np.median(np.array(branches), axis=0)
+        stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
+        if width < max(LOST_OVER_STROKE * stroke, LOST_OVER_BESIDE * beside, SPIKE * noise):
+            continue
+        of = quantity_text(float(width), "m", 2)
+        if place == "zero":
+            yield (
+                f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
+                f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
+            )
+        else:
+            lag = f", or the load lags by {quantity_text(float(width / speed), 's', 2)}" if speed > 0 else ""
+            yield (
+                f"the load stays for {of} behind a reversal: it looks like backlash of the drive{lag}; "
+                "energies and displacements hold it (shift at a channel removes a lag)"
+            )
+
+
+def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
+    drops, branches, largest = 0, 0, 0.0
+    noise = noise_of(trace.tangential_load)
+    for _, moved, load in _branches(trace, ends):
+        slides = load[moved >= 0.5 * moved[-1]]
+        if slides.size < FEWEST_SAMPLES:
+            continue
+        force = float(slides.mean())
+        steps = np.diff(slides)
+        # down at once, and slowly up again
+        falls = (steps < -max(LEAST_DROP * force, SPIKE * noise)).sum()
+        rises = (steps > max(LEAST_DROP * force, SPIKE * noise)).sum()
+        branches += 1
+        if falls >= FEWEST_DROPS and falls > 3 * rises:
+            drops += int(falls)
+            largest = max(largest, float(-steps.min()))
+    if branches and drops >= FEWEST_DROPS * branches:
+        yield (
+            f"the load drops by up to {quantity_text(largest, 'N', 2)} some {drops / branches:.2g} times on a "
+            "branch, and rises slowly again: it looks like stick-slip, which the model does not have; friction is "
+            "the mean over it"
+        )
