@@ -1,40 +1,20 @@
 """Questions to a history as methods of it: ``history.contact.first_slips()``.
 
-The accessor is there as soon as a name of historysim that gives or takes histories has been used, or this module is
-imported: ``import historysim.results.accessor``.
+The accessor exists as soon as a name of historysim that returns or takes histories has been used.
 """
 
 import functools
 import inspect
-from collections.abc import Callable
-from typing import Concatenate, ParamSpec, TypeVar, cast
+from collections.abc import Callable, Mapping
+from typing import Any
 
+import numpy as np
 import xarray as xr
 
+from historysim.basics.findings import Finding
+from historysim.basics.wording import listed, nearest
 from historysim.errors import InputError
-from historysim.results import analysis, history_drift, point_maps, rebuilt, sliding_order
-
-OF_ONE_STEP = {
-    "asperity_at",
-    "critical_asperity",
-    "mean_pressure",
-    "nominal_pressure",
-    "peak_pressure",
-    "preliminary_displacement",
-    "preliminary_displacements",
-    "presliding_work",
-    "profiles",
-    "reversal_points",
-    "slip_shares",
-    "stick_ratio",
-    "time_series",
-    "total_mean_pressure",
-    "validity",
-}
-"""Questions that one step of a history answers: ``history.isel(step=-1).contact.slip_shares()``."""
-
-Given = ParamSpec("Given")
-Answer = TypeVar("Answer")
+from historysim.results.asking import EARLIER, Question, questions
 
 
 def _is_one_step(history: xr.Dataset) -> bool:
@@ -42,43 +22,39 @@ def _is_one_step(history: xr.Dataset) -> bool:
 
 
 def _with_steps(history: xr.Dataset) -> xr.Dataset:
-    """Return one step of a history as a history of one step, which comes from where it does."""
+    """Return one step of a history as a history of one step, which keeps its source."""
     found = history.drop_vars("time").expand_dims("step").assign_coords(time=("step", [history["time"].item()]))
     found["time"].attrs = history["time"].attrs
     found.encoding = history.encoding
     return found
 
 
-def _asked(
-    question: Callable[Concatenate[xr.Dataset, Given], Answer],
-) -> Callable[Concatenate["Questions", Given], Answer]:
+def _method(asked: Question) -> Callable[..., Any]:
     """Return a question as a method, with the documentation of the function."""
 
-    @functools.wraps(question)
-    def method(self: "Questions", /, *args: Given.args, **kwargs: Given.kwargs) -> Answer:
+    @functools.wraps(asked.function)
+    def method(self: "Questions", /, *args: Any, **kwargs: Any) -> Any:
         if not _is_one_step(self.history):
-            return question(self.history, *args, **kwargs)
-        if question.__name__ not in OF_ONE_STEP:
+            return asked.function(self.history, *args, **kwargs)
+        if not asked.per_step:
             raise InputError(
-                f"{question.__name__}: the history has one step, which does not tell the way of the contact there; "
-                "expected a history with its steps: ask that one, and choose the step of the answer"
+                f"{asked.name}: needs the steps before, and the history has one step; ask the whole history, and "
+                "choose the step of the answer"
             )
-        answer = question(_with_steps(self.history), *args, **kwargs)
+        answer = asked.function(_with_steps(self.history), *args, **kwargs)
         # what was asked of one step has no steps, either
-        chosen = (
-            answer.isel(step=0) if isinstance(answer, xr.Dataset | xr.DataArray) and "step" in answer.dims else answer
-        )
-        return cast("Answer", chosen)
+        has_steps = isinstance(answer, xr.Dataset | xr.DataArray) and "step" in answer.dims
+        return answer.isel(step=0) if has_steps else answer
 
-    parameters = list(inspect.signature(question).parameters.values())
+    parameters = list(inspect.signature(asked.function).parameters.values())
     own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)
-    method.__signature__ = inspect.Signature([own, *parameters[1:]])  # type: ignore[attr-defined]
+    method.__signature__ = inspect.Signature([own, *parameters[1:]])  # type: ignore[attr-defined] # a function has one
     return method
 
 
-@xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call]
+@xr.register_dataset_accessor("contact")  # type: ignore[no-untyped-call] # xarray gives no types
 class Questions:
-    """Questions to a history; each is the function of the same name in `results`.
+    """Questions to a history; each is the function of the same name in `hs.analysis`.
 
     Parameters
     ----------
@@ -89,32 +65,52 @@ class Questions:
     def __init__(self, history: xr.Dataset) -> None:
         self.history = history
 
-    asperity = _asked(rebuilt.asperity_at)
-    branch_drift = _asked(history_drift.branch_drift)
-    critical_asperity = _asked(analysis.critical_asperity)
-    cycle_drift = _asked(history_drift.cycle_drift)
-    drift = _asked(analysis.drift)
-    energy_per_cycle = _asked(analysis.energy_per_cycle)
-    first_slips = _asked(sliding_order.first_slips)
-    friction_loops = _asked(analysis.friction_loops)
-    mean_pressure = _asked(analysis.mean_pressure)
-    nominal_pressure = _asked(analysis.nominal_pressure)
-    peak_pressure = _asked(analysis.peak_pressure)
-    point_maps = _asked(point_maps.point_maps)
-    positioning_error = _asked(history_drift.positioning_error)
-    preliminary_displacement = _asked(analysis.preliminary_displacement)
-    preliminary_displacements = _asked(analysis.preliminary_displacements)
-    presliding_work = _asked(analysis.presliding_work)
-    profiles = _asked(rebuilt.profiles)
-    reversal_points = _asked(rebuilt.reversal_points)
-    run_drift = _asked(history_drift.run_drift)
-    seen_at_rest = _asked(history_drift.seen_at_rest)
-    slides_first = _asked(sliding_order.slides_first)
-    slip_shares = _asked(analysis.slip_shares)
-    stick_ratio = _asked(analysis.stick_ratio)
-    summary = _asked(sliding_order.summary)
-    tangential_stiffness = _asked(analysis.tangential_stiffness)
-    telling_step = _asked(analysis.telling_step)
-    time_series = _asked(analysis.time_series)
-    total_mean_pressure = _asked(analysis.total_mean_pressure)
-    validity = _asked(analysis.validity)
+    def __getattr__(self, name: str) -> Any:
+        if name in EARLIER:
+            return getattr(self, EARLIER[name])
+        raise AttributeError(f"a history has no question {name!r}; dir(history.contact) lists them")
+
+
+for _name, _question in questions().items():
+    setattr(Questions, _name, _method(_question))
+
+
+def answer(history: xr.Dataset, name: str, given: Mapping[str, Any]) -> xr.Dataset:
+    """Return the answer to a question, with arguments by name, as a table.
+
+    Raises
+    ------
+    InputError
+        An argument that the question does not take, one that is missing, or what the question itself refuses.
+    """
+    asked_for = questions()[name]
+    parameters, shown = asked_for.parameters, name.replace("_", "-")
+    for each in given:
+        if each not in parameters:
+            raise InputError(
+                f"{shown}: has no parameter {each!r}; {nearest(each, parameters) if parameters else 'it takes none'}"
+            )
+    needed = [each for each, one in parameters.items() if one.default is inspect.Parameter.empty]
+    if missing := [each for each in needed if each not in given]:
+        raise InputError(f"{shown}: needs {listed(missing)}; expected --with {missing[0]}=VALUE")
+    found = getattr(Questions(history), name)(**given)
+    return found if isinstance(found, xr.Dataset) else _table(asked_for, found)
+
+
+def _table(asked_for: Question, found: Any) -> xr.Dataset:
+    if isinstance(found, xr.DataArray):
+        return found.to_dataset(name=asked_for.name)
+    if hasattr(found, "to_dataset"):
+        table: xr.Dataset = found.to_dataset()
+        return table
+    if isinstance(found, int | float | np.number):
+        attributes = {"units": asked_for.unit} if asked_for.unit else {}
+        return xr.Dataset({asked_for.name: ("row", [found], attributes)})
+    if isinstance(found, tuple | list) and all(isinstance(each, Finding) for each in found):
+        fields = ("name", "value", "limit", "text")
+        return xr.Dataset({field: ("row", [getattr(each, field) for each in found]) for field in fields})
+    if isinstance(found, list):
+        labels, texts = ([str(line[column]) for line in found] for column in range(2))
+        return xr.Dataset({"label": ("row", labels), "text": ("row", texts)})
+    order = np.asarray(found)
+    return xr.Dataset({"rank": ("row", np.arange(1, order.size + 1)), "asperity": ("row", order)})

@@ -1,24 +1,34 @@
 """Drift and positioning: how far the preliminary displacement, and the position, move along histories."""
 
+import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.asperities.positioning import disturbance_at_rest
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
 from historysim.contact import drift as one_contact
 from historysim.errors import InputError
-from historysim.measured.definitions import DEFAULT, Definitions
-from historysim.results import analysis
-from historysim.results.analysis.recorded import check_all_recorded, displacement_ratio, present_friction, shape_of
+from historysim.measured.branches import DEFAULT, Definitions
+from historysim.results.analysis.along_time import friction_loops
+from historysim.results.analysis.recorded import (
+    check_all_recorded,
+    displacement_ratio,
+    position_of,
+    present_friction,
+    shape_of,
+)
+from historysim.results.asking import question
 
 __all__ = [
+    "apparent_shift",
     "branch_drift",
     "cycle_drift",
     "disturbance_at_rest",
     "one_contact",
     "positioning_error",
     "run_drift",
-    "seen_at_rest",
 ]
 
 
@@ -26,10 +36,11 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-STILL = 1e-9
-"""Part of its range by which a channel may move and be taken to be at rest."""
+REST_TOLERANCE = 1e-9
+"""Part of its range by which a channel may move and count as at rest."""
 
 
+@question(unit="m")
 def branch_drift(history: xr.Dataset, first: int, second: int) -> float:
     """Return the branch drift between two steps [m]: the backward branch less the 2 δ1 it should take, without sign.
 
@@ -38,49 +49,26 @@ def branch_drift(history: xr.Dataset, first: int, second: int) -> float:
     surface the most of them. The states at the steps are taken as virgin ones, as in `preliminary_displacement`; where
     of load and friction one rises and the other falls, the rise comes first.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        One in which all asperities that touch are recorded.
-    first, second : int
-        Positions of the steps; negative ones count from the end.
-
-    Raises
-    ------
-    InputError
-        A step that the history does not have, or as for `preliminary_displacement`.
+    Steps are positions; negative ones count from the end. InputError: a step that the history does not have, or as for
+    `preliminary_displacement`.
     """
     before, after = (_displacements(history, step) for step in (first, second))
     branch = one_contact.backward_branch(before, after).max(initial=0.0)
     return float(abs(branch - 2 * before.max(initial=0.0)))
 
 
+@question(table="direction,cycle_drift")
 def cycle_drift(
     history: xr.Dataset, first: int = 0, second: int = -1, *, definitions: Definitions = DEFAULT
 ) -> xr.DataArray:
     """Return the change of the preliminary displacement between two friction loops of a history [m].
 
     It is that of the recorded loops, from a reversal until they slide (see `friction_loops`), and not of virgin states.
+    Along ``direction``, the forward and the backward branch, with its sign: positive where the second is longer.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with two loops or more, with or without asperities.
-    first, second : int
-        Which loops; negative ones count from the end.
-    definitions : Definitions
-
-    Returns
-    -------
-    xarray.DataArray (direction)
-        Of the forward and the backward branch, with its sign: positive where the second is longer.
-
-    Raises
-    ------
-    InputError
-        A history without these loops.
+    Loops are positions; negative ones count from the end. InputError: a history without these loops.
     """
-    found = analysis.friction_loops(history, definitions=definitions).to_dataset()["preliminary_displacement"]
+    found = friction_loops(history, definitions=definitions).to_dataset()["preliminary_displacement"]
     loops = found.sizes["loop"]
     for loop in (first, second):
         if not -loops <= loop < loops:
@@ -90,48 +78,32 @@ def cycle_drift(
     return change.rename("cycle_drift").reset_coords(drop=True)
 
 
+@question(unit="m")
 def run_drift(first: xr.Dataset, second: xr.Dataset, step: int = -1) -> float:
     """Return the change of the preliminary displacement between two runs at one step, |δ_t,max,2 - δ_t,max,1| [m].
 
-    Parameters
-    ----------
-    first, second : xarray.Dataset
-        Histories in which all asperities that touch are recorded.
-    step : int
-        Position of the step in each of them; negative ones count from the end.
-
-    Raises
-    ------
-    InputError
-        A step that one of them does not have, or as for `preliminary_displacement`.
+    The step is its position in each of them; negative ones count from the end. InputError: a step that one of them does
+    not have, or as for `preliminary_displacement`.
     """
     before, after = (_displacements(history, step).max(initial=0.0) for history in (first, second))
     return float(abs(after - before))
 
 
+@question(unit="m")
 def positioning_error(history: xr.Dataset, start: int = 0, end: int = -1) -> float:
     """Return how far a there-and-back move ends from where it began [m]: U at its end less U at its start.
 
-    There and back is what is asked for: the tangential load, or behind an instrument the displacement of the drive, is
-    at the end what it was at the start. Normal load and friction may be others.
+    At the end the tangential load, or behind an instrument the displacement of the drive, is what it was at the start;
+    normal load and friction may differ. Steps are positions; negative ones count from the end.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    start, end : int
-        Positions of the steps; negative ones count from the end.
-
-    Raises
-    ------
-    InputError
-        A step that the history does not have, or neither load nor drive has come back.
+    InputError: a step that the history does not have, or neither load nor drive has come back.
     """
-    _check_steps(history, start, end)
-    asked = [name for name in ("total_tangential_load", "drive_displacement") if name in history]
-    back = {name: history[name].values[[start, end]] for name in asked}
-    room = {name: STILL * float(np.abs(history[name].values).max()) for name in asked}
-    if not any(abs(values[1] - values[0]) <= room[name] for name, values in back.items()):
-        load = back["total_tangential_load"]
+    start, end = (position_of(step, history) for step in (start, end))
+    driven = [name for name in ("total_tangential_load", "drive_displacement") if name in history]
+    ends = {name: history[name].values[[start, end]] for name in driven}
+    tolerance = {name: REST_TOLERANCE * float(np.abs(history[name].values).max()) for name in driven}
+    if not any(abs(values[1] - values[0]) <= tolerance[name] for name, values in ends.items()):
+        load = ends["total_tangential_load"]
         raise InputError(
             f"the tangential load is {load[0]:.6g} N at step {start} and {load[1]:.6g} N at step {end}; expected steps "
             "between which it, or the drive, goes there and back"
@@ -140,62 +112,83 @@ def positioning_error(history: xr.Dataset, start: int = 0, end: int = -1) -> flo
     return float(displacement[end] - displacement[start])
 
 
-def seen_at_rest(history: xr.Dataset) -> xr.Dataset:
+@question(table="step,time")
+def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     """Return what a controller saw where the normal load changed at rest.
 
-    At rest is a step to which the tangential load stays, or the displacement that is driven.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-
-    Returns
-    -------
-    xarray.Dataset (step)
-        For each such step its time, and the changes since the step before of ``normal_load`` [N], ``tangential_load``
-        [N] and ``tangential_displacement`` of the contact [m].
+    At rest is a step to which the tangential load stays, or the displacement that is driven. For each such ``step``:
+    its time, and the changes since the step before of ``normal_load`` [N], ``tangential_load`` [N] and
+    ``tangential_displacement`` of the contact [m].
     """
     driven = "drive_displacement" if "drive_displacement" in history else "tangential_displacement"
-    changed = {
-        "normal_load": _changes(history["total_normal_load"].values),
-        "tangential_load": _changes(history["total_tangential_load"].values),
-        "tangential_displacement": _changes(history["tangential_displacement"].values),
+    sources = {
+        "normal_load": ("total_normal_load", "N"),
+        "tangential_load": ("total_tangential_load", "N"),
+        "tangential_displacement": ("tangential_displacement", "m"),
     }
+    changed = {name: _changes(history[source].values) for name, (source, _) in sources.items()}
     still = (changed["tangential_load"] == 0) | (_changes(history[driven].values) == 0)
     where = np.flatnonzero(still & (changed["normal_load"] != 0))
-    units = {"normal_load": "N", "tangential_load": "N", "tangential_displacement": "m"}
     return xr.Dataset(
         {
             name: (
                 "step",
-                values[where],
-                {"units": units[name], "long_name": f"change of the {name.replace('_', ' ')}"},
+                changed[name][where],
+                {"units": unit, "long_name": f"change of the {name.replace('_', ' ')}"},
             )
-            for name, values in changed.items()
+            for name, (_, unit) in sources.items()
         },
         coords={"step": where + 1, "time": ("step", history["time"].values[where + 1], {"units": "s"})},
     )
 
 
+@attrs.frozen
+class Disturbance:
+    """Changes by another normal load: of the tangential load while the drive is held [N], and of its displacement [m].
+
+    The displacement is that while the tangential load is held, of the contact and of the drive alike.
+    """
+
+    tangential_load: float
+    tangential_displacement: float
+
+
+def disturbance_at_rest(
+    ensemble: Ensemble, state: EnsembleState, normal_load: float, *, instrument: Instrument = RIGID
+) -> Disturbance:
+    """Return what a controller sees when the normal load of a contact at rest changes; ``state`` itself does not.
+
+    A rise is not seen, since what touches anew is not strained. Where the load falls the strain of what it lets go
+    is lost: a held position needs less force, a held force moves the contact on.
+
+    Parameters
+    ----------
+    normal_load : float
+        The total that is reached [N], 0 or more.
+
+    Raises
+    ------
+    FrictionLimitError
+        The contact no longer holds its tangential load there.
+    """
+    load, displacement = state.tangential_load, state.tangential_displacement
+    drive = instrument.drive_displacement(displacement, load)
+    held = ensemble.advance(state, normal_load=normal_load, tangential_displacement=drive, instrument=instrument)
+    pushed = ensemble.advance(state, normal_load=normal_load, tangential_load=load)
+    return Disturbance(held.tangential_load - load, pushed.tangential_displacement - displacement)
+
+
 def _changes(values: Floats) -> Floats:
     """Return changes from step to step, 0 where they are rounding."""
     found = np.diff(values)
-    found[np.abs(found) <= STILL * np.abs(values).max(initial=0.0)] = 0.0
+    found[np.abs(found) <= REST_TOLERANCE * np.abs(values).max(initial=0.0)] = 0.0
     return found
 
 
 def _displacements(history: xr.Dataset, step: int) -> Floats:
-    """Preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
-    _check_steps(history, step)
-    check_all_recorded(history.isel(step=[step]))
-    friction = present_friction(history).of(step % history.sizes["step"])
-    own = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
-    found: Floats = displacement_ratio(history) * friction * np.maximum(own, 0.0)
+    """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
+    at = position_of(step, history)
+    check_all_recorded(history.isel(step=[at]))
+    own = shape_of(history, "summit_height", at) - float(history["separation"].values[at])
+    found: Floats = displacement_ratio(history) * present_friction(history).of(at) * np.maximum(own, 0.0)
     return found
-
-
-def _check_steps(history: xr.Dataset, *steps: int) -> None:
-    count = history.sizes["step"]
-    for step in steps:
-        if not -count <= step < count:
-            raise InputError(f"step {step}: the history has {count} steps; expected {-count} to {count - 1}")

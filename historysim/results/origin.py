@@ -1,11 +1,12 @@
-"""What a history was made from: the replay that made it, the log beside its file, or its file, which has its events."""
+"""The source of a history: the replay that made it, the log beside its file, or its file, which holds its events."""
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 import attrs
+import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
@@ -18,11 +19,16 @@ from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
 from historysim.results.analysis.recorded import Recorded
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 Answer = TypeVar("Answer")
+FEW_STEPS, SMOOTH_STEPS = 240, 480
+"""Steps below which a history is replayed for a smooth picture, and how many there are to be then."""
 
 
 class Traceable(Recorded, Protocol):
-    """A history that says which file it comes from, or which replay has made it."""
+    """A history with its file, or its replay."""
 
     @property
     def encoding(self) -> Mapping[Any, Any]:
@@ -31,48 +37,32 @@ class Traceable(Recorded, Protocol):
 
 @attrs.frozen(eq=False)
 class Origin:
-    """Ensemble and events of a history.
-
-    Attributes
-    ----------
-    ensemble : Ensemble
-    events : sequence of Event
-    state : callable
-        Returns the state at a time [s].
-    surface : mapping of str to array
-        The surface, as it stands in the result.
-    settings : mapping
-        What the head of the log says beside.
-    replay : callable
-        Returns the replay of the events that the history was made by.
-    """
+    """Ensemble and events of a history."""
 
     ensemble: Ensemble
     events: Sequence[Event]
     state: Callable[[float], EnsembleState]
+    """Returns the state at a time [s]."""
     surface: Mapping[str, Any]
+    """Arrays of the surface, as in the result."""
     settings: Mapping[str, Any]
+    """Further settings in the head of the log."""
     replay: Callable[[], Replay]
+    """Returns the replay that made the history."""
 
     @classmethod
     def of_replay(cls, job: Replay) -> Self:
-        """Return that of a history in memory."""
+        """Return the origin of a history in memory."""
         return cls(job.ensemble, job.events, lambda at: job.state(until=at), {}, {}, lambda: job)
 
     @classmethod
     def of_log(cls, log: EventLog) -> Self:
-        """Return that of a log, which goes on from snapshots, while it is open."""
+        """Return the origin of the result of a log, which uses its snapshots while it is open."""
         return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings, log.job)
 
     @classmethod
     def of_result(cls, path: Path) -> Self:
-        """Return that of a result by itself.
-
-        Raises
-        ------
-        InputError
-            It does not hold its events, as those of earlier versions, or it is damaged.
-        """
+        """Return the origin of a result by itself; InputError where it holds no events, or is damaged."""
         head, content = embedded_log.read(path)
         job = head.replay(content.events)
         return cls(
@@ -81,14 +71,7 @@ class Origin:
 
 
 def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answer | None:
-    """Return what the origin of a history answers; None where the history comes from no file that has it.
-
-    Parameters
-    ----------
-    history : xarray.Dataset, or a result in its file
-    question : callable
-        Is given the origin, and raises InputError where that does not answer it.
-    """
+    """Return what the origin of a history answers; None where there is none, or it raises InputError."""
     if isinstance(job := history.encoding.get(MADE_BY), Replay):
         with suppress(InputError):
             return question(Origin.of_replay(job))
@@ -103,3 +86,26 @@ def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answ
     with suppress(InputError):
         return question(Origin.of_result(path))
     return None
+
+
+def dense(history: "xr.Dataset") -> "xr.Dataset":
+    """Return the totals of a history at so many steps that curves look smooth.
+
+    It is replayed with more substeps, which change no result, where it has few steps and an origin.
+    """
+    steps = history.sizes["step"]
+    if steps >= FEW_STEPS or steps < 2:
+        return history
+
+    def again(origin: Origin) -> "xr.Dataset":
+        job = origin.replay()
+        return attrs.evolve(job, substeps=job.substeps * -(-SMOOTH_STEPS // steps), record="totals").dataset()
+
+    replayed = ask_origin(history, again)
+    # a part of a history is drawn as it is
+    if (
+        replayed is None
+        or not np.isclose(replayed["time"][[0, -1]], history["time"][[0, -1]], rtol=1e-12, atol=0).all()
+    ):
+        return history
+    return replayed.assign_attrs(history.attrs)

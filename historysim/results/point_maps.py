@@ -1,4 +1,4 @@
-"""Pressures, tractions, stick and slip of a contact whose asperities press on one another, at each point and a step."""
+"""Pressures, tractions, stick and slip at each point of a contact with full interaction, at a step."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +13,8 @@ from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 from historysim.errors import InputError
+from historysim.results.analysis.recorded import position_of
+from historysim.results.asking import question
 from historysim.results.origin import Origin, ask_origin
 
 Answer = TypeVar("Answer")
@@ -24,19 +26,13 @@ SOLVED = "solved_pressure"
 
 @attrs.frozen(eq=False)
 class PointMaps:
-    """A contact, point by point.
-
-    Attributes
-    ----------
-    pressure, traction : array (x, y)
-        [Pa], 0 where nothing touches; the traction has the sign of the tangential load.
-    contact_state : array (x, y) of int8
-        `SEPARATED`, `STICKS` or `SLIPS`.
-    """
+    """A contact, point by point: arrays (x, y)."""
 
     pressure: Floats
     traction: Floats
+    """pressure and traction: [Pa], 0 where nothing touches; the traction has the sign of the tangential load."""
     contact_state: npt.NDArray[np.int8]
+    """`SEPARATED`, `STICKS` or `SLIPS`."""
 
 
 def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:
@@ -61,18 +57,11 @@ def sides_of(origin: Origin) -> tuple[float, float]:
 
 
 def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
-    """Return what the origin of a history with maps answers.
-
-    Raises
-    ------
-    InputError
-        A history that does not come from a file with its events, or has no maps.
-    """
+    """Return what the origin of a history with maps answers; InputError where it has no origin, or no maps."""
     found = ask_origin(history, lambda origin: (origin, question(origin) if SOLVED in origin.surface else None))
     if found is None:
         raise InputError(
-            "the contact map of patches follows from the events of the history, which is not the whole file of a "
-            "result, nor has its log beside it; expected the file that historysim run has written"
+            "contact maps need the event log: pass the file written by `historysim run`, or keep NAME.history beside it"
         )
     origin, answer = found
     if answer is None:
@@ -82,29 +71,17 @@ def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answe
     return answer
 
 
+@question(table="x,pressure")
 def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
     """Return pressures, tractions, stick and slip of all points of the map at a step.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        Of a run with ``interaction = "full"``, from its file.
-    step : int
-        By its position; negative ones count from the end.
+    ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m], of a run with
+    ``interaction = "full"``, from its file. The step is a position; negative ones count from the end.
 
-    Returns
-    -------
-    xarray.Dataset
-        ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m].
-
-    Raises
-    ------
-    InputError
-        A step that the history does not have, one that does not come from a file with its events, or has no maps.
+    InputError: a step that the history does not have, or a history that is not from a file with its events, or without
+    maps.
     """
-    count = history.sizes["step"]
-    if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -count <= step < count:
-        raise InputError(f"step is {step!r}; expected one of 0 to {count - 1}")
+    step = position_of(step, history)
     at = float(history["time"].values[step])
     maps, sides = answered(history, lambda origin: (maps_of(origin, origin.state(at)), sides_of(origin)))
     axes = {
@@ -120,20 +97,11 @@ def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
         "traction": (("x", "y"), maps.traction, {"units": "Pa", "long_name": "tangential traction"}),
         "contact_state": (("x", "y"), maps.contact_state, {"long_name": "whether points touch, and slip", **flags}),
     }
-    told = {"title": history.attrs.get("title", ""), "time": at, "step": int(step % count)}
-    return xr.Dataset(variables, coords=axes, attrs=told)
+    return xr.Dataset(variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step})
 
 
 def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
-    """Write what `point_maps` returns as a mesh of squares, one for each point, which ParaView opens (VTU).
-
-    Raises
-    ------
-    InputError
-        Meshio is not installed.
-    OSError
-        The file cannot be written.
-    """
+    """Write what `point_maps` returns as a mesh of squares, one for each point, which ParaView opens (VTU)."""
     try:
         import meshio
     except ImportError as error:

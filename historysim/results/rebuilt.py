@@ -1,9 +1,8 @@
-"""One asperity at any step of a history, with all that it remembers: its tractions, and its reversal points.
+"""One asperity at any step of a history, with its memory: tractions and reversal points.
 
-A history records what an asperity carries and not what it remembers. But between recorded steps a contact moves
-straight in its approach and its tangential displacement, as a rule, and from those the memory of one asperity alone is
-walked again. Its loads must come out as they were recorded; where they do not, because the steps leave something out,
-the events are replayed that the result was made from, from the log beside it or from the file itself.
+A history records loads and no memories. As a rule a contact moves straight in approach and tangential displacement
+between recorded steps, so the memory of one asperity alone is replayed from those. Where its loads then differ from the
+recorded ones, the steps leave something out, and the events are replayed that the result was made from.
 """
 
 from collections.abc import Sequence
@@ -20,14 +19,16 @@ from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
+from historysim.results.asking import question
 from historysim.results.origin import ask_origin
 
 AGREEMENT = 1e-6
-"""Difference of loads, over the greatest ones, up to which a memory that was walked again is that of the history."""
+"""Difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history."""
 
 
+@question(per_step=True, table=None, name="asperity")
 def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
-    """Return an asperity at a step of a history, holding its memory.
+    """Return an asperity at a step of a history, with its memory: ``traction(r)``, ``reversal_points``, and more.
 
     Parameters
     ----------
@@ -38,16 +39,11 @@ def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
     step : int
         Position of the step; negative ones count from the end.
 
-    Returns
-    -------
-    Asperity
-        Which answers ``traction(r)``, ``pressure(r)``, ``reversal_points``, and more.
-
     Raises
     ------
     InputError
-        A step or an asperity that the history does not have, a history without asperities or of patches, or one whose
-        steps do not tell the way of the contact and that does not come from a file that does.
+        A step or an asperity that the history does not have, a history without asperities or of patches, or one
+        in which steps leave out what the asperity remembers, without events in its file.
     """
     (found,) = asperities_at(history, asperity, [step])
     return found
@@ -58,35 +54,23 @@ def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> l
     check_recorded(history, "normal_load", "tangential_load", "summit_radius")
     column = column_of(asperity, history)
     positions = [position_of(step, history) for step in steps]
-    found = _walked(history, column, positions)
+    found = _from_steps(history, column, positions)
     if found is None:
-        found = _replayed(history, int(history["asperity"].values[column]), positions)
+        found = _from_events(history, int(history["asperity"].values[column]), positions)
     if found is None:
         raise InputError(
-            f"asperity {asperity}: the recorded steps do not tell the whole way of the contact, and the history does "
-            "not come from a file that holds its events; expected the result of historysim run, or more substeps"
+            f"asperity {asperity}: the recorded steps leave out part of its load history, and the history does not "
+            "come from a file that holds its events; expected the result of historysim run, or more substeps"
         )
     return found
 
 
+@question(per_step=True, table="reversal,radius")
 def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset:
     """Return the reversals of the displacement that an asperity remembers at a step, from the edge inward.
 
-    Parameters
-    ----------
-    history, asperity, step
-        As for `asperity_at`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
-        displacement of the reversal [m]; see `Asperity.reversal_points`.
-
-    Raises
-    ------
-    InputError
-        As for `asperity_at`.
+    Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
+    displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity_at`.
     """
     points = asperity_at(history, asperity, step).reversal_points
     return xr.Dataset(
@@ -98,6 +82,7 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset
     )
 
 
+@question(per_step=True, table="radius,pressure")
 def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], points: int = 201) -> xr.Dataset:
     """Return pressure and traction over the radius of an asperity, at one step or at several.
 
@@ -160,10 +145,10 @@ def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], poi
     )
 
 
-def _walked(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
-    """Return the asperity at steps, its memory walked from step to step; None where its loads come out otherwise."""
+def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
+    """Return the asperity at steps, replayed from step to step; None where its loads differ from the recorded ones."""
     if "largest_traction_ratio" in history:
-        # where friction changes under a held load the displacement jumps, and a step tells the last of it alone
+        # where friction changes under a held load the displacement jumps, and a step has the last of it alone
         return None
     rows = slice(0, max(positions) + 1)
     own = history.isel(asperity=column)
@@ -193,7 +178,7 @@ def _walked(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[
     return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]
 
 
-def _replayed(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
-    """Return the asperity at steps from what the result was made from; None where neither log nor file tell it."""
+def _from_events(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
+    """Return the asperity at steps, replayed from the events of the history; None where it has none."""
     times = [float(time) for time in history["time"].values[list(positions)]]
     return ask_origin(history, lambda origin: [origin.ensemble.asperity(label, origin.state(time)) for time in times])

@@ -8,39 +8,31 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results import analysis, history_drift, point_maps, rebuilt, sliding_order
+from historysim.results import rebuilt
 from historysim.results.accessor import Questions
+from historysim.results.asking import questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
-FUNCTION = {"asperity": "asperity_at"}
 
 
-def asked():
-    return {name: method for name, method in vars(Questions).items() if inspect.isfunction(method) and name[0] != "_"}
-
-
-def test_every_question_is_there_with_its_text():
-    about_files = {"is_complete"}
-    drifts = {"branch_drift", "cycle_drift", "run_drift", "positioning_error", "seen_at_rest"}
-    named = set(analysis.__all__) - about_files | {"asperity", "profiles", "reversal_points", "point_maps"} | drifts
-    assert set(asked()) == named
-    for name, method in asked().items():
-        # what the engine knows better comes before what the rows tell
-        homes = (sliding_order, rebuilt, history_drift, point_maps, analysis)
-        home = next(module for module in homes if hasattr(module, FUNCTION.get(name, name)))
-        question = getattr(home, FUNCTION.get(name, name))
-        assert method.__doc__ == question.__doc__
-        assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(question).parameters)[1:]
+def test_every_question_is_a_method_and_a_function_of_one_text():
+    assert {*questions()} <= {*dir(Questions)}
+    assert dir(hs.analysis) == sorted(questions())
+    for name, asked in questions().items():
+        method, function = getattr(Questions, name), getattr(hs.analysis, name)
+        assert function is asked.function
+        assert method.__doc__ == function.__doc__
+        assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(function).parameters)[1:]
 
 
 def test_methods_answer_as_the_functions_do():
     history = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
-    xr.testing.assert_identical(history.contact.first_slips(), sliding_order.first_slips(history))
+    xr.testing.assert_identical(history.contact.first_slips(), hs.analysis.first_slips(history))
     xr.testing.assert_identical(history.contact.profiles(1, [2, 5]), rebuilt.profiles(history, 1, [2, 5]))
     assert history.contact.drift(0, -1) == 0
     assert history.contact.tangential_stiffness(direction="reversed").equals(
-        analysis.tangential_stiffness(history, "reversed")
+        hs.analysis.tangential_stiffness(history, "reversed")
     )
 
 
@@ -77,6 +69,12 @@ def test_one_step_holds_its_asperities(history):
 
 
 @pytest.mark.parametrize("name", ["first_slips", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
-def test_one_step_says_that_it_does_not_tell_the_way(history, name):
-    with pytest.raises(hs.InputError, match=f"{name}: the history has one step, which does not tell the way"):
+def test_one_step_is_not_enough_for_some_questions(history, name):
+    with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
         getattr(history.isel(step=-1).contact, name)()
+
+
+def test_earlier_names_still_answer(history):
+    assert history.contact.telling_step() == history.contact.representative_step()
+    with pytest.raises(AttributeError, match="a history has no question 'slips_first'"):
+        history.contact.slips_first()

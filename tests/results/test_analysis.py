@@ -93,14 +93,6 @@ def test_friction_is_recorded_one_by_one_only_where_it_differs():
     assert "present_friction" not in hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
 
 
-def test_changes_of_friction_that_an_earlier_version_did_not_record_are_refused():
-    events = [hs.NormalLoad(0.0, 10e-3), hs.FrictionChange(1.0, 0.3)]
-    before = hs.replay(hs.Ensemble(SOURCE, 0.0, 0.5e-6, 0.2), events).drop_vars("present_friction")
-    with pytest.raises(hs.InputError, match="run it again"):
-        analysis.preliminary_displacement(before)
-    assert "run it again" in dict(analysis.summary(before))["preliminary displacement"]
-
-
 @pytest.mark.parametrize("record", ["totals", [1], [0, 3]])
 def test_a_history_without_all_asperities_is_refused(record):
     history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS, record=record)

@@ -100,7 +100,7 @@ def test_without_its_events_it_is_refused(result):
     with xr.open_dataset(result, decode_times=False) as history:
         alone = history.load()
     del alone.encoding["source"]
-    with pytest.raises(InputError, match="do not tell the whole way of the contact"):
+    with pytest.raises(InputError, match="leave out part of its load history"):
         rebuilt.asperity_at(alone, 0, -1)
 
 
@@ -113,7 +113,7 @@ def test_what_steps_do_not_tell_needs_the_replay_that_made_them(events):
     found = rebuilt.asperity_at(history, 0, -1)
     assert found.tangential_load == pytest.approx(history["tangential_load"].values[-1, 0], rel=1e-12)
     history.encoding.clear()
-    with pytest.raises(InputError, match="do not tell the whole way of the contact"):
+    with pytest.raises(InputError, match="leave out part of its load history"):
         rebuilt.asperity_at(history, 0, -1)
 
 

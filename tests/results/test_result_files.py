@@ -1,13 +1,17 @@
-"""What a file is, and the program's own netCDF files, opened."""
+"""What a file is, and the program's own netCDF files, opened with xarray and without."""
 
+import h5py
 import netCDF4
 import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.asperities.wear import ArchardWear
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
-from historysim.results.result_files import kind_of, open_result, read_table
+from historysim.recording.netcdf import FileRecorder
+from historysim.results.analysis import history_summary
+from historysim.results.result_files import kind_of, open_recorded, open_result, read_table
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -15,38 +19,57 @@ EVENTS = [
     hs.NormalLoad(0.0, 0.1),
     *(hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 5)),
 ]
+HEIGHT = [0.0, -5e-9, -9e-9]
+LOADS = [
+    hs.NormalLoad(0.0, 1e-3),
+    hs.TangentialDisplacement(1.0, 8e-9),
+    hs.FrictionChange(2.0, [0.2, 0.1, 0.3]),
+    hs.TangentialDisplacement(3.0, 1e-9),
+]
+APPROACH = np.linspace(0.0, 1e-7, 9)
+CURVE = hs.Ensemble.from_normal_curves(PAIR, APPROACH, 1e9 * APPROACH**1.5, friction=0.2)
+ROUGH = hs.Ensemble(PAIR, HEIGHT, 1e-5, 0.2)
+WEARING = hs.Ensemble(PAIR, HEIGHT, 1e-5, 0.2, wear=ArchardWear(coefficient=1e-4, hardness=6e9))
+JOBS = {
+    "friction that changes": hs.Replay(ROUGH, LOADS, substeps=3),
+    "one friction": hs.Replay(ROUGH, LOADS[:2], substeps=3),
+    "shapes that change": hs.Replay(WEARING, LOADS[:2]),
+    "totals alone": hs.Replay(ROUGH, LOADS[:2], record="totals"),
+    "some of all": hs.Replay(ROUGH, LOADS[:2], record=[1]),
+    "patches": hs.Replay(CURVE, LOADS[:2]),
+    "nothing touches": hs.Replay(ROUGH, [hs.NormalDisplacement(0.0, -1e-9)]),
+}
 
 
-@pytest.fixture
-def folder(tmp_path):
-    hs.Replay(BALL, EVENTS, substeps=50).write(tmp_path / "r.nc")
-    hs.loops(hs.replay(BALL, EVENTS, substeps=50)).to_dataset().to_netcdf(tmp_path / "l.nc")
-    EventLog.create(tmp_path / "r.history", BALL, EVENTS).close()
-    hs.sliding(hs.replay(BALL, EVENTS[:2], substeps=50)).to_dataset().to_netcdf(tmp_path / "s.nc")
-    hs.write_netcdf(hs.replay(BALL, EVENTS).contact.slip_shares(), tmp_path / "t.nc")
-    np.savetxt(tmp_path / "map.txt", np.eye(4))
-    with netCDF4.Dataset(tmp_path / "stranger.nc", "w") as stranger:
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("files")
+    hs.Replay(BALL, EVENTS, substeps=50).write(folder / "r.nc")
+    history = hs.replay(BALL, EVENTS, substeps=50)
+    hs.loops(history).to_dataset().to_netcdf(folder / "l.nc")
+    EventLog.create(folder / "r.history", BALL, EVENTS).close()
+    hs.sliding(hs.replay(BALL, EVENTS[:2], substeps=50)).to_dataset().to_netcdf(folder / "s.nc")
+    hs.write_netcdf(history.contact.slip_shares(), folder / "t.nc")
+    hs.write_netcdf(history.contact.time_series(), folder / "h.nc")
+    np.savetxt(folder / "map.txt", np.eye(4))
+    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
         stranger.createDimension("x", 1)
-    (tmp_path / "cut.nc").write_bytes((tmp_path / "r.nc").read_bytes()[:2000])
-    return tmp_path
+    (folder / "cut.nc").write_bytes((folder / "r.nc").read_bytes()[:2000])
+    return folder
 
 
 def test_files_are_told_apart(folder):
     names = {"s.toml": "scenario", "r.nc": "result", "l.nc": "loops", "r.history": "log", "map.txt": "height map"}
-    names |= {"s.nc": "sliding", "t.nc": "table"}
+    # maps are netCDF files, too
+    names |= {"s.nc": "sliding", "t.nc": "table", "h.nc": "table", "stranger.nc": "height map"}
     assert {name: kind_of(folder / name) for name in names} == names
-    # maps come as netCDF, too
-    assert kind_of(folder / "stranger.nc") == "height map"
-
-
-def test_the_program_s_own_files_are_opened(folder):
     with open_result(folder / "r.nc") as history:
         assert history.sizes["step"] == 201
     assert read_table(folder / "l.nc").sizes == {"loop": 1, "direction": 2}
 
 
 @pytest.mark.parametrize(
-    ("name", "said"),
+    ("name", "message"),
     [
         ("none.nc", "there is no such file; expected a result of historysim run"),
         (".", "is a folder; expected a result of historysim run"),
@@ -57,13 +80,53 @@ def test_the_program_s_own_files_are_opened(folder):
         ("cut.nc", "is damaged"),
     ],
 )
-def test_what_is_no_result_is_told_as_what_it_is(folder, name, said):
-    with pytest.raises(InputError, match=said), open_result(folder / name):
+def test_an_error_says_what_a_file_is_instead_of_a_result(folder, name, message):
+    with pytest.raises(InputError, match=message), open_result(folder / name):
         pass
 
 
-def test_what_is_not_there_is_nothing(tmp_path):
-    with pytest.raises(InputError, match="there is no such file; expected a scenario, a result of historysim run, its"):
-        kind_of(tmp_path / "none")
-    with pytest.raises(InputError, match="is a folder; expected a scenario"):
-        kind_of(tmp_path)
+@pytest.mark.parametrize(("name", "message"), [("none", "there is no such file"), ("", "is a folder")])
+def test_a_file_that_is_none_has_no_kind(tmp_path, name, message):
+    with pytest.raises(InputError, match=f"{message}; expected a scenario, a result of historysim run, its log"):
+        kind_of(tmp_path / name)
+
+
+@pytest.mark.parametrize("job", JOBS.values(), ids=JOBS)
+def test_the_summary_of_a_file_is_that_of_its_dataset(tmp_path, job):
+    job.write(tmp_path / "out.nc")
+    with open_recorded(tmp_path / "out.nc") as recorded:
+        history = job.dataset()
+        # a file without its log does not know its substeps, which a note names
+        history.encoding.clear()
+        assert history_summary.summary(recorded) == history_summary.summary(history)
+
+
+def test_parts_of_a_variable_are_those_of_the_dataset(tmp_path):
+    job = JOBS["one friction"]
+    job.write(tmp_path / "out.nc")
+    history = job.dataset()
+    with open_recorded(tmp_path / "out.nc") as recorded:
+        for step in (0, -1, slice(1, 3)):
+            part, expected = recorded["normal_load"].isel(step=step), history["normal_load"].isel(step=step)
+            assert part.dims == expected.dims
+            assert np.array_equal(part.values, expected.values)
+        assert "normal_load" in recorded
+        assert "nothing" not in recorded
+        assert recorded.sizes == dict(history.sizes)
+
+
+def test_damage_that_is_met_while_reading_is_reported(tmp_path):
+    path = tmp_path / "out.nc"
+    job = JOBS["one friction"]
+    # compressed chunks have checksums
+    with job.recorder(FileRecorder, path=path, attributes=job.attributes(), compression="zlib") as target:
+        job.walk(target)
+        target.finish()
+    with h5py.File(path) as file:
+        _, chunk = file["tangential_displacement"].id.read_direct_chunk((0,))
+    content = bytearray(path.read_bytes())
+    content[content.index(chunk)] ^= 1
+    path.write_bytes(content)
+    damaged = pytest.raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
+    with damaged, open_recorded(path) as recorded:
+        history_summary.summary(recorded)

@@ -1,50 +1,21 @@
-"""Questions to a recorded history: plain functions of a Dataset, none of which needs the engine.
+"""Questions to a history as functions of it, from the modules of this package and from others that declare some."""
 
-What has one value for each step is computed in blocks of steps, and what has one for each step and asperity where it is
-read, so that a history may be larger than memory.
-"""
+import pkgutil
+from typing import Any
 
-from historysim.results.analysis.cycles import energy_per_cycle, friction_loops
-from historysim.results.analysis.history_summary import summary, validity
-from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement
-from historysim.results.analysis.presliding import preliminary_displacements, presliding_work
-from historysim.results.analysis.pressure import (
-    mean_pressure,
-    nominal_pressure,
-    peak_pressure,
-    stick_ratio,
-    total_mean_pressure,
-)
-from historysim.results.analysis.recorded import is_complete
-from historysim.results.analysis.shares import slip_shares, telling_step
-from historysim.results.analysis.slips import first_slips, slides_first
-from historysim.results.analysis.stiffness import tangential_stiffness
-from historysim.results.analysis.time_series import time_series
+from historysim.results.asking import questions
 
-__all__ = [
-    "critical_asperity",
-    "drift",
-    "energy_per_cycle",
-    "first_slips",
-    "friction_loops",
-    "is_complete",
-    "mean_pressure",
-    "nominal_pressure",
-    "peak_pressure",
-    "preliminary_displacement",
-    "preliminary_displacements",
-    "presliding_work",
-    "slides_first",
-    "slip_shares",
-    "stick_ratio",
-    "summary",
-    "tangential_stiffness",
-    "telling_step",
-    "time_series",
-    "total_mean_pressure",
-    "validity",
-]
+# Python looks for a module as a name first: those of this package are no questions, and need not import all of them
+_MODULES = {module.name for module in pkgutil.iter_modules(__path__)}
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return __dir__()
+    if not name.startswith("__") and name not in _MODULES and name in (known := questions()):
+        return known[name].function
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return [*questions()]

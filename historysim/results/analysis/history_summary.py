@@ -1,6 +1,7 @@
 """A history in a few lines, and what the model assumes that did not hold."""
 
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,46 +12,43 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, of_patches, present_friction
-from historysim.results.analysis.slips import NEVER, first_steps, order_of_sliding
+from historysim.results.analysis.slips import order_of_sliding, slide_times
+from historysim.results.analysis.unseen_slip import slip_note
+from historysim.results.asking import question
+
+if TYPE_CHECKING:
+    from historysim.results.origin import Traceable
 
 MOST_COEFFICIENTS = 4
 """Friction coefficients that a summary names."""
-WORTH_TELLING = 1.05
-"""Ratio of traction to friction limit from which a summary tells it."""
+NOTABLE_TRACTION_RATIO = 1.05
+"""Ratio of traction to friction limit from which a summary has it."""
 
 
+@question(per_step=True, table="name,value")
 def validity(history: Recorded) -> tuple[Finding, ...]:
     """Return which assumptions of the model did not hold where the asperities were pressed most.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-
-    Returns
-    -------
-    tuple of Finding
-        Name, value, limit and text of each; see `historysim.asperities.validity.findings`. None of a history of a
-        version that did not check them.
+    Each has name, value, limit and text; see `historysim.asperities.validity.findings`.
     """
     return findings.read(history.attrs.get("validity", "[]"))
 
 
-def summary(history: Recorded, slide_times: Floats | None = None) -> list[tuple[str, str]]:
+@question(table="label,text")
+def summary(history: "Traceable") -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
     ----------
     history : xarray.Dataset
-    slide_times : array (asperity), optional
-        The instants at which asperities first slide [s], not a number for never; by default they are known to a step.
 
     Returns
     -------
     list of (label, text)
         Steps and duration, asperities touched, peak loads, preliminary displacement and critical asperity at
         the peak normal load, which asperity slides first and which last, dissipated energy, what has evolved, steps at
-        which the tangential load was held at the limit, and a warning for each assumption of the model that does not
-        hold.
+        which the tangential load was held at the limit, a warning for each assumption of the model that does not
+        hold, and a note where recorded steps are too far apart to show how slip spreads.
     """
     normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
     peak = int(normal.argmax())
@@ -64,30 +62,32 @@ def summary(history: Recorded, slide_times: Floats | None = None) -> list[tuple[
     try:
         displacement, asperity = capacity(history)
     except InputError:
-        reason = "its version did not record changes of friction: run it again"
-        if not is_complete(history):
-            reason = "not all asperities that touch are recorded"
-        lines.append(("preliminary displacement", f"not available: {reason}"))
+        lines.append(("preliminary displacement", "not available: not all asperities that touch are recorded"))
     else:
         lines += [
             ("preliminary displacement", _preliminary(history, normal, displacement, asperity)),
             ("critical asperity", f"{asperity[peak]}, the last to slide" if displacement[peak] > 0 else "none"),
         ]
     with suppress(InputError):
-        lines.append(("slides first", _first_to_slide(history, slide_times)))
+        lines.append(("first to slide", _first_to_slide(history)))
     lines.append(("dissipated energy", quantity_text(history["total_dissipated_energy"].values[-1], "J")))
     lines += _evolved(history)
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
     if (
         "largest_traction_ratio" in history
-        and (largest := history["largest_traction_ratio"].values.max()) > WORTH_TELLING
+        and (largest := history["largest_traction_ratio"].values.max()) > NOTABLE_TRACTION_RATIO
     ):
-        whose = ", if the contact were round" if of_patches(history) else ""
+        condition = ", if the contact were round" if of_patches(history) else ""
         lines.append(
-            ("traction", f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{whose}")
+            (
+                "traction",
+                f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{condition}",
+            )
         )
-    return [*lines, *(("warning", finding.text) for finding in validity(history))]
+    lines += [("warning", finding.text) for finding in validity(history)]
+    note = slip_note(history)
+    return [*lines, ("note", note)] if note else lines
 
 
 def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperity: Integers) -> str:
@@ -154,21 +154,16 @@ def _touched(history: Recorded) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: Recorded, times: Floats | None) -> str:
-    steps = first_steps(history, times)["slide"]
-    order = order_of_sliding(history, steps, times)
-    recorded = "" if is_complete(history) else " recorded"
+def _first_to_slide(history: Recorded) -> str:
+    times = slide_times(history)
+    order = order_of_sliding(history, times)
     if not order.size:
-        return f"none{recorded} does"
-    began = steps[steps != NEVER]
-    together = int((began == began.min()).sum())
-    # what happens between two steps is known to have an order, and not always which
-    among = f", one of {together:,} that do between the same two steps" if together > 1 and times is None else ""
-    first, end = ("", "") if times is None else (f" at {edge:.6g} s" for edge in (np.nanmin(times), np.nanmax(times)))
-    last = f"; asperity {order[-1]} last{end}" if order.size > 1 else ""
-    some = f"; {order.size:,} of {steps.size:,} slide" if order.size < steps.size else ""
-    of_recorded = " (of those recorded)" if recorded else ""
-    return f"asperity {order[0]}{among}{first}{last}{some}{of_recorded}"
+        return "none" if is_complete(history) else "none of those recorded"
+    first, end = np.nanmin(times), np.nanmax(times)
+    last = f"; asperity {order[-1]} last at {end:.6g} s" if order.size > 1 else ""
+    some = f"; {order.size:,} of {times.size:,} slide" if order.size < times.size else ""
+    of_recorded = "" if is_complete(history) else " (of those recorded)"
+    return f"asperity {order[0]} at {first:.6g} s{last}{some}{of_recorded}"
 
 
 UNITS = {

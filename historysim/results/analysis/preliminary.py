@@ -1,116 +1,136 @@
-"""The preliminary displacement of a surface in virgin loading, the asperity that decides it, and its drift."""
+"""The preliminary displacement of a surface, the asperity that decides it, and the work between rest and sliding.
 
+Closed forms: README of `historysim.contact`. A branch from one sliding direction to the other is the virgin curve
+T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin), doubled (Masing).
+"""
+
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
 
+from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats, Integers
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     Friction,
     Recorded,
     check_all_recorded,
+    check_recorded,
     displacement_ratio,
+    parts,
     position_of,
     present_friction,
     shape_of,
 )
-from historysim.results.analysis.step_blocks import parts
+from historysim.results.asking import question
 
 if TYPE_CHECKING:
     import xarray as xr
 
+DISPLACEMENTS = {
+    "virgin": "from rest until the last asperity slides",
+    "reversal_to_slip": "from a reversal out of sliding until all slides the other way",
+    "zero_load_to_slip": "from zero load on that branch until all slides",
+    "residual": "what is left at zero load, after loading from rest until all slides",
+}
 
+
+@question(per_step=True)
 def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
-    """Return the preliminary displacement: the tangential displacement at which the last asperity of all slides.
+    """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
-    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from
-    the virgin state at the present normal load (Mindlin 1949).
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history in which all asperities that touch are recorded. The friction coefficients are those of each step.
-
-    Returns
-    -------
-    xarray.DataArray
-        δ_t,max [m] at each step; 0 where nothing touches.
-
-    Raises
-    ------
-    InputError
-        A history without some or all of the asperities, or of a version that did not record changes of friction.
+    δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from the virgin
+    state at the present normal load and friction (Mindlin 1949). Along ``step``; 0 where nothing touches. InputError: a
+    history without some or all of the asperities that touch.
     """
-    import xarray as xr
-
     greatest, _ = capacity(history)
-    return xr.DataArray(
-        greatest,
-        dims="step",
-        coords={"time": history["time"]},
-        name="preliminary_displacement",
-        attrs={"units": "m", "long_name": "preliminary displacement of the surface"},
-    )
+    return _along_steps(history, greatest, "preliminary_displacement", "preliminary displacement of the surface", "m")
 
 
+@question(per_step=True)
 def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
-    """Return the asperity that is the last to slide: the one with the greatest μ_i δ_i.
+    """Return the label of the asperity that slides last, with the greatest μ_i δ_i, at each step; -1 without contact.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        As for `preliminary_displacement`.
-
-    Returns
-    -------
-    xarray.DataArray
-        Its label at each step; -1 where nothing touches.
-
-    Raises
-    ------
-    InputError
-        As for `preliminary_displacement`.
+    InputError: as for `preliminary_displacement`.
     """
-    import xarray as xr
-
     greatest, label = capacity(history)
-    return xr.DataArray(
-        np.where(greatest > 0, label, -1),
-        dims="step",
-        coords={"time": history["time"]},
-        name="critical_asperity",
-        attrs={"long_name": "asperity that is the last to slide"},
-    )
+    labels = np.where(greatest > 0, label, -1)
+    return _along_steps(history, labels, "critical_asperity", "asperity that is the last to slide")
 
 
+@question(unit="m")
 def drift(history: "xr.Dataset", first: int, second: int) -> float:
-    """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1|.
+    """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        As for `preliminary_displacement`.
-    first, second : int
-        Positions of the steps; negative ones count from the end.
-
-    Returns
-    -------
-    float
-        The drift [m].
-
-    Raises
-    ------
-    InputError
-        A step that the history does not have, or as for `preliminary_displacement`.
+    Steps are positions; negative ones count from the end. InputError: a step that the history does not have, or as for
+    `preliminary_displacement`.
     """
     first, second = (position_of(step, history) for step in (first, second))
     greatest, _ = capacity(history)
     return float(abs(greatest[second] - greatest[first]))
 
 
+@question(per_step=True, table="time,virgin")
+def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
+    """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
+
+    Along ``step``, 0 where nothing touches:
+
+    - ``virgin``: from rest until the last asperity slides, δ = max_i θ μ_i δ_i: `preliminary_displacement`.
+    - ``reversal_to_slip``: from a reversal out of sliding until all slides the other way, 2 δ.
+    - ``zero_load_to_slip``: on that branch, from T = 0 on; 2^(1/3) δ on a sphere.
+    - ``residual``: what is left at T = 0, after loading from rest to δ; (2^(1/3) - 1) δ on a sphere.
+
+    InputError: a history without some or all of the asperities that touch, or of patches.
+    """
+    import xarray as xr
+
+    def displacements(virgin: _Virgin) -> tuple[float, ...]:
+        reach = float(virgin.reach.max())
+        # the branch is the virgin curve doubled: zero load is at half the limit of that
+        half = virgin.displacement(0.5 * float(virgin.limit.sum()))
+        return reach, 2 * reach, 2 * (reach - half), reach - 2 * half
+
+    values = _of_each_load(history, displacements, len(DISPLACEMENTS))
+    return xr.Dataset(
+        {
+            name: ("step", column, {"units": "m", "long_name": text})
+            for (name, text), column in zip(DISPLACEMENTS.items(), values.T, strict=True)
+        },
+        coords={"time": history["time"]},
+    )
+
+
+@question(per_step=True)
+def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
+    """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
+
+    The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no flat parts. Its area
+    is 8 ∫ F du - 4 δ F(δ) = Σ μ_i N_i (4 δ - 3.2 θ μ_i δ_i); 0.8 μ N δ of one asperity. Along ``step``; 0 where nothing
+    touches. InputError: as for `preliminary_displacements`.
+    """
+
+    def work(virgin: _Virgin) -> tuple[float]:
+        return (float((virgin.limit * (4 * virgin.reach.max() - 3.2 * virgin.reach)).sum()),)
+
+    values = _of_each_load(history, work, 1)[:, 0]
+    text = "mechanical work of pre-sliding, closed loop between ±δ"
+    return _along_steps(history, values, "presliding_work", text, "J")
+
+
+def _along_steps(
+    history: "xr.Dataset", values: Floats | Integers, name: str, text: str, unit: str = ""
+) -> "xr.DataArray":
+    import xarray as xr
+
+    attributes = {**({"units": unit} if unit else {}), "long_name": text}
+    return xr.DataArray(values, dims="step", coords={"time": history["time"]}, name=name, attrs=attributes)
+
+
 def capacity(history: Recorded) -> tuple[Floats, Integers]:
-    """Return the greatest θ μ_i δ_i of each step, and the asperity that has it."""
+    """Return the greatest θ μ_i δ_i of each step [m], and the label of the asperity that has it."""
     check_all_recorded(history)
     friction = present_friction(history)
     changes = friction.changes or CHANGING_HEIGHT in history
@@ -159,3 +179,84 @@ def _changing_capacity(history: Recorded, friction: Friction) -> tuple[Floats, I
         label[rows] = history["asperity"].values[own.argmax(axis=1)]
         greatest[rows] = np.maximum(own.max(axis=1), 0.0)
     return greatest, label
+
+
+@attrs.frozen
+class _Virgin:
+    """The virgin curve at one separation: of each asperity in contact its limit μN [N] and its own θμδ [m]."""
+
+    limit: Floats
+    reach: Floats
+
+    def displacement(self, load: float) -> float:
+        """Return u at which F(u) is a load [N] of no more than half the limit: Newton, which comes from below."""
+        u = 0.0
+        for _ in range(100):
+            left = np.sqrt(np.clip(1 - u / self.reach, 0.0, None))
+            missing = load - float((self.limit * (1 - left**3)).sum())
+            step = missing / float((1.5 * self.limit / self.reach * left).sum())
+            # F is concave, so that its tangents lie above it and no step leads beyond
+            if u + step <= u:
+                break
+            u += step
+        return u
+
+
+def first_loading(history: "xr.Dataset", normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
+    """Return u [m] and F(u) [N] of first loading at a normal load [N], from rest until the last asperity slides.
+
+    The asperities are those of the first step, with the friction that they have there; a load that more asperities
+    would carry than are recorded needs ``record = "all"``.
+    """
+    wanted = scalar("normal_load", normal_load, above=0)
+    check_recorded(history, "summit_radius")
+    check_all_recorded(history)
+    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
+    height, radius = (shape_of(history, f"summit_{name}", 0) for name in ("height", "radius"))
+    coefficient = np.broadcast_to(present_friction(history).of(0), height.shape)
+
+    def loads(depth: float) -> Floats:
+        total_load: Floats = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height.max() + depth, 0) ** 1.5
+        return total_load
+
+    depth = _root(lambda depth: float(loads(depth).sum()), wanted)
+    virgin = _Virgin(coefficient * loads(depth), ratio * coefficient * np.maximum(height - height.max() + depth, 0))
+    holds = virgin.limit > 0
+    # dense where the curve bends most, at its end
+    u = float(virgin.reach.max(initial=0.0)) * (1 - np.linspace(1, 0, points) ** 2)
+    left = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach[holds], 0.0, None))
+    return u, (virgin.limit[holds] * (1 - left**3)).sum(axis=1)
+
+
+def _root(load_at: Callable[[float], float], wanted: float) -> float:
+    """Return the approach at which a load that rises from 0 is reached: bisection."""
+    low, high = 0.0, 1e-12
+    while load_at(high) < wanted:
+        low, high = high, 2 * high
+    while (middle := (low + high) / 2) not in {low, high}:
+        low, high = (middle, high) if load_at(middle) < wanted else (low, middle)
+    return high
+
+
+def _of_each_load(history: "xr.Dataset", of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+    """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
+    check_recorded(history, "summit_radius")
+    check_all_recorded(history)
+    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
+    changing = CHANGING_HEIGHT in history
+    separation, friction = history["separation"].values, present_friction(history)
+    known: dict[bytes, tuple[float, ...]] = {}
+    values = np.zeros((separation.size, count))
+    for step, distance in enumerate(separation):
+        coefficient = friction.of(step)
+        height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
+        # steps of one separation and one friction have one curve
+        key = distance.tobytes() + (coefficient.tobytes() if friction.changes else b"")
+        key += height.tobytes() + radius.tobytes() if changing else b""
+        if key not in known:
+            holds = (height > distance) & (coefficient > 0)
+            approach, own = height[holds] - distance, np.broadcast_to(coefficient, height.shape)[holds]
+            load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
+            known[key] = of_curve(_Virgin(own * load, ratio * own * approach)) if holds.any() else (0.0,) * count
+        values[step] = known[key]
+    return values

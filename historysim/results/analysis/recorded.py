@@ -1,6 +1,6 @@
-"""What a history must hold for a question, and the messages where it does not."""
+"""What a history must hold for a question, the messages where it does not, and how it is read in blocks of steps."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, Protocol
 
 import attrs
@@ -56,13 +56,7 @@ def of_patches(history: Recorded) -> bool:
 
 
 def check_recorded(history: Recorded, *names: str) -> None:
-    """Check that a history holds variables of its asperities.
-
-    Raises
-    ------
-    InputError
-        It does not; the message says why.
-    """
+    """Check that a history holds variables of its asperities; an InputError says why it does not."""
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     missing = [name for name in names if name not in history]
@@ -80,25 +74,13 @@ def check_recorded(history: Recorded, *names: str) -> None:
 
 
 def check_any(history: Recorded) -> None:
-    """Check that there is an asperity to show.
-
-    Raises
-    ------
-    InputError
-        None ever touches.
-    """
+    """Check that there is an asperity to show; InputError where none ever touches."""
     if not history.sizes.get("asperity"):
         raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
 def check_all_recorded(history: Recorded) -> None:
-    """Check that all asperities that touch are recorded.
-
-    Raises
-    ------
-    InputError
-        They are not.
-    """
+    """Check that all asperities that touch are recorded; InputError where not."""
     if not is_complete(history):
         raise InputError(
             "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
@@ -129,27 +111,14 @@ CHANGING_HEIGHT = "present_summit_height"
 
 
 def shape_of(history: Recorded, name: str, steps: object) -> Floats:
-    """Return heights or radii of the recorded asperities at a step (asperity), or at steps, which they may change with.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-    name : {"summit_height", "summit_radius"}
-    steps : int or slice
-    """
+    """Return ``summit_height`` or ``summit_radius`` [m] at a step (asperity), or where they change at steps, too."""
     changing = f"present_{name}"
     values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
     return values
 
 
 def position_of(step: object, history: Recorded) -> int:
-    """Return a step of a history as a number from 0; negative ones count from the end.
-
-    Raises
-    ------
-    InputError
-        A step that it does not have.
-    """
+    """Return a step of a history as a number from 0; negative ones count from the end; InputError for another."""
     steps = history.sizes["step"]
     if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -steps <= step < steps:
         raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
@@ -157,13 +126,7 @@ def position_of(step: object, history: Recorded) -> int:
 
 
 def column_of(asperity: int, history: Recorded) -> int:
-    """Return where an asperity stands among the recorded ones.
-
-    Raises
-    ------
-    InputError
-        It is not recorded.
-    """
+    """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
     there = np.flatnonzero(history["asperity"].values == asperity)
     if isinstance(asperity, bool) or there.size != 1:
         labels = history["asperity"].values
@@ -181,18 +144,12 @@ def displacement_ratio(history: Recorded) -> float:
 
 @attrs.frozen
 class Friction:
-    """The friction coefficients of a history, also where they change.
-
-    Attributes
-    ----------
-    changes : bool
-        Whether they change from step to step.
-    source : VariableView
-        Along ``asperity``, ``step`` or both.
-    """
+    """The friction coefficients of a history, also where they change."""
 
     changes: bool
+    """Whether they change from step to step."""
     source: VariableView
+    """Along ``asperity``, ``step`` or both."""
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
@@ -201,18 +158,19 @@ class Friction:
 
 
 def present_friction(history: Recorded) -> Friction:
-    """Return the friction coefficients of the recorded asperities at each step.
-
-    Raises
-    ------
-    InputError
-        They change, in a history of a version that did not record how.
-    """
+    """Return the friction coefficients of the recorded asperities at each step."""
     if "present_friction" in history:
         return Friction(changes=True, source=history["present_friction"])
-    if "largest_traction_ratio" in history:
-        raise InputError(
-            "friction changes in the history, and the version that made it did not record how; run it again with this "
-            "one"
-        )
     return Friction(changes=False, source=history["friction"])
+
+
+CELLS_AT_ONCE = 1 << 19
+"""Steps times asperities of one variable that are held in memory at a time."""
+
+
+def parts(history: Recorded) -> Iterator[slice]:
+    """Yield the steps of a history in blocks, so that memory holds a variable of all asperities."""
+    steps, asperities = history.sizes["step"], history.sizes.get("asperity", 1)
+    at_once = max(1, CELLS_AT_ONCE // max(asperities, 1))
+    for first in range(0, steps, at_once):
+        yield slice(first, min(first + at_once, steps))

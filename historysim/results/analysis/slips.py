@@ -1,4 +1,4 @@
-"""When each asperity first slips and first slides, and which of them does so first."""
+"""When each asperity first slips and first slides, in which order, and how much of the contact slips at each step."""
 
 from typing import TYPE_CHECKING
 
@@ -6,117 +6,83 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.array_types import Floats, Integers
-from historysim.results.analysis.recorded import (
-    GROSS_SLIP,
-    PARTIAL_SLIP,
-    Recorded,
-    check_recorded,
-    present_friction,
-    shape_of,
-)
-from historysim.results.analysis.step_blocks import parts
+from historysim.errors import InputError
+from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, Recorded, check_recorded, parts
+from historysim.results.asking import question
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
 NEVER = -1
-BEGINNINGS = {"slip": ("first slips", PARTIAL_SLIP), "slide": ("first slides", GROSS_SLIP)}
+BEGINNINGS = {"slip": "first slips", "slide": "first slides"}
+SHARES = {
+    "share_of_contacts": "share of the contacts in each slip state",
+    "share_of_area": "share of the contact area that asperities in each slip state have",
+    "share_of_normal_load": "share of the normal load that asperities in each slip state carry",
+    "share_of_tangential_load": "share of the tangential load that asperities in each slip state carry",
+}
 
 
-def first_slips(history: "xr.Dataset", slide_times: Floats | None = None) -> "xr.Dataset":
+@question(table="asperity,summit_height")
+def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
-    A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load; a
-    contact *slides* when nothing of it sticks. What happens between two recorded steps counts at the second one:
-    asperities that begin at the same step share a rank. ``history.contact.first_slips()`` knows the instants between.
+    A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load;
+    what happens between two recorded steps counts at the second one. A contact *slides* when nothing of it sticks: the
+    instant is that of the replay, also between steps, and where the contact is lost before the next one.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history with asperities or patches.
-    slide_times : array (asperity), optional
-        The instants at which asperities first slide [s], not a number for never, where they are known.
 
     Returns
     -------
     xarray.Dataset
-        Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the steps, -1 for never; ``slip_time``
-        and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that come first, 1 more
-        for every asperity before, -1 for never.
+        Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or after that, -1 for
+        never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that
+        come first, 1 more for every asperity before, -1 for never.
 
     Raises
     ------
     InputError
-        A history without asperities.
+        A history without asperities, or of a version that did not record when they slide.
     """
     import xarray as xr
 
-    steps = first_steps(history, slide_times)
     time = history["time"].values
+    moments = {"slide": slide_times(history), "slip": _first_rows(history)}
     variables: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
-    for name, (label, _) in BEGINNINGS.items():
-        step = steps[name]
-        moment = np.where(step == NEVER, np.nan, time[step])
-        known = {"instants": "recorded step"}
-        if name == "slide" and slide_times is not None:
-            moment, known = slide_times, {"instants": "exact"}
+    for name, label in BEGINNINGS.items():
+        moment = moments[name]
+        step = np.where(np.isnan(moment), NEVER, np.searchsorted(time, moment))
         variables[f"{name}_step"] = ("asperity", step, {"long_name": f"step at which the asperity {label}; -1: never"})
-        variables[f"{name}_time"] = (
-            "asperity",
-            moment,
-            {"units": "s", "long_name": f"when the asperity {label}"} | known,
-        )
+        named = {"units": "s", "long_name": f"when the asperity {label}"}
+        variables[f"{name}_time"] = ("asperity", moment, named)
         text = f"how many asperities have begun before the asperity {label}; -1: never"
         variables[f"{name}_rank"] = ("asperity", _ranks(moment), {"long_name": text})
     beside = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
     return xr.Dataset(variables, beside)
 
 
-def first_steps(history: Recorded, slide_times: Floats | None = None) -> dict[str, Integers]:
-    """Return the positions of the steps at which asperities first slip, and first slide (asperity); -1 for never.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-    slide_times : array (asperity), optional
-        The instants at which they first slide [s], where they are known; the step is the first one then or later.
-
-    Raises
-    ------
-    InputError
-        A history without asperities.
-    """
+def slide_times(history: Recorded) -> Floats:
+    """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state")
-    steps = {name: np.full(history.sizes["asperity"], NEVER) for name in BEGINNINGS}
-    for rows in parts(history):
-        states = history["slip_state"].isel(step=rows).values
-        for name, (_, least) in BEGINNINGS.items():
-            waiting = np.flatnonzero(steps[name] == NEVER)
-            reached = states[:, waiting] >= least
-            there = reached.any(axis=0)
-            steps[name][waiting[there]] = rows.start + reached[:, there].argmax(axis=0)
-        if (steps["slide"] != NEVER).all():
-            break
-    if slide_times is not None:
-        after = np.searchsorted(history["time"].values, slide_times)
-        steps["slide"] = np.where(np.isnan(slide_times), NEVER, after)
-    return steps
+    if "slide_time" not in history:
+        raise InputError("the history is of a version that did not record when asperities slide; replay its log again")
+    found, last = history["slide_time"].values, history["time"].values[-1]
+    return np.where(found <= last, found, np.nan)
 
 
-def slides_first(history: "xr.Dataset", slide_times: Floats | None = None) -> Integers:
-    """Return the labels of the asperities that slide, in the order in which they begin to.
-
-    Of those that begin between the same two recorded steps, the one of the smallest μ_i δ_i at the second step stands
-    before, which is the order in which they do so under one friction coefficient, or at a constant normal load.
-    ``history.contact.slides_first()`` knows the instants between.
+@question(table="rank,asperity")
+def slides_first(history: "xr.Dataset") -> Integers:
+    """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
     Parameters
     ----------
     history : xarray.Dataset
         A history with asperities.
-    slide_times : array (asperity), optional
-        The instants at which asperities first slide [s], not a number for never, where they are known.
 
     Returns
     -------
@@ -126,30 +92,96 @@ def slides_first(history: "xr.Dataset", slide_times: Floats | None = None) -> In
     Raises
     ------
     InputError
-        A history without asperities, or of a version that did not record changes of friction.
+        As for `first_slips`.
     """
-    return order_of_sliding(history, first_steps(history, slide_times)["slide"], slide_times)
+    return order_of_sliding(history, slide_times(history))
 
 
-def order_of_sliding(history: Recorded, step: Integers, slide_times: Floats | None) -> Integers:
-    """Return what `slides_first` does, where the steps at which asperities first slide are known (asperity)."""
-    labels: Integers
-    sliding = np.flatnonzero(step != NEVER)
-    if slide_times is not None:
-        labels = history["asperity"].values[sliding[np.argsort(slide_times[sliding], kind="stable")]]
-        return labels
-    separation, friction = history["separation"].values, present_friction(history)
-    reserve = np.empty(sliding.size)
-    for moment in np.unique(step[sliding]):
-        here = step[sliding] == moment
-        own = np.broadcast_to(friction.of(moment), step.shape)[sliding[here]]
-        height = shape_of(history, "summit_height", int(moment))
-        reserve[here] = own * (height[sliding[here]] - separation[moment])
-    labels = history["asperity"].values[sliding[np.lexsort((reserve, step[sliding]))]]
+def order_of_sliding(history: Recorded, times: Floats) -> Integers:
+    """Return the labels of asperities in the order of their instants (asperity) [s]."""
+    sliding = np.flatnonzero(~np.isnan(times))
+    labels: Integers = history["asperity"].values[sliding[np.argsort(times[sliding], kind="stable")]]
     return labels
 
 
+def _first_rows(history: Recorded) -> Floats:
+    """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
+    found = np.full(history.sizes["asperity"], np.nan)
+    for rows in parts(history):
+        waiting = np.flatnonzero(np.isnan(found))
+        slips = history["slip_state"].isel(step=rows).values[:, waiting] >= PARTIAL_SLIP
+        there = slips.any(axis=0)
+        found[waiting[there]] = history["time"].values[rows][slips[:, there].argmax(axis=0)]
+    return found
+
+
 def _ranks(moment: Floats) -> Integers:
-    """Return how many begin before each does; NEVER for those that do not begin, whose moment is not a number."""
+    """Return how many begin before each does; NEVER for those that do not begin, with a moment of NaN."""
     never = np.isnan(moment)
     return np.where(never, NEVER, np.searchsorted(np.sort(moment[~never]), moment))
+
+
+@question(per_step=True, table="time,share_of_contacts")
+def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
+    """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities or patches; where only some are recorded, the fractions are of those.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0
+        where nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
+        ``share_of_tangential_load``, the last by the magnitude of each asperity's. Along ``step`` alone:
+        ``slipping_area``, the fraction of the contact area outside the stick radii, also inside contacts in partial
+        slip.
+
+    Raises
+    ------
+    InputError
+        A history without asperities, or of patches without areas.
+    """
+    import xarray as xr
+
+    patches = "contact_area" in history
+    sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
+    names = ("slip_state", *sizes, "normal_load", "tangential_load")
+    check_recorded(history, *names)
+    steps = history.sizes["step"]
+    shares = np.zeros((len(SHARES), steps, len(STATES)))
+    slipping = np.zeros(steps)
+    for rows in parts(history):
+        state, area, stick, normal, tangential = (history[name].isel(step=rows).values for name in names)
+        if not patches:
+            # π cancels in a fraction
+            area, stick = area**2, stick**2
+        whole = area.sum(axis=1)
+        np.divide(whole - stick.sum(axis=1), whole, out=slipping[rows], where=whole > 0)
+        for number, weight in enumerate((state > 0, area, normal, np.abs(tangential))):
+            by_state = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
+            total = by_state.sum(axis=1, keepdims=True)
+            np.divide(by_state, total, out=shares[number, rows], where=total > 0)
+    variables = {
+        name: (("step", "slip_state"), values, {"units": "1", "long_name": text})
+        for (name, text), values in zip(SHARES.items(), shares, strict=True)
+    }
+    text = "share of the contact area outside the stick radii"
+    return xr.Dataset(
+        {**variables, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
+        coords={"time": history["time"], "slip_state": list(STATES)},
+    )
+
+
+@question()
+def representative_step(history: "xr.Dataset") -> int:
+    """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
+
+    It is that of the greatest normal load where no contact ever slips in part. InputError: as for `slip_shares`.
+    """
+    slipping = slip_shares(history)["slipping_area"].values
+    if ((slipping > 0) & (slipping < 1)).any():
+        return int(np.abs(slipping - 0.5).argmin())
+    return int(history["total_normal_load"].values.argmax())

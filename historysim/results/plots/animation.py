@@ -10,14 +10,13 @@ import xarray as xr
 from historysim.basics.files import replacing
 from historysim.basics.units import prefixed
 from historysim.errors import InputError
-from historysim.results.analysis.cycles import friction_loops
+from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
-from historysim.results.plots.along_path import thinned
-from historysim.results.plots.contact_map import draw_zones, zone_handles, zone_shares, zones_at
-from historysim.results.plots.paper import PAGE, Page, Size, in_style, new_figure
+from historysim.results.plots.canvas import PAGE, Canvas, Size, in_style, new_figure
+from historysim.results.plots.contact_maps import draw_zones, zone_handles, zone_shares, zones_at
 from historysim.results.plots.printed import MADE_BY
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS
-from historysim.results.plots.surface import (
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, thinned
+from historysim.results.plots.surfaces import (
     caption_at,
     check_summits,
     contact_at,
@@ -81,8 +80,8 @@ def animate_contact_map(
     (length, length_prefix), (force, force_prefix) = (prefixed(float(np.abs(thin[name]).max())) for name in names)
     x, y = (now[name].values * factor for name, factor in zip(names, (length, force), strict=True))
     with new_figure(size, (PAGE, 95.0)) as figure:
-        page = Page.of(figure)
-        loop, contacts = figure.subplots(1, 2) if page.width >= 120.0 else figure.subplots(2, 1)
+        canvas = Canvas.of(figure)
+        loop, contacts = figure.subplots(1, 2) if canvas.width >= 120.0 else figure.subplots(2, 1)
         loop.plot(thin[names[0]].values * length, thin[names[1]].values * force, color=FAINT, linewidth=0.8)
         (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
         loop.margins(0.06)
@@ -93,9 +92,9 @@ def animate_contact_map(
         )
         if zones is None:
             first = contact_at(surface, history, frames[0])
-            page.legend(handles=legend_handles(surface, first.state, first, flat=not placed))
+            canvas.legend(handles=legend_handles(surface, first.state, first, flat=not placed))
         else:
-            page.legend(handles=zone_handles())
+            canvas.legend(handles=zone_handles())
 
     captions = [caption_at(history, step) for step in frames]
     if zones is not None:
@@ -114,7 +113,7 @@ def animate_contact_map(
                 contact = contact_at(surface, history, frames[frame])
                 draw_distribution(contacts, surface, contact.state, contact)
             dot.set_data([x[frame]], [y[frame]])
-            page.heading("", captions[frame])
+            canvas.heading("", captions[frame])
             # ticks are made when they are first drawn, and that is to be in this style
             figure.draw_without_rendering()
 
@@ -157,7 +156,7 @@ def save_animation(animation: "FuncAnimation", path: str | Path) -> None:
 
 
 def _sign(path: Path) -> None:
-    """Put into a GIF what has made it: pillow is not told by matplotlib. It is a comment before the end of the file."""
+    """Put what has made a GIF into it, as a comment before its end: matplotlib does not pass it on to pillow."""
     with path.open("r+b") as stream:
         stream.seek(-1, 2)
         text = MADE_BY.encode()

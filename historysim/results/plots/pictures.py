@@ -1,17 +1,23 @@
-"""What a picture is, and pictures by their names: of a history, a sweep or a scenario."""
+"""What a picture is, pictures by their names, and which picture is drawn of what."""
 
 import functools
-from typing import TYPE_CHECKING, Any, ClassVar, Unpack
+import inspect
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import NoneType, UnionType
+from typing import Annotated, Any, ClassVar, get_args, get_origin
 
 import attrs
+import xarray as xr
 
+from historysim.basics import findings
 from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
+from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.results.plots.paper import Drawn, Page, Place, Size, paper
-
-if TYPE_CHECKING:
-    import xarray as xr
+from historysim.results.plots.canvas import Canvas, Drawn, Place, Size, canvas
 
 PICTURES: Registry[type["Picture"]] = Registry(
     "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
@@ -20,50 +26,52 @@ PICTURES: Registry[type["Picture"]] = Registry(
 register = PICTURES.register
 
 HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"
-"""What a picture is drawn of."""
+"""What a picture of ``[picture]`` is drawn of."""
 
 
 @attrs.frozen(kw_only=True)
 class Picture:
-    """A picture: its fields are its options, which stand in ``[picture]`` or come with ``--picture``.
+    """A picture: its fields are its options, in ``[picture]``, with ``--picture``, and in Python.
 
-    One has `draw`, and can stand beside others in ``[[picture]]``, or `drawn`, and fills a figure of its own, or both.
+    The picture ``traction`` is ``hs.plot(x, picture="traction", steps=…)`` and ``hs.plots.traction(x, steps=…)``.
     """
 
     registry: ClassVar[Registry[Any]] = PICTURES
     kind: ClassVar[str]
     """Its name."""
-    of: ClassVar[tuple[str, ...]] = (HISTORY,)
-    """What it is drawn of, of ``"history"``, ``"sweep"`` and ``"scenario"``."""
+    of: ClassVar[tuple[str | type, ...]] = (HISTORY,)
+    """What it is drawn of: ``"history"``, ``"sweep"``, ``"scenario"``, and types."""
     size: ClassVar[Size] = (90.0, 78.0)
     """Width and height [mm] where no other is asked for."""
     caption: ClassVar[str] = ""
-    """What stands below it in the report of a history, which leaves out what has none."""
+    """What stands below it in the report of a history, which leaves out what has none; see `caption_of`."""
     place: ClassVar[int] = 100
     """Its place in the report: before those of greater numbers."""
     totals: ClassVar[bool] = False
     """Whether it can be drawn of a history of totals alone."""
     several: ClassVar[bool] = False
-    """Whether several histories can be in it: `drawn` then takes a sequence of them, too."""
+    """Whether several histories can be in it: `draw` then takes a sequence of them, too."""
+    alone: ClassVar[bool] = False
+    """Whether it fills a figure of its own, and cannot stand beside others."""
 
-    def draw(self, page: Page, what: Any) -> None:
-        """Draw a Dataset, or of a scenario a Scenario, on a page, which is a figure, a part of one, or axes.
+    def draw(self, canvas: Canvas, data: Any) -> None:
+        """Draw a Dataset, or what else it is of, on a canvas, which is a figure, a part of one, or axes.
 
-        ``page.axes()`` are those of a picture with one panel, ``page.several(count)`` is the figure of one with more;
-        ``page.legend(axes)`` names what is drawn, and ``page.heading(text)`` is its title.
+        ``canvas.axes()`` are those of a picture with one panel, ``canvas.several(count)`` is the figure of one with
+        more; ``canvas.legend(axes)`` names what is drawn, and ``canvas.heading(text)`` is its title.
         """
-        raise NotImplementedError(f"{type(self).__name__} has neither draw nor drawn, or fills a figure of its own")
+        raise NotImplementedError(f"{type(self).__name__} has no draw")
 
-    def drawn(self, what: Any, **place: Unpack[Place]) -> Drawn:
+    def figure(self, what: Any, place: Place | None = None) -> Drawn:
         """Return a figure of it alone, or what was given to draw into."""
-        with paper(self.drawn, self.size, place) as page:
-            self.draw(page, what)
-        return page.drawn
+        data = data_for(what, self)
+        with canvas(self.size_of(data), place or {}) as page:
+            self.draw(page, data)
+        return page.result
 
-    @classmethod
-    def fits_beside(cls) -> bool:
-        """Return whether it can be a part of a figure."""
-        return cls.draw is not Picture.draw
+    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
+        """Return width and height [mm] where no other is asked for."""
+        return self.size
 
     @property
     def beside(self) -> float:
@@ -71,21 +79,108 @@ class Picture:
         return 0.0
 
     @classmethod
-    def reported(cls, history: "xr.Dataset") -> bool:
+    def caption_of(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - what others go by
+        """Return the caption of the picture of a history, where that depends on what is in it."""
+        return cls.caption
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
         """Return whether the report of a history shows it."""
         return bool(cls.caption) and (cls.totals or "slip_state" in history)
 
 
-def draw(what: Any, name: str, place: Place | None = None, *, of: str = HISTORY, **options: Any) -> Drawn:
-    """Return a picture by its name.
+@attrs.frozen(kw_only=True)
+class Panel(Picture):
+    """What pictures in the figure of a scenario have.
+
+    Attributes
+    ----------
+    title : str
+        A heading above this picture, beside the title of the scenario.
+    labels : tuple of str
+        What its lines, or surfaces, are called.
+    where : dict, optional
+        Of a sweep, only the cells with these values of swept keys.
+    """
+
+    title: str = ""
+    labels: tuple[str, ...] = ()
+    where: dict[str, Any] | None = None
+
+
+def data_for(what: Any, picture: Picture) -> Any:
+    """Return what a picture draws of a thing: the thing itself; of a scenario its surface, summits or record."""
+    made = getattr(what, "picture_data", None)
+    return what if made is None else made(picture.kind)
+
+
+def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = HISTORY, **options: Any) -> Drawn:
+    """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
+    one = not isinstance(what, list | tuple)
+    known = {each: kind for each, kind in PICTURES.items() if of in kind.of and (one or kind.several)}
+    if name not in known:
+        raise InputError(
+            f"picture is {name!r}; {'' if one else 'of several results '}expected one of {', '.join(known)}"
+        )
+    return made(known[name], options, known).figure(what, place)
+
+
+def made(kind: type[Picture], options: Mapping[str, Any], others: Mapping[str, type[Picture]]) -> Picture:
+    """Return a picture with options; errors name which other pictures take an option."""
+    own = [field.name for field in fields_of(kind)]
+    for option, value in options.items():
+        if option in own:
+            continue
+        takers = [name for name, other in others.items() if option in attrs.fields_dict(other)]
+        if takers and f"{option}s" in own:
+            raise InputError(f"{option} {value}: the picture {kind.kind} takes several; expected {option}s")
+        known = [*own, "picture", *Place.__annotations__]
+        raise InputError(
+            f"{option} does not apply to the picture {kind.kind}; "
+            + (f"it applies to {', '.join(takers)}" if takers else nearest(option, known))
+        )
+    if needed := [field.name for field in fields_of(kind) if field.needed and field.name not in options]:
+        raise InputError(f"the picture {kind.kind} needs {', '.join(needed)}")
+    attrs.resolve_types(kind)
+    types = {field.name: field.type for field in attrs.fields(kind)}
+    return kind(**{name: _value(name, types[name], value) for name, value in options.items()})
+
+
+def _value(name: str, kind: Any, value: Any) -> Any:
+    """Return an option as its field has it: a list as a tuple, and a string, as the shell gives it, as its value."""
+    members = {*get_args(kind)} if isinstance(kind, UnionType) else {kind}
+    if any(get_origin(each) is Annotated for each in members):
+        members = {get_args(each)[0] for each in members}
+    members.discard(NoneType)
+    arrays = [each for each in members if get_origin(each) is tuple]
+    if arrays and isinstance(value, str):
+        value = [_value(name, get_args(arrays[0])[0], part.strip()) for part in value.split(",")]
+        if "" in value:
+            raise InputError(f"{name}: expected values with one comma between each two")
+    elif isinstance(value, str) and members != {str}:
+        with suppress(tomllib.TOMLDecodeError):
+            value = tomllib.loads(f"value = {value}")["value"]
+    if bool in members and not isinstance(value, bool | NoneType):
+        raise InputError(f"{name} is {value!r}; expected true or false")
+    return tuple(value) if isinstance(value, list) else value
+
+
+@functools.singledispatch
+def figure_of(
+    what: Any, *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
+) -> Drawn:
+    """Return the picture of whatever has one.
+
+    A picture with a type among what it is `of` is drawn of it. What chooses among several, or makes something else
+    of its type first, registers itself with ``@figure_of.register(type)``.
 
     Parameters
     ----------
-    what : xarray.Dataset, Scenario, or sequence of Datasets
-        A history, or several; or what ``of`` says.
+    what : object
+    picture : str, optional
+        One of those of its type.
     name : str
-        A key of `PICTURES`.
-    of : {"history", "sweep", "scenario"}
+        The path that it was read from, if any: for errors, and the heading of a picture that takes one.
     place : Place, optional
         Where it is drawn: ``size`` [mm], ``figure`` or ``ax``.
     **options
@@ -94,39 +189,170 @@ def draw(what: Any, name: str, place: Place | None = None, *, of: str = HISTORY,
     Raises
     ------
     InputError
-        Another name, an option that the picture does not take, or as for its class.
+        It has no picture, not this one, or the picture does not take these options.
     """
-    one = not isinstance(what, list | tuple)
-    known = {each: kind for each, kind in PICTURES.items() if of in kind.of and (one or kind.several)}
-    if name not in known:
-        whose = "" if one else "of several results "
-        raise InputError(f"picture is {name!r}; {whose}expected one of {', '.join(known)}")
-    for option, value in options.items():
-        own = attrs.fields_dict(known[name])
-        if f"{option}s" in own:
-            raise InputError(f"{option} {value}: the picture {name} takes several; expected {option}s")
-        if option not in own:
-            others = ", ".join(each for each, kind in known.items() if option in attrs.fields_dict(kind))
-            with_it = f"with {others}" if others else "none"
-            raise InputError(f"{option} {value}: the picture {name} takes none; expected {with_it}")
-    needed = [field.name for field in fields_of(known[name]) if field.needed and field.name not in options]
-    if needed:
-        raise InputError(f"the picture {name} needs {', '.join(needed)}; expected it as [picture] of the scenario")
-    return known[name](**options).drawn(what, **(place or {}))
+    called = name or f"this {type(what).__name__}"
+    known = {
+        each: kind
+        for each, kind in PICTURES.items()
+        if any(isinstance(of, type) and isinstance(what, of) for of in kind.of)
+    }
+    if not known:
+        raise InputError(
+            f"{called} has no picture; expected a history, a scenario, a surface, loops, a comparison or an asperity"
+        )
+    # the one that is of this type first of all goes before those of other things, too
+    first = picture or min(known, key=lambda each: [isinstance(of, str) for of in known[each].of])
+    if first not in known:
+        raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(known)}")
+    kind = known[first]
+    given = {"title": Path(name).name} if name and "title" in attrs.fields_dict(kind) else {}
+    return made(kind, given | options, known).figure(what, place)
 
 
-@functools.singledispatch
-def figure_of(what: Any, **options: Any) -> Drawn:
-    """Return the figure of a thing that has one picture; ``title``, ``name`` and ``place`` are for what takes them.
+@figure_of.register(list)
+@figure_of.register(tuple)
+def _of_several(
+    what: Sequence[Any], *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
+) -> Drawn:
+    """Draw several histories over one another."""
+    for each in what:
+        if not _is_history(each):
+            raise InputError(
+                f"{name or f'this {type(each).__name__}'} is no history; expected results of historysim run alone, or "
+                "one other file"
+            )
+    return draw(what, picture or "loops", place, **options)
 
-    What draws a type says so with ``@figure_of.register(type)``.
 
-    Raises
-    ------
-    InputError
-        It has none; it is called by its name.
-    """
-    raise InputError(
-        f"{options.get('name', f'this {type(what).__name__}')} has no picture; expected a history, a scenario, a "
-        "surface, loops, a comparison or an asperity"
-    )
+@figure_of.register(xr.Dataset)
+def _of_dataset(
+    what: xr.Dataset,
+    *,
+    picture: str | None = None,
+    name: str = "",
+    place: Place | None = None,
+    **options: Any,
+) -> Drawn:
+    """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
+    content = what.attrs.get("content")
+    # the rows of a sweep may be loads, too
+    if content == SWEEP:
+        return _of_sweep(what, picture, place, options)
+    if _is_history(what) and content not in TABLES:
+        return draw(what, picture or ("contact-map" if "step" in options else "history"), place, **options)
+    titled = {"title": Path(name).name} if name and content in TABLES else {}
+    name = name or "this Dataset"
+    for found, kind in (
+        (content in TABLES, "table"),
+        ("summit_height" in what, "surface"),
+        ("loop" in what.dims, "loop-trends"),
+        ("loops" in what.coords, "loop-levels"),
+    ):
+        if found and picture in {None, kind}:
+            return made(PICTURES[kind], titled | options, {}).figure(what, place)
+        if found:
+            raise InputError(f"picture {picture}: {name} has the picture {kind} alone")
+    raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
+
+
+TABLES = ("table", "history over time")
+"""Contents of files that are tables."""
+
+
+def _is_history(what: Any) -> bool:
+    return isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != SWEEP
+
+
+def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, options: dict[str, Any]) -> Drawn:
+    """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
+    rows = ("total_tangential_load", "tangential_displacement")
+    loops = all(each in what and "step" in what[each].dims for each in rows)
+    numbers = [str(each) for each in what.data_vars if not {"step", "asperity"} & set(what[each].dims)]
+    if picture is None and (loops and not numbers):
+        picture = "loops"
+    if picture is not None and picture not in what.data_vars and picture in PICTURES:
+        return draw(what, picture, place, of=SWEEP, **options)
+    # what a sweep or its spread is mostly about; of others, such as a design, the first number
+    known = [each for each in ("preliminary_displacement", "preliminary_displacement_mean") if each in what]
+    quantity = picture or (known or [str(next(iter(what.data_vars)))])[0]
+    return draw(what, "curve", place, of=SWEEP, quantity=quantity, **options)
+
+
+ACROSS, NARROWEST = 3, 55.0
+"""Panels in a row, and the width that each has at least [mm]."""
+PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0
+"""Width and height of a panel, height of the title [mm]."""
+BEYOND = {
+    "steep": "steep asperities",
+    "yield": "pressures beyond yield",
+    "area": "a large contact area",
+    "overlap": "overlapping contacts",
+    "adhesion": "adhesion",
+    "outliers": "a few high summits",
+}
+"""What the findings of the checks are called in a line."""
+
+
+def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: Place | None = None) -> Drawn:
+    """Return pictures of a result, a sweep or a scenario side by side, in a narrow figure below one another."""
+    place = place or {}
+    if len(pictures) == 1 and (pictures[0].alone or place.get("ax") is not None):
+        return pictures[0].figure(what, place)
+    across = min(len(pictures), ACROSS)
+    width = PANEL * across + max(each.beside for each in pictures)
+    with canvas((width, HEIGHT * -(-len(pictures) // across) + TITLE), place) as page:
+        figure = page.several(len(pictures))
+        across = min(across, max(int(page.width / NARROWEST), 1))
+        # also of one picture: what stands below it, and the line below all, then differ
+        parts: Any = figure.subfigures(-(-len(pictures) // across), across, squeeze=False).ravel()
+        for part, picture in zip(parts, pictures, strict=False):
+            picture.draw(page.part(part), data_for(what, picture))
+        page.heading(title)
+        page.foot(_beyond(what) if isinstance(what, xr.Dataset) else "")
+    return page.result
+
+
+def _beyond(what: xr.Dataset) -> str:
+    """Return in a line which of the model's assumptions do not hold, empty where all do."""
+    names = [each.name for each in findings.read(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
+    return f"beyond the model's assumptions: {', '.join(BEYOND[name] for name in names)}" if names else ""
+
+
+DRAWN_IN = """size : (float, float), optional
+    Width and height of a new figure [mm].
+figure, ax : optional
+    Draw into this figure, or these axes, of matplotlib."""
+
+
+def as_function(kind: type[Picture]) -> Callable[..., Drawn]:
+    """Return a picture as a function of what it is drawn of, its fields, and where it is drawn."""
+
+    def function(data: Any, *, size: Size | None = None, figure: Any = None, ax: Any = None, **options: Any) -> Drawn:
+        return made(kind, options, {}).figure(data, {"size": size, "figure": figure, "ax": ax})
+
+    first, *places, _ = inspect.signature(function).parameters.values()
+    own = [
+        inspect.Parameter(
+            field.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=inspect.Parameter.empty if field.needed else field.default,
+        )
+        for field in fields_of(kind)
+    ]
+    function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
+    function.__signature__ = inspect.Signature([first, *own, *places])  # type: ignore[attr-defined] # as help() reads it
+    about, examples, shown = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
+    function.__doc__ = f"{about}\n\n{DRAWN_IN}{examples}{shown}"
+    return function
+
+
+def several_of(histories: Any) -> list[xr.Dataset]:
+    """Return one history, or several, as a list."""
+    return [histories] if isinstance(histories, xr.Dataset) else list(histories)
+
+
+def sources(histories: Sequence[xr.Dataset]) -> list[str]:
+    """Return names for histories of one title: their files, or their numbers."""
+    names = [Path(str(each.encoding.get("source", ""))).name for each in histories]
+    return [name or f"result {number + 1}" for number, name in enumerate(names)]

@@ -1,22 +1,31 @@
-"""What all pictures share: colours, lines, and numbers with a readable unit.
+"""What all pictures share: colours, lines, thinning, and numbers with a readable unit.
 
-Colours are told apart by readers with any colour vision and in grey print: lightness rises from stick to slip.
+Colours differ for readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
 
-import re
+import itertools
+from collections.abc import Iterator
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
 
 STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
 INK = "#222222"
+# of notes and thin lines: on white its contrast is 5.1 to 1
 FAINT = "#6e6e6e"
-"""Of notes and thin lines: on white its contrast is 5.1 to 1."""
 MARK = STATE_COLOURS[1]
+# of quantities with a sign: 0 is white, in the middle
+DIVERGING = "RdBu_r"
 
 STYLE: dict[Any, Any] = {
     "font.size": 8,
@@ -35,17 +44,29 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 7.5,
 }
 
+LINES = (
+    (STATE_COLOURS[1], "-", "o"),
+    (STATE_COLOURS[2], "--", "s"),
+    ("#4aa8e0", "-.", "^"),
+    ("#7a7a7a", ":", "D"),
+    ("#b08a1e", (0, (5, 1, 1, 1, 1, 1)), "v"),
+    (INK, (0, (1, 2)), "P"),
+    ("#6a3d9a", (0, (6, 2)), "X"),
+    ("#33864f", (0, (3, 1, 1, 1)), "*"),
+)
+"""Colour, dashes and marker of each line of a picture: they differ in grey print, too."""
+MOST_LINES = 12
 
+MOST_POINTS = 100_000
+"""Points of a line: more than a page can show."""
+MOST_PIECES = 256
+"""Pieces of one colour in a coloured line."""
 FEW_DECADES = 30.0
 """Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
-DIVERGING = "RdBu_r"
-"""Colours of quantities with a sign: 0 is white, in the middle."""
 
 
-def scaled(values: "Floats", unit: str) -> "tuple[Floats, str]":
+def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
-    import numpy as np
-
     factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
     return values * factor, prefix + unit
 
@@ -62,58 +83,75 @@ def by_factors(axis: Any) -> None:
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def plain_title(title: str, width: float, size: float, lines: int = 1) -> str:
-    """Return a title on so many lines at most that fit a width, with no mathematics between dollar signs.
+def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:
+    """Draw thin lines where the load, and the displacement, is 0."""
+    axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+    if vertical:
+        axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
 
-    Parameters
-    ----------
-    title : str
-    width : float
-        [mm]
-    size : float
-        Of the letters [pt].
-    lines : int
+
+def plain(text: str) -> str:
+    """Return a string that matplotlib does not read as mathematics."""
+    return text.replace("$", r"\$")
+
+
+def line_style(number: int, count: int) -> dict[str, Any]:
+    """Return colour, dashes and width of one of some lines without markers.
+
+    Up to eight have colours and dashes of their own; of more, such as the steps of a load, the colours go from light
+    to dark.
     """
-    # a number and its unit stay together
-    whole = re.sub(UNBROKEN, "\N{NO-BREAK SPACE}", " ".join(title.split()))
-    found = broken(whole.replace("$", r"\$"), width * POINTS_PER_MILLIMETRE, size)
-    if len(found) > lines:
-        last = found[lines - 1]
-        while " " in last and width_of(f"{last} …", size) > width * POINTS_PER_MILLIMETRE:
-            last = last.rsplit(" ", 1)[0]
-        found = [*found[: lines - 1], f"{last} …"]
-    return "\n".join(found).replace("\N{NO-BREAK SPACE}", " ")
+    if count <= len(LINES):
+        colour, dashes, _ = LINES[number]
+        return {"color": colour, "linestyle": dashes, "linewidth": 1.1}
+    return {"color": line_colours()(number / max(count - 1, 1)), "linestyle": "-", "linewidth": 1.1}
 
 
-UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)"
-"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
-POINTS_PER_MILLIMETRE = 72 / 25.4
+@cache
+def line_colours() -> Any:
+    """Return the colours of lines, from light to dark."""
+    import matplotlib as mpl
+    from matplotlib.colors import ListedColormap
+
+    # the light end is left out: it is lost on white paper
+    return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.08, 1.0, MOST_PIECES)))
 
 
-def width_of(line: str, size: float, *, bold: bool = False) -> float:
-    """Return the width of a line [pt] in letters of a size [pt]."""
-    from matplotlib.font_manager import FontProperties
-    from matplotlib.textpath import text_to_path
+def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces: int = MOST_PIECES) -> "LineCollection":
+    """Draw a line coloured by values along it, in no more than so many pieces of one colour."""
+    from matplotlib.collections import LineCollection
 
-    letters = FontProperties(size=size, weight="bold" if bold else "normal")
-    measured: float = text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0]
-    return measured
-
-
-def broken(text: str, width: float, size: float, *, bold: bool = False) -> list[str]:
-    """Return the lines of a text that is broken at spaces so that each fits a width, as far as words do.
-
-    Parameters
-    ----------
-    text : str
-    width, size : float
-        Of a line, and of the letters [pt].
-    bold : bool
-    """
-    lines: list[str] = []
-    for word in text.split(" "):
-        if lines and width_of(f"{lines[-1]} {word}", size, bold=bold) <= width:
-            lines[-1] += f" {word}"
-        else:
-            lines.append(word)
+    points = np.column_stack([x, y])
+    # a path for each pair of points would take longer than the replay
+    ends = np.unique(np.linspace(0, values.size - 1, pieces + 1).astype(int))
+    parts = [points[start : end + 1] for start, end in itertools.pairwise(ends)]
+    lines = LineCollection(parts, array=values[ends[1:]], cmap=line_colours(), linewidth=1.0, rasterized=True)
+    lines.set_capstyle("round")
+    axes.add_collection(lines)
+    axes.autoscale_view()
     return lines
+
+
+def thinned(history: "xr.Dataset") -> "xr.Dataset":
+    """Return the totals at every n-th step and the last one: no more than a page can show."""
+    totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
+    return totals.isel(step=kept_steps(history.sizes["step"]))
+
+
+def kept_steps(steps: int) -> Integers:
+    """Return every n-th of a number of steps and the last one: no more than a page can show."""
+    return np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1)
+
+
+def swings(x: Floats) -> Iterator[tuple[int, int]]:
+    """Yield the ends of each swing; a change of direction counts when it exceeds a tenth of the range."""
+    threshold = np.ptp(x) / 10
+    start = turn = 0
+    for index, value in enumerate(x):
+        if (value - x[turn]) * (x[turn] - x[start]) >= 0:
+            turn = index
+        elif abs(value - x[turn]) > threshold:
+            yield start, turn
+            start, turn = turn, index
+    if threshold > 0:
+        yield start, turn

@@ -1,269 +1,214 @@
-"""Picture of a quantity over what was swept, with its spread over the rest, such as seeds."""
+"""Pictures of the numbers of a sweep: curves over what was swept, and bars; what its quantities are called."""
 
-from collections.abc import Hashable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Floats
+from historysim.basics.places import misfit
+from historysim.basics.units import prefixed, quantity, quantity_text
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.results.plots.line_styles import LINES
-from historysim.results.plots.paper import COLUMN, Drawn, Page, Place, paper
-from historysim.results.plots.style import FAINT, INK, by_factors
-from historysim.results.plots.swept_cells import cell_label, selected
-from historysim.results.plots.words import member_text, name_of, readable
+from historysim.results.plots.canvas import COLUMN, Canvas, Size
+from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
+from historysim.results.plots.style import FAINT, INK, LINES, by_factors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-
-SPREADS = ("deviation", "quantiles", "none")
-FITS = ("straight", "power")
+SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
 QUANTILES = (0.1, 0.9)
-WIDE = 30.0
+FITS = ("straight", "power")
+LEAST_FACTOR = 30.0
 """Greatest over smallest number of an axis, from which on it may be logarithmic."""
-MOST_LINES = len(LINES)
 
 
-def plot_swept(
-    sweep: xr.Dataset,
-    quantity: str,
-    over: str | None = None,
-    *,
-    each: str | None = None,
-    spread: str = "deviation",
-    fit: str | None = None,
-    logarithmic: bool | None = None,
-    labels: Sequence[str] = (),
-    where: Mapping[str, Any] | None = None,
-    ends: Mapping[str, tuple[str, str]] | None = None,
-    title: str = "",
-    **place: Unpack[Place],
-) -> Drawn:
-    """Draw a quantity of a sweep over a swept one, or over another quantity.
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class CurvePicture(Panel):
+    """A number of a sweep over what was swept, or over another number.
 
-    Parameters
+    Attributes
     ----------
-    sweep : xarray.Dataset
-        From `historysim.sweep`, or any Dataset whose ``quantity`` has only dimensions that were swept.
-    quantity : str
-        The variable to draw.
-    over : str, optional
-        The dimension along the axis; by default the first with numbers that are not those of seeds, or else the
-        longest. Where its values repeat, or are those of seeds, points are not joined. Or another number of the
-        sweep, such as ``peak_nominal_pressure``: each point then stands at its mean over the rest.
-    each : str, optional
-        A dimension whose members are lines of their own; by default the next one, where it has at most 8.
-    spread : {"deviation", "quantiles", "none"}
-        Over all other dimensions, such as seeds, the mean is drawn with error bars of one standard deviation, or the
-        median with a band from the 10 to the 90 % quantile, or the mean alone.
-    fit : {"straight", "power"}, optional
-        A line through the means of each, by least squares: straight, with its R², or a power law, with its exponent.
-    logarithmic : bool, optional
-        Both axes, or neither; by default the axis of what was swept where its values are spaced by factors.
-    labels : sequence of str, optional
-        What the lines are called.
-    where : dict, optional
-        Only the cells with these values of swept keys: ``{"materials.first": "silicon"}``.
-    ends : dict, optional
-        For ``"x"``, ``"y"`` or both, two variables that tell the lower and upper end of error bars, in place of the
-        spread.
-    title : str, optional
-        A heading.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
+    quantity
+        The number of the sweep.
+    over
+        A dimension, or another number, such as ``peak_nominal_pressure``; by default the first dimension with numbers.
+    each
+        The dimension of the lines.
+    spread
+        ``"deviation"``, ``"quantiles"`` or ``"none"``.
+    fit
+        ``"straight"`` (with R²) or ``"power"`` (with the exponent).
+    logarithmic
+        Both axes.
+    ends
+        For ``x`` or ``y`` two variables with the lower and upper ends of error bars, in place of the spread.
 
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 90 mm wide.
-
-    Raises
-    ------
-    InputError
-        Names that the sweep does not have, a quantity that is no number, more lines than can be told apart, labels that
-        do not fit them, or another spread or fit.
+    Examples
+    --------
+    [[picture]]
+    kind = "curve"
+    quantity = "presliding_work"
+    over = "loading_waypoints[0]_normal_load"
+    fit = "power"
     """
-    options = {"each": each, "spread": spread, "fit": fit, "logarithmic": logarithmic, "labels": labels, "ends": ends}
-    with paper(plot_swept, (COLUMN, 75.0 if title else 70.0), place) as page:
-        draw_swept(page, selected(sweep, where), quantity, over, **options)  # type: ignore[arg-type] # one each
-        page.heading(title)
-    return page.drawn
 
+    quantity: str
+    over: str | None = None
+    each: str | None = None
+    spread: str = "deviation"
+    fit: str | None = None
+    logarithmic: bool | None = None
+    ends: dict[str, Any] | None = None
 
-def draw_swept(
-    page: Page,
-    sweep: xr.Dataset,
-    quantity: str,
-    over: str | None = None,
-    *,
-    each: str | None = None,
-    spread: str = "deviation",
-    fit: str | None = None,
-    logarithmic: bool | None = None,
-    labels: Sequence[str] = (),
-    ends: Mapping[str, tuple[str, str]] | None = None,
-    title: str = "",
-) -> None:
-    """Draw a quantity on a page; parameters and errors as for `plot_swept`."""
-    values, along_name, points, each = _chosen(sweep, quantity, over, each)
-    for name, value, known in (("spread", spread, SPREADS), ("fit", fit, (None, *FITS))):
-        if value not in known:
-            raise InputError(f"{name} is {value!r}; expected one of {', '.join(filter(None, known))}")
-    rest = [name for name in values.dims if name not in {points, each}]
-    factor, unit = readable(values)
-    members: list[Any] = [None] if each is None else list(range(sweep.sizes[each]))
-    if labels and len(labels) != len(members):
-        raise InputError(f"labels has {len(labels)}; expected one for each of {len(members)} lines")
-    axes = page.axes()
-    places = []
-    for number, (member, line) in enumerate(zip(members, LINES, strict=False)):
-        own = sweep if member is None else sweep.isel({each: member})
-        along, ticks, joined = _along(own, along_name, points)
-        # as they were written they may go to and fro
-        ascending = np.argsort(along, kind="stable")
-        along = along[ascending]
-        joined = joined and bool((np.diff(along) > 0).all())
+    kind, of = "curve", (SWEEP,)
 
-        def column(name: str, times: float, own: xr.Dataset = own, order: Any = ascending) -> Floats:
-            part = own[name].transpose(points, *[dim for dim in own[name].dims if dim != points])
-            found: Floats = part.values.reshape(part.shape[0], -1)[order] * times
-            return found
+    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+        """Return a column, with room for the title."""
+        return COLUMN, 75.0 if self.title else 70.0
 
-        numbers = column(quantity, factor)
-        label = labels[number] if labels else "" if member is None else _member(sweep, str(each), member)
-        given = {}
-        for axis, names in (ends or {}).items():
-            times = factor if axis == "y" else _factor(sweep, along_name)
-            low, high = (_means(column(name, times)) for name in names)
-            middle = _means(numbers) if axis == "y" else along
-            given[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
-        # lines may lie on one another: those below are the larger ones
-        size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
-        looks = (line[0], line[1] if joined else "none", line[2], size)
-        _draw(axes, along, numbers, "none" if "y" in (ends or {}) else spread, looks, label, given)
-        if fit is not None:
-            _fitted(axes, along, numbers, fit, line[0])
-        places.append(along)
-    _scales(axes, np.concatenate(places), ticks, logarithmic)
-    axes.set(xlabel=_label(sweep, along_name), ylabel=name_of(sweep, quantity) + (f" ({unit})" if unit else ""))
-    axes.margins(0.06, 0.08)
-    handles = axes.get_legend_handles_labels()[1]
-    if handles:
-        # beside the axes: inside, it might lie on a line
-        page.legend(axes, title=_heading(sweep, each, labels))
-    caption = _caption(sweep, values, rest, spread) if not ends else ""
-    if title:
-        axes.set_title(title, pad=6 + 9 * bool(caption))
-        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
-        axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
-    else:
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw a line for each member of a dimension; points of seeds, or that repeat, are not joined."""
+        for name, value, known in (("spread", self.spread, SPREADS), ("fit", self.fit, (None, *FITS))):
+            if value not in known:
+                raise InputError(f"{name} is {value!r}; expected one of {', '.join(filter(None, known))}")
+        sweep, quantity, ends = _spread_out(selected(data, self.where), self.quantity, self.ends or {})
+        over, points, each = self._axes_of(sweep, quantity)
+        members = [None] if each is None else list(range(sweep.sizes[each]))
+        if self.labels and len(self.labels) != len(members):
+            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(members)} lines")
+        axes, (factor, unit) = canvas.axes(), readable(sweep[quantity])
+        numeric = over in sweep and _is_number(sweep, over)
+        along_factor, along_unit = readable(sweep[over]) if numeric else (1.0, "")
+        places: list[Floats] = []
+        for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
+            own = sweep if member is None else sweep.isel({each: member})
+            rows = {name: _rows(own[name], points) for name in (quantity, *sum(ends.values(), ()))}
+            along = _means(_rows(own[over], points)) if numeric else np.arange(sweep.sizes[points], dtype=float)
+            along = along * along_factor
+            # as they were written they may go to and fro
+            order = np.argsort(along, kind="stable")
+            along, values = along[order], rows[quantity][order] * factor
+            joined = "seed" not in over and bool((np.diff(along) > 0).all())
+            bars = _bars(rows, ends, order, {"x": (along_factor, along), "y": (factor, _means(values))})
+            # lines may lie on one another: those below are the larger ones
+            size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
+            looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
+            label = (
+                self.labels[number] if self.labels else "" if member is None else cell_name(sweep, str(each), member)
+            )
+            _draw(axes, along, values, "none" if "y" in ends else self.spread, looks, label, bars)
+            if self.fit is not None:
+                _draw_fit(axes, along, _means(values), self.fit, colour)
+            places.append(along)
+        names = [] if numeric or points not in sweep.coords else [str(value) for value in sweep[points].values]
+        _set_scales(axes, np.unique(np.concatenate(places)), names, self.logarithmic)
+        for axis, name, its_unit in ((axes.xaxis, over, along_unit), (axes.yaxis, quantity, unit)):
+            axis.set_label_text(name_of(sweep, name) + (f" ({its_unit})" if its_unit else ""))
+        axes.margins(0.06, 0.08)
+        if axes.get_legend_handles_labels()[1]:
+            numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
+            # beside the axes: inside, it might lie on a line
+            canvas.legend(axes, title=name_of(sweep, str(each)) if numbered else None)
+        if ends and not self.ends:
+            canvas.foot(SPREADS["deviation"])
+        self._write_titles(canvas, axes, "" if ends else _caption(sweep, quantity, {points, each}, self.spread))
+
+    def _axes_of(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
+        """Return what is on the axis, the dimension of the points, and that of the lines."""
+        values, each, over = sweep[quantity], self.each, self.over
+        dims = [str(name) for name in values.dims]
+        for name, known in ((over, [*dims, *_numbers_over(sweep, quantity)]), (each, dims)):
+            if name is not None and name not in known:
+                raise InputError(f"{quantity} does not go over {name!r}; expected one of {', '.join(known)}")
+        # seeds repeat, and are no quantity to draw over
+        free = [name for name in dims if "seed" not in name]
+        names = [name for name in free if name != each] or [name for name in dims if name != each]
+        longest = max(names, key=lambda name: sweep.sizes[name], default="")
+        points = next((name for name in names if _is_number(sweep, name)), longest)
+        if over in dims:
+            points = str(over)
+        elif over is not None and sweep[over].ndim == 1:
+            points = str(sweep[over].dims[0])
+        if points == each:
+            raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
+        if each is None:
+            each = next((name for name in free if name != points and 1 < sweep.sizes[name] <= len(LINES)), None)
+        elif sweep.sizes[each] > len(LINES):
+            raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {len(LINES)} lines")
+        return over or points, points, each
+
+    def _write_titles(self, canvas: Canvas, axes: "Axes", caption: str) -> None:
+        """Write the title, and what points and bars are above the axes."""
+        if canvas.beside_others and self.title:
+            axes.set_title(self.title, pad=6 + 9 * bool(caption))
+            above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
+            axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
+            return
         axes.set_title(caption, fontsize=7, fontweight="normal")
+        canvas.title(axes, self.title)
 
 
-def _chosen(
-    sweep: xr.Dataset, quantity: str, over: str | None, each: str | None
-) -> tuple[xr.DataArray, str, str, str | None]:
-    """Return the values, what they are drawn over, the dimension of the points, and that of the lines."""
-    if quantity not in sweep.data_vars or sweep[quantity].dtype.kind not in "fiu" or not sweep[quantity].dims:
-        known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
+Ends = dict[str, tuple[str, str]]
+
+
+def _spread_out(sweep: xr.Dataset, quantity: str, ends: Mapping[str, Sequence[str]]) -> tuple[xr.Dataset, str, Ends]:
+    """Return a sweep with the variables of error bars: those given, or of `historysim.spread` its deviation."""
+    known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
+    if quantity not in known:
         raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(known)}")
-    values = sweep[quantity]
-    # seeds repeat, and are no quantity to draw over
-    free = [str(name) for name in values.dims if "seed" not in str(name)]
-    names = [name for name in free if name != each] or [str(name) for name in values.dims if name != each]
-    points = next((name for name in names if _numbers(sweep, name)), None)
-    points = points or max(names, key=lambda name: sweep.sizes[name], default="")
-    if over is not None and over not in values.dims and over not in _numbers_of(sweep, values):
-        known = [*map(str, values.dims), *_numbers_of(sweep, values)]
-        raise InputError(f"{quantity} does not go over {over!r}; expected one of {', '.join(known)}")
-    if over in values.dims:
-        points = str(over)
-    elif over is not None and sweep[over].ndim == 1:
-        # along one dimension it says which one the points go through
-        points = str(sweep[over].dims[0])
-    if each is not None and each not in values.dims:
-        raise InputError(f"{quantity} does not go over {each!r}; expected one of {', '.join(map(str, values.dims))}")
-    if points == each:
-        raise InputError(f"each is {each!r}, which is on the axis already; expected another dimension")
-    if each is None:
-        each = next((name for name in free if name != points and 1 < sweep.sizes[name] <= MOST_LINES), None)
-    elif sweep.sizes[each] > MOST_LINES:
-        raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {MOST_LINES} lines")
-    return values, over or points, points, each
+    name = quantity.removesuffix("_mean")
+    deviation = f"{name}_standard_deviation"
+    if ends or name == quantity or deviation not in sweep:
+        return sweep, quantity, {axis: (low, high) for axis, (low, high) in ends.items()}
+    # under the name of what it is the mean of, which has words for its axis
+    mean = sweep[quantity]
+    text = str(mean.attrs.get("long_name", name)).removeprefix("mean of: ")
+    found = {
+        name: mean.assign_attrs(long_name=text),
+        "lower": mean - sweep[deviation],
+        "upper": mean + sweep[deviation],
+    }
+    return sweep.assign(found), name, {"y": ("lower", "upper")}
 
 
-def _heading(sweep: xr.Dataset, each: str | None, labels: Sequence[str]) -> str | None:
-    """Return what stands above the names of lines: what they are numbers of."""
-    if each is None or labels or "seed" in each or not _numbers(sweep, each):
-        return None
-    return name_of(sweep, each)
+def _rows(values: xr.DataArray, points: str) -> Floats:
+    """Return values with a row for each point."""
+    if points not in values.dims:
+        raise InputError(f"{values.name} does not go over {points!r}; expected a number that does")
+    found: Floats = values.astype(float).transpose(points, ...).values.reshape(values.sizes[points], -1)
+    return found
 
 
-def _numbers_of(sweep: xr.Dataset, values: xr.DataArray) -> list[str]:
-    """Return the other numbers of a sweep that values may be drawn over: with dimensions that these have, too."""
+def _bars(
+    rows: Mapping[str, Floats], ends: Ends, order: Any, middles: Mapping[str, tuple[float, Floats]]
+) -> dict[str, Floats]:
+    """Return lengths of error bars from their ends."""
+    found = {}
+    for axis, names in ends.items():
+        factor, middle = middles[axis]
+        low, high = (_means(rows[name][order]) * factor for name in names)
+        found[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
+    return found
+
+
+def _numbers_over(sweep: xr.Dataset, quantity: str) -> list[str]:
+    """Return the other numbers of a sweep that one may be drawn over: with dimensions that it has, too."""
     return [
         str(name)
-        for name, other in {**sweep.data_vars, **sweep.coords}.items()
-        if other.dtype.kind in "fiu" and other.dims and set(other.dims) <= set(values.dims) and name != values.name
+        for name, other in sweep.variables.items()
+        if name != quantity and _is_number(sweep, str(name)) and other.dims and {*other.dims} <= {*sweep[quantity].dims}
     ]
 
 
-def _numbers(sweep: xr.Dataset, name: Hashable) -> bool:
-    return name not in sweep.coords or sweep[name].dtype.kind in "fiu"
-
-
-def _factor(sweep: xr.Dataset, name: str) -> float:
-    return readable(sweep[name])[0] if name in sweep and _numbers(sweep, name) else 1.0
-
-
-def _label(sweep: xr.Dataset, name: str) -> str:
-    unit = readable(sweep[name])[1] if name in sweep and _numbers(sweep, name) else ""
-    return name_of(sweep, name) + (f" ({unit})" if unit else "")
-
-
-def _along(sweep: xr.Dataset, name: str, points: str) -> tuple[Floats, list[str], bool]:
-    """Return where points stand on the axis, their names where they are texts, and whether lines may join them."""
-    if name in sweep and (name != points or _numbers(sweep, name)):
-        values = sweep[name]
-        rest = [dim for dim in values.dims if dim != points]
-        middle = values.astype(float).mean(rest).values if rest else values.values.astype(float)
-        return middle * _factor(sweep, name), [], "seed" not in name
-    names = [str(value) for value in sweep[points].values] if points in sweep.coords else []
-    return np.arange(sweep.sizes[points], dtype=np.float64), names, "seed" not in points
-
-
-def _scales(axes: "Axes", along: Floats, ticks: Sequence[str], logarithmic: bool | None) -> None:
-    if ticks:
-        axes.set_xticks(np.unique(along), ticks)
-        return
-    own = np.unique(along)
-    if logarithmic:
-        for axis in (axes.xaxis, axes.yaxis):
-            by_factors(axis)
-    elif logarithmic is None and _spaced_by_factors(own):
-        by_factors(axes.xaxis)
-    elif logarithmic is None and own.size > 3 and own[0] == 0 and _spaced_by_factors(own[1:]):
-        # a zero beside values that go by factors is told apart from the least of them
-        axes.set_xscale("symlog", linthresh=own[1])
-        axes.set_xticks(own, [f"{value:g}" for value in own])
-
-
-def _spaced_by_factors(along: Floats) -> bool:
-    """Return whether numbers span so much, and so evenly by their factors, that a linear axis would crowd them."""
-    if along.size < 3 or not (along > 0).all() or along.max() < WIDE * along.min():
-        return False
-    factors = np.diff(np.log(np.sort(along)))
-    return bool(factors.max() < 4 * max(factors.min(), 1e-12))
-
-
-def _member(sweep: xr.Dataset, each: str, member: int) -> str:
-    if each not in sweep.coords:
-        return str(member)
-    if "seed" in each:
-        return cell_label(sweep, each, member)
-    return member_text(sweep, each, member)
+def _is_number(sweep: xr.Dataset, name: str) -> bool:
+    return name not in sweep or sweep[name].dtype.kind in "fiu"
 
 
 def _means(numbers: Floats) -> Floats:
@@ -272,40 +217,40 @@ def _means(numbers: Floats) -> Floats:
     return np.where(count > 0, np.nansum(numbers, axis=1) / np.maximum(count, 1), np.nan)
 
 
+def _deviations(numbers: Floats) -> Floats:
+    """Return the standard deviation of each row of what is there; NaN of one number."""
+    count = np.isfinite(numbers).sum(axis=1)
+    square = np.nansum((numbers - _means(numbers)[:, np.newaxis]) ** 2, axis=1)
+    return np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
+
+
 def _draw(
     axes: "Axes",
     along: Floats,
     numbers: Floats,
     spread: str,
-    line: tuple[Any, ...],
+    looks: dict[str, Any],
     label: str,
-    given: Mapping[str, Floats],
+    bars: Mapping[str, Floats],
 ) -> None:
-    colour, dashes, marker, markersize = line
-    looks: dict[str, Any] = {"color": colour, "linestyle": dashes, "marker": marker, "ms": markersize, "linewidth": 1.0}
     # cells that have failed are gaps
     there = np.isfinite(numbers).any(axis=1)
-    along, numbers = along[there], numbers[there]
-    if not along.size:
+    if not there.any():
         return
+    along, numbers, looks = along[there], numbers[there], looks | {"linewidth": 1.0}
     if spread == "quantiles" and numbers.shape[1] > 1:
         low, middle, high = np.nanquantile(numbers, [QUANTILES[0], 0.5, QUANTILES[1]], axis=1)
-        axes.fill_between(along, low, high, color=colour, alpha=0.2, linewidth=0)
+        axes.fill_between(along, low, high, color=looks["color"], alpha=0.2, linewidth=0)
         axes.plot(along, middle, label=label, **looks)
         return
-    mean = np.nanmean(numbers, axis=1)
-    count = np.isfinite(numbers).sum(axis=1)
-    bars: dict[str, Any] = {name: values[:, there] for name, values in given.items()}
-    if spread == "deviation" and (count > 1).any():
-        # of one cell there is no deviation
-        square = np.nansum((numbers - mean[:, np.newaxis]) ** 2, axis=1)
-        bars["yerr"] = np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
-    axes.errorbar(along, mean, **({"yerr": None} | bars), capsize=2, elinewidth=0.8, label=label or None, **looks)
+    lengths: dict[str, Any] = {"yerr": None} | {name: values[:, there] for name, values in bars.items()}
+    if spread == "deviation" and np.isfinite(deviations := _deviations(numbers)).any():
+        lengths["yerr"] = deviations
+    axes.errorbar(along, _means(numbers), **lengths, capsize=2, elinewidth=0.8, label=label or None, **looks)
 
 
-def _fitted(axes: "Axes", along: Floats, numbers: Floats, fit: str, colour: Any) -> None:
-    """Draw a straight line or a power law through means, by least squares, and tell R² or the exponent."""
-    mean = np.nanmean(numbers, axis=1)
+def _draw_fit(axes: "Axes", along: Floats, mean: Floats, fit: str, colour: Any) -> None:
+    """Draw a straight line or a power law through means, by least squares, with R² or the exponent."""
     there = np.isfinite(mean) & ((along > 0) & (mean > 0) if fit == "power" else True)
     if there.sum() < 2:
         return
@@ -322,104 +267,278 @@ def _fitted(axes: "Axes", along: Floats, numbers: Floats, fit: str, colour: Any)
     axes.plot(ends, slope * ends + offset, label=f"straight line, $R^2$ = {share:.3f}", **dashes)
 
 
-def plot_bars(
-    sweep: xr.Dataset,
-    quantity: str,
-    groups: Mapping[str, Sequence[str]],
-    *,
-    title: str = "",
-    **place: Unpack[Place],
-) -> Drawn:
-    """Draw a number of a few cells as bars in groups, with the difference between the bars of each group.
+def _set_scales(axes: "Axes", along: Floats, names: Sequence[str], logarithmic: bool | None) -> None:
+    """Set names as ticks, and logarithmic axes where that is asked for, or numbers go by factors."""
+    if names:
+        axes.set_xticks(along, names)
+    elif logarithmic:
+        by_factors(axes.xaxis)
+        by_factors(axes.yaxis)
+    elif logarithmic is None and _goes_by_factors(along):
+        by_factors(axes.xaxis)
+    elif logarithmic is None and along.size > 3 and along[0] == 0 and _goes_by_factors(along[1:]):
+        # a zero beside values that go by factors stands apart from the least of them
+        axes.set_xscale("symlog", linthresh=along[1])
+        axes.set_xticks(along, [f"{value:g}" for value in along])
 
-    Parameters
+
+def _goes_by_factors(along: Floats) -> bool:
+    """Return whether ascending numbers span so much, and so evenly by their factors, that a linear axis crowds them."""
+    if along.size < 3 or along[0] <= 0 or along[-1] < LEAST_FACTOR * along[0]:
+        return False
+    factors = np.diff(np.log(along))
+    return bool(factors.max() < 4 * max(factors.min(), 1e-12))
+
+
+def _caption(sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> str:
+    """Return what a point stands for, where it is of several cells."""
+    rest = [str(name) for name in sweep[quantity].dims if name not in drawn_over]
+    cells = math.prod(sweep.sizes[name] for name in rest)
+    if cells == 1:
+        return ""
+    over = ", ".join(name_of(sweep, name, symbol=False) for name in rest)
+    return f"{SPREADS[spread]} " + (
+        f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
+    )
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class BarsPicture(Panel):
+    """A number of the cells of a sweep as bars in groups, with the difference within each.
+
+    Attributes
     ----------
-    sweep : xarray.Dataset
-        Whose ``quantity`` goes over one dimension besides seeds; error bars are the standard deviation over these.
-    quantity : str
-    groups : dict
-        The names of the groups, each with those of its bars: one for each cell, in their order.
-    title : str, optional
-        A heading.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
+    quantity
+        The number of the sweep.
+    groups
+        A table of lists with the name of each bar.
 
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 90 mm wide.
+    Examples
+    --------
+    [[picture]]
+    kind = "bars"
+    quantity = "preliminary_displacement"
+    groups = { "1 N" = ["100 m", "1000 m"] }
+    """
+
+    quantity: str
+    groups: dict[str, Any]
+
+    kind, of, size = "bars", (SWEEP,), (COLUMN, 75.0)
+
+    def __attrs_post_init__(self) -> None:
+        """Check that groups are lists of names."""
+        for name, bars in self.groups.items():
+            if not isinstance(bars, list) or not bars or not all(isinstance(bar, str) for bar in bars):
+                raise misfit(f"{shown(bars)}; expected an array with the names of its bars", "groups", name)
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw a bar for each cell; error bars are the standard deviation over seeds."""
+        sweep = selected(data, self.where)
+        numbers, unit = self._numbers(sweep)
+        mean, deviation = _means(numbers), np.nan_to_num(_deviations(numbers))
+        kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
+        axes, top = canvas.axes(), float((mean + deviation).max())
+        width, first = 0.8 / len(kinds), 0
+        for place, (group, names) in enumerate(self.groups.items()):
+            own = slice(first, first := first + len(names))
+            lefts = place + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+            for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
+                colour = LINES[kinds.index(name)][0]
+                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if place == 0 else None)
+                if bar:
+                    axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
+                _write(axes, f"{height:.3g}", (left, 0), 2, "white")
+            if len(names) == 2:
+                low, high = mean[own]
+                ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
+                axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
+                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (place, 1.06 * top), 4, INK)
+        axes.set_xticks(range(len(self.groups)), list(self.groups))
+        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
+        if (seeds := numbers.shape[1]) > 1:
+            note = f"mean ± standard deviation of {seeds} surfaces"
+            axes.set_title(note, loc="right", fontsize=6.5, fontweight="normal")
+        canvas.legend(axes)
+        canvas.title(axes, self.title)
+
+    def _numbers(self, sweep: xr.Dataset) -> tuple[Floats, str]:
+        """Return numbers of each cell and seed, and their unit."""
+        quantity = self.quantity
+        if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
+            raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
+        values = sweep[quantity]
+        dims = [str(dim) for dim in values.dims if "seed" not in str(dim)]
+        wanted = sum(map(len, self.groups.values()))
+        if len(dims) != 1 or sweep.sizes[dims[0]] != wanted:
+            raise InputError(
+                f"groups have {wanted} bars; expected one for each cell of one dimension besides seeds, of which there "
+                f"are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
+            )
+        factor, unit = readable(values)
+        return _rows(values, dims[0]) * factor, unit
+
+
+def _write(axes: "Axes", text: str, at: tuple[float, float], above: float, colour: str) -> None:
+    axes.annotate(text, at, (0, above), textcoords="offset points", ha="center", color=colour)
+
+
+OF_A_SCENARIO = " of the scenario"
+"""How the name of a swept key ends."""
+
+WORDS = {
+    "autocorrelation_length": ("autocorrelation length", r"$\beta$"),
+    "branch_drift": ("drift", ""),
+    "coefficient": ("friction coefficient", r"$\mu$"),
+    "count": ("number of asperities", "$n$"),
+    "final_dissipated_energy": ("dissipated energy", ""),
+    "first": ("material", ""),
+    "friction": ("friction coefficient", r"$\mu$"),
+    "mean_summit_height": ("mean summit height", r"$\bar z$"),
+    "mean_summit_radius": ("mean summit radius", r"$\bar R$"),
+    "normal_load": ("normal load", "$N$"),
+    "peak_contact_area": ("real contact area", "$A$"),
+    "peak_contact_count": ("asperities in contact", ""),
+    "peak_mean_pressure": ("mean pressure", "$p_m$"),
+    "peak_nominal_pressure": ("nominal pressure", "$p_0$"),
+    "peak_normal_load": ("normal load", "$N$"),
+    "peak_tangential_load": ("tangential load", "$T$"),
+    "preliminary_displacement": ("preliminary displacement", r"$\delta$"),
+    "presliding_work": ("work of pre-sliding", "$W$"),
+    "radius": ("radius", "$R$"),
+    "rms_height": ("rms roughness", "$R_q$"),
+    "second": ("second material", ""),
+    "seed": ("surface", ""),
+    "summit_count": ("number of summits", ""),
+    "tangential_displacement": ("tangential displacement", "$U$"),
+    "tangential_load": ("tangential load", "$T$"),
+    "total_normal_load": ("normal load", "$N$"),
+    "total_tangential_load": ("tangential load", "$T$"),
+}
+"""Text and symbol by the name of an output, or by the last part of a key of a scenario."""
+
+
+def last_part(values: xr.DataArray, name: str) -> tuple[str, str]:
+    """Return the last part of a swept key, without an index, and that index; of any other variable its name."""
+    long_name = str(values.attrs.get("long_name", ""))
+    key = long_name.removesuffix(OF_A_SCENARIO) if long_name.endswith(OF_A_SCENARIO) else name
+    found = re.fullmatch(r"(?:.*\.)?([^.\[]+)(?:\[(\d+)\])?", key)
+    return (found[1], found[2] or "") if found else (key, "")
+
+
+def name_of(found: xr.Dataset, name: str, *, symbol: bool = True) -> str:
+    """Return what a variable or a swept key of a Dataset is called, without its unit."""
+    values = found.get(name)
+    if values is None:
+        return WORDS.get(name, (name.replace("_", " "), ""))[0]
+    long_name = str(values.attrs.get("long_name", ""))
+    last, index = last_part(values, name)
+    if long_name and not long_name.endswith(OF_A_SCENARIO) and name not in WORDS:
+        # what somebody else has named is called so
+        return long_name
+    text, sign = WORDS.get(last, (last.replace("_", " "), ""))
+    of = f" of asperity {index}" if index else ""
+    return f"{text}{of} {sign}".strip() if symbol else f"{text}{of}"
+
+
+def symbol_of(found: xr.Dataset, name: str) -> str:
+    """Return the symbol of a variable, or its name where it has none."""
+    last, index = last_part(found[name], name) if name in found else (name, "")
+    sign = WORDS.get(last, ("", ""))[1]
+    return sign if sign and not index else name_of(found, name, symbol=False)
+
+
+def plain_unit(unit: str) -> str:
+    """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m²."""
+    first, *rest = unit.split()
+    below = [re.fullmatch(r"([^\d-]+)-(\d+)", part) for part in rest]
+    if rest and all(below):
+        under = "·".join(each[1] + (each[2] if each[2] != "1" else "") for each in below if each)
+        return f"{first}/{under}".replace("2", "²").replace("3", "³")
+    return unit.replace("2", "²").replace("3", "³")
+
+
+def readable(values: xr.DataArray) -> tuple[float, str]:
+    """Return the factor of a readable prefix for the greatest of some values, and the unit with it, maybe empty."""
+    unit = str(values.attrs.get("units", ""))
+    if unit in {"", "1"}:
+        return 1.0, ""
+    greatest = float(np.nanmax(np.abs(values.values), initial=0.0))
+    if unit == "m2":
+        # the prefix is squared with the metre
+        factor, prefix = prefixed(math.sqrt(greatest))
+        return factor**2, f"{prefix}m²"
+    # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
+    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
+        return 1.0, plain_unit(unit)
+    factor, prefix = prefixed(greatest)
+    return factor, prefix + plain_unit(unit)
+
+
+def member_text(found: xr.Dataset, name: str, member: int) -> str:
+    """Return one value of a swept quantity, each with the prefix that suits it: ``"50 mN"``, ``"silica"``."""
+    if name not in found.coords:
+        return str(member)
+    values = found[name]
+    value = values.values[member]
+    if values.dtype.kind not in "fiu":
+        return str(value)
+    unit = str(values.attrs.get("units", ""))
+    if unit in {"", "1"} or value == 0:
+        # zero is zero in any unit
+        return f"{value:.4g}"
+    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
+        return f"{value:.4g} {plain_unit(unit)}"
+    return quantity_text(float(value), plain_unit(unit))
+
+
+def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
+    """Return the cells of a sweep that have these values of swept keys, or of its coordinates.
 
     Raises
     ------
     InputError
-        A quantity that the sweep does not have, or groups that do not fit its cells.
+        A key that was not swept, or a value that it does not have.
     """
-    with paper(plot_bars, (COLUMN, 75.0), place) as page:
-        draw_bars(page, sweep, quantity, groups)
-        page.heading(title)
-    return page.drawn
+    for key, value in (where or {}).items():
+        known = {
+            str(values.attrs.get("long_name", name)).removesuffix(OF_A_SCENARIO): str(name)
+            for name, values in sweep.coords.items()
+            if values.ndim == 1 and name not in {"time", "asperity"}
+        }
+        if key not in known and key not in sweep.coords:
+            raise InputError(f"where: {key!r} was not swept; {nearest(key, known)}")
+        values = sweep[known.get(key, key)]
+        (dimension,) = values.dims
+        wanted = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
+        unit = str(values.attrs.get("units", "1"))
+        numbers = values.dtype.kind in "fiu"
+        places = [_place(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
+        sweep = sweep.isel({dimension: places if isinstance(value, list | tuple) else places[0]})
+    return sweep
 
 
-def draw_bars(
-    page: Page, sweep: xr.Dataset, quantity: str, groups: Mapping[str, Sequence[str]], title: str = ""
-) -> None:
-    """Draw bars on a page; parameters and errors as for `plot_bars`."""
-    if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
-        raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
-    values = sweep[quantity]
-    dims = [str(dim) for dim in values.dims if "seed" not in str(dim)]
-    cells = sweep.sizes[dims[0]] if len(dims) == 1 else 0
-    wanted = sum(map(len, groups.values()))
-    if cells != wanted:
-        raise InputError(
-            f"groups have {wanted} bars; expected one for each cell of one dimension besides seeds, of which there are "
-            f"{', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
-        )
-    factor, unit = readable(values)
-    numbers = values.transpose(dims[0], ...).values.reshape(cells, -1) * factor
-    mean = np.nanmean(numbers, axis=1)
-    # cells that have failed are left out; of one there is no deviation
-    several = np.isfinite(numbers).sum(axis=1) > 1
-    deviation = np.zeros(cells)
-    deviation[several] = np.nanstd(numbers[several], axis=1, ddof=1)
-    kinds = list(dict.fromkeys(name for names in groups.values() for name in names))
-    axes = page.axes()
-    width, first = 0.8 / len(kinds), 0
-    for place, (group, names) in enumerate(groups.items()):
-        own = slice(first, first + len(names))
-        lefts = place + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
-        for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
-            colour = LINES[kinds.index(name)][0]
-            axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if place == 0 else None)
-            if bar:
-                axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
-            axes.annotate(f"{height:.3g}", (left, 0), (0, 2), textcoords="offset points", ha="center", color="white")
-        if len(names) == 2:
-            low, high = mean[own]
-            top = (mean + deviation).max() * 1.06
-            axes.annotate("", (lefts[0], top), (lefts[1], top), arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-            told = f"{group}: drift {abs(high - low):.2g} {unit}"
-            axes.annotate(told, (place, top), (0, 4), textcoords="offset points", ha="center", color=INK)
-        first += len(names)
-    axes.set_xticks(range(len(groups)), list(groups))
-    axes.set(ylabel=f"{name_of(sweep, quantity)} ({unit})", ylim=(0, (mean + deviation).max() * 1.2))
-    if title:
-        axes.set_title(title)
-    seeds = numbers.shape[1]
-    if seeds > 1:
-        axes.set_title(f"mean ± standard deviation of {seeds} surfaces", loc="right", fontsize=6.5, fontweight="normal")
-    page.legend(axes)
+def _place(values: xr.DataArray, key: str, value: float | str) -> int:
+    own = values.values
+    same = np.isclose(own, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else own == value
+    there = np.flatnonzero(same)
+    if not there.size:
+        raise InputError(f"where: {key} has no value {value}; expected one of {', '.join(map(str, own))}")
+    return int(there[0])
 
 
-def _caption(sweep: xr.Dataset, values: xr.DataArray, rest: list[Hashable], spread: str) -> str:
-    cells = int(np.prod([values.sizes[name] for name in rest]))
-    if cells == 1 or not rest:
-        return ""
-    over = ", ".join(name_of(sweep, str(name), symbol=False) for name in rest)
-    of = f"of {cells} surfaces" if all("seed" in str(name) for name in rest) else f"over {cells} cells ({over})"
-    told = {
-        "deviation": "mean ± standard deviation",
-        "quantiles": f"median, {100 * QUANTILES[0]:.0f} to {100 * QUANTILES[1]:.0f} %",
-        "none": "mean",
-    }
-    return f"{told[spread]} {of}"
+def cell_label(sweep: xr.Dataset, dimension: str, member: int) -> str:
+    """Return what a member of a swept dimension is called: ``"silica"``, ``"β = 20 µm"``, ``"surface 3"``."""
+    text = member_text(sweep, dimension, member)
+    if dimension not in sweep.coords or sweep[dimension].dtype.kind not in "fiu":
+        return text
+    sign = symbol_of(sweep, dimension)
+    return f"{sign} = {text}" if sign.startswith("$") else f"{name_of(sweep, dimension)} {text}"
+
+
+def cell_name(sweep: xr.Dataset, dimension: str, member: int) -> str:
+    """Return what a line of a member is called below a heading with the quantity: its value, of a seed with a word."""
+    if dimension not in sweep.coords:
+        return str(member)
+    return cell_label(sweep, dimension, member) if "seed" in dimension else member_text(sweep, dimension, member)

@@ -1,4 +1,4 @@
-"""The interactive part of a report: a slider through time that moves loop and contact map, and asperities to click on.
+"""The interactive part of a report: an interactive time slider for loop and contact map, and asperities to click on.
 
 A page is to open at once: of a large result a part is embedded, and the page says which.
 """
@@ -17,7 +17,7 @@ from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction
-from historysim.results.analysis.shares import telling_step
+from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
 
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
@@ -29,47 +29,36 @@ TARGET = "explorer"
 
 @attrs.frozen(eq=False)
 class Excerpt:
-    """The part of a history that is embedded.
-
-    Attributes
-    ----------
-    steps : array (step) of int
-        Positions in the history, of which ``first_shown`` is shown when the page opens.
-    columns : array (asperity) of int
-        Positions among the recorded asperities, of those that carry most at the peak normal load.
-    state : array (step, asperity) of int
-    normal, tangential, limit : array (step, asperity)
-        Loads, and the friction limit of the tangential one [N].
-    contact_radius, stick_ratio : array (step, asperity)
-        [m], [1]; of a patch, the radius of the circle of its area.
-    group : array (asperity) of int
-        Friction group.
-    vertices : list of arrays (vertex, 2)
-        Of each step of each friction group after the other: the separation at which the springs of a vertex first
-        touched [m], and its weight in the superposition of Hertz pressures. Empty where the memory cannot be told.
-    notes : tuple of str
-        What part of the history this is, in sentences, and what there is not.
-    """
+    """The part of a history that is embedded: arrays along its steps and asperities."""
 
     steps: Integers
+    """Positions in the history (step)."""
     first_shown: int
+    """The one that is shown when the page opens."""
     columns: Integers
+    """Positions among the recorded asperities, of those that carry most at the peak normal load (asperity)."""
     state: npt.NDArray[np.uint8]
     normal: Floats
     tangential: Floats
     limit: Floats
+    """normal, tangential and limit: the loads, and the friction limit of the tangential one (step, asperity) [N]."""
     contact_radius: Floats
+    """(step, asperity) [m]; of a patch, the radius of the circle of its area."""
     stick_ratio: Floats
     group: Integers
+    """Friction group (asperity)."""
     vertices: list[Floats]
+    """Of each step of each friction group after the other, arrays (vertex, 2): the separation at which the springs of a
+    vertex first touched [m], and its weight in the superposition of Hertz pressures. Empty without known memories."""
     notes: tuple[str, ...]
+    """Which part of the history this is, and what is missing, in sentences."""
 
 
 def excerpt(history: xr.Dataset) -> Excerpt:
     """Return the part of a history with asperities that a page shows: all of a small one."""
     check_any(history)
     total, recorded = history.sizes["step"], history.sizes["asperity"]
-    telling = telling_step(history)
+    telling = representative_step(history)
     spaced = np.linspace(0, total - 1, min(total, MOST_STEPS)).round().astype(np.int64)
     steps = np.union1d(spaced, telling)
     peak = history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
@@ -120,8 +109,8 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
         # friction and one height of each
         return group, [], ["There are no traction profiles: friction or heights change in the history."]
     if coefficients.size > MOST_GROUPS:
-        told = f"{coefficients.size:,} friction coefficients, and up to {MOST_GROUPS} are embedded"
-        return group, [], [f"There are no traction profiles: there are {told}."]
+        counts = f"{coefficients.size:,} friction coefficients, and at most {MOST_GROUPS} are embedded"
+        return group, [], [f"There are no traction profiles: there are {counts}."]
     vertices: list[Floats] = []
     for number in range(coefficients.size):
         # the highest asperity of a group sees all that the group remembers
@@ -138,19 +127,9 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
 
 
 def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
-    """Return the library of a page, its interactive part as HTML, and what that leaves out of the history.
+    """Return the library of a page, its interactive part as HTML, and notes on what that leaves out of the history.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities.
-
-    Raises
-    ------
-    ImportError
-        Bokeh is not installed.
-    InputError
-        No asperity ever touches, or patches without areas.
+    Raises ImportError without Bokeh, InputError where no asperity ever touches, or for patches without areas.
     """
     from bokeh.embed import json_item
     from bokeh.resources import Resources
@@ -159,7 +138,7 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     layout, clock, place = _layout(history, part)
     item = json.dumps(json_item(layout)).replace("</", "<\\/")
     carries_most = int(part.normal[part.first_shown].argmax())
-    # what is shown first goes the way of all that is shown later, and what is typed that of what is clicked
+    # the first state is shown by the same callbacks as later ones, and typing by those of clicks
     begin = f"""
 const byId = (id) => view.model.document.get_model_by_id(id);
 const chosen = byId("{place.id}").selected, clock = byId("{clock.id}");

@@ -1,35 +1,26 @@
-"""The report of a recorded history: what came out, what the model assumes, pictures, and where it comes from."""
+"""The report of a recorded history: summary, validity, pictures and provenance."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import xarray as xr
 
+from historysim._version import __version__
 from historysim.errors import InputError
-from historysim.results import analysis, sliding_order
+from historysim.results import analysis
 from historysim.results.analysis.history_summary import readable_attributes
+from historysim.results.analysis.unseen_slip import slip_note
 from historysim.results.plots.pictures import PICTURES, draw
-from historysim.results.report.installation import installing
 from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
+TIME = "Through time"
+"""The heading of the interactive part."""
 
 
 def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
-    """Return a history as one HTML page that fetches nothing.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-    figures : sequence of str
-        Pictures of its own, as HTML, before those of every history.
-
-    Returns
-    -------
-    str
-    """
+    """Return a history as one HTML page that fetches nothing; ``figures`` are pictures of its own, as HTML."""
     title = str(history.attrs.get("title") or "Load history")
     library, interactive = _interactive(history)
     sections = [_summary(history), validity_section(history), interactive]
@@ -38,34 +29,31 @@ def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
 
 
 def interactive_page(history: xr.Dataset) -> str:
-    """Return the interactive part of a history as one HTML page that fetches nothing.
-
-    Raises
-    ------
-    InputError
-        There is nothing to move through, or Bokeh is not installed.
-    """
+    """Return the interactive part of a history as one HTML page; InputError without asperities or without Bokeh."""
     if "slip_state" not in history:
         raise InputError("the history is of totals alone; expected one with asperities, to move through")
     try:
-        from historysim.results.report.explorer import explorer
-
-        library, body, notes = explorer(history)
+        library, section = _explorer(history)
     except ModuleNotFoundError as error:
         raise InputError(f"the interactive picture needs Bokeh; expected {INSTALL}") from error
-    title = str(history.attrs.get("title") or "Load history")
-    return page(title, [Section("Through time", (*(paragraph(note, "note") for note in notes), body))], head=library)
+    return page(str(history.attrs.get("title") or "Load history"), [section], head=library)
+
+
+def _explorer(history: xr.Dataset) -> tuple[str, Section]:
+    """Return the library of the interactive part, and its section."""
+    from historysim.results.report.explorer import explorer
+
+    library, body, notes = explorer(history)
+    return library, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
 
 
 def _summary(history: xr.Dataset) -> Section:
     # warnings stand in a section of their own
-    return Section("Summary", (table(line for line in sliding_order.summary(history) if line[0] != "warning"),))
+    return Section("Summary", (table(line for line in analysis.summary(history) if line[0] != "warning"),))
 
 
 def validity_section(history: xr.Dataset) -> Section:
-    """Return which assumptions of the model do not hold, each with its numbers and the mend."""
-    if "validity" not in history.attrs:
-        return Section("Validity", (paragraph("The version that made this history did not check its assumptions."),))
+    """Return which assumptions of the model do not hold, each with its numbers and the remedy."""
     found = analysis.validity(history)
     if not found:
         text = "All assumptions that are checked hold where the asperities are pressed most."
@@ -82,19 +70,15 @@ def validity_section(history: xr.Dataset) -> Section:
 
 
 def _interactive(history: xr.Dataset) -> tuple[str, Section]:
-    title = "Through time"
     if "slip_state" not in history:
-        return "", Section(title, (paragraph("The history is of totals alone: there are no asperities to show."),))
+        return "", Section(TIME, (paragraph("The history is of totals alone: there are no asperities to show."),))
     try:
-        from historysim.results.report.explorer import explorer
-
-        library, body, notes = explorer(history)
+        return _explorer(history)
     except ModuleNotFoundError:
         text = f"The interactive part needs Bokeh: {INSTALL}, then make this page again."
-        return "", Section(title, (paragraph(text, "note"),))
     except InputError as error:
-        return "", Section(title, (paragraph(f"Not available: {error}", "note"),))
-    return library, Section(title, (*(paragraph(note, "note") for note in notes), body))
+        text = f"Not available: {error}"
+    return "", Section(TIME, (paragraph(text, "note"),))
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
@@ -104,8 +88,8 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     ----------
     history : xarray.Dataset
     names : sequence of str, optional
-        Of `PICTURES`; by default loop, loads and slip states, and the contact where about half of it slips, or of one
-        asperity, whose map is a point, its traction; yielding and wear, where there are any.
+        Of `PICTURES`; by default loop, loads and slip states, and the contact where nearest to half of it slips, or of
+        one asperity, whose map is a point, its traction; yielding and wear, where there are any.
     """
     if names is None:
         names = ["history"]
@@ -115,7 +99,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
     drawn = []
     for name in names:
         try:
-            drawn.append(picture(draw(history, name), PICTURES[name].caption))
+            drawn.append(picture(draw(history, name), PICTURES[name].caption_of(history)))
         except InputError as error:
             drawn.append(paragraph(f"No picture {name}: {error}", "note"))
     return drawn
@@ -124,36 +108,30 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
     names.sort(key=lambda name: PICTURES[name].place)
-    drawn = [*figures, *history_pictures(history, names)]
+    note = slip_note(history)
+    drawn = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
+    drawn += [*figures, *history_pictures(history, names)]
     if history.sizes.get("asperity") == 1:
         drawn.append(paragraph("No contact map: one asperity is a point in it.", "note"))
     return Section("Pictures", tuple(drawn))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:
-    told: dict[str, Any] = {str(name): value for name, value in history.attrs.items()}
     rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
     parts = [table(rows)]
-    if scenario := told.get("scenario"):
+    if scenario := history.attrs.get("scenario"):
         parts.append(folded("the scenario, as it stands in the result", str(scenario)))
     source = history.encoding.get("source")
     name = Path(source).name if source else "result.nc"
-    if "log_digest" in told:
+    if "log_digest" in history.attrs:
         again = f"historysim run {name} -o again.nc\nhistorysim verify {name}"
-        where = paragraph("The result holds its events: it makes itself again, and is compared bit for bit:")
-    elif told.get("scenario"):
+        where = paragraph("The result holds its events, from which it is made again and compared bit for bit:")
+    elif scenario:
         again = f"historysim run scenario.toml -o {name}"
         where = paragraph("The scenario above, saved as scenario.toml, makes the result again:")
     else:
         again = "history = historysim.replay(ensemble, events)"
         where = paragraph("The history was made from Python, from an ensemble and events that it does not hold:")
-    return [
-        Section("Provenance", tuple(parts)),
-        Section("How to reproduce", (where, code(again), *same_version(str(told.get("historysim_version", ""))))),
-    ]
-
-
-def same_version(version: str) -> tuple[str, str]:
-    """Return how the version that made a result is installed, as parts of a page."""
-    text, commands = installing(version)
-    return paragraph(text), code(commands)
+    version = str(history.attrs.get("historysim_version", __version__))
+    installed = paragraph(f"It was made with version {version}:"), code(f"pip install historysim=={version}")
+    return [Section("Provenance", tuple(parts)), Section("How to reproduce", (where, code(again), *installed))]

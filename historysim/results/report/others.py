@@ -10,18 +10,13 @@ from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
 from historysim.measured.loop_values import CONTENT as LOOPS
 from historysim.measured.loops import Loops
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results import loop_summary, sweeps
-from historysim.results.analysis.time_series import CONTENT as TIME_SERIES
-from historysim.results.netcdf_table import CONTENT as TABLE
-from historysim.results.plots.friction_trace import plot_sliding
-from historysim.results.plots.loop_levels import plot_loop_levels
-from historysim.results.plots.loop_trends import plot_loop_trends
-from historysim.results.plots.measured_and_model import plot_comparison
-from historysim.results.plots.swept import plot_swept
-from historysim.results.plots.table_lines import plot_table
+from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
+from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
+from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
+from historysim.results.plots.swept import CurvePicture
 from historysim.results.report.history_report import history_page
 from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
-from historysim.results.written_table import WrittenTable
+from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary
 
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
 page_of.register(LoopTable, lambda levels: levels_page(levels.to_dataset()))
@@ -35,7 +30,7 @@ MOST_ROWS = 500
 def loops_page(loops: xr.Dataset) -> str:
     """Return friction loops, as `Loops.to_dataset` gives them, as one HTML page that fetches nothing."""
     title = str(loops.attrs.get("title") or "Friction loops")
-    lines = loop_summary.summary(loops)
+    lines = loop_summary(loops)
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     return page(
         title,
@@ -45,7 +40,8 @@ def loops_page(loops: xr.Dataset) -> str:
                 "Pictures",
                 (
                     picture(
-                        plot_loop_trends(loops), "How the loops change from one to the next; lines are their means."
+                        LoopTrendsPicture().figure(loops),
+                        "How the loops change from one to the next; lines are their means.",
                     ),
                 ),
             ),
@@ -56,11 +52,13 @@ def loops_page(loops: xr.Dataset) -> str:
 
 def levels_page(levels: xr.Dataset) -> str:
     """Return loops by their loads or amplitudes, as `LoopTable.to_dataset` gives them, as one HTML page."""
-    lines = loop_summary.summary(levels)
+    lines = loop_summary(levels)
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     along = "normal load" if "level" in levels.dims else "amplitude"
     told = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
-    drawn = [picture(plot_loop_levels(levels), f"Over the {along}; bars are the standard deviation of one loop.")]
+    drawn = [
+        picture(LoopLevelsPicture().figure(levels), f"Over the {along}; bars are the standard deviation of one loop.")
+    ]
     return page(
         str(levels.attrs.get("title") or "Friction loops"),
         [
@@ -105,7 +103,7 @@ def sliding_page(sliding: Sliding) -> str:
         title,
         [
             Section("Summary", (table(sliding.summary()),)),
-            Section("Pictures", (picture(plot_sliding(sliding), caption),)),
+            Section("Pictures", (picture(SlidingPicture().figure(sliding), caption),)),
             Section("Windows", tuple(listed)),
         ],
     )
@@ -124,7 +122,7 @@ def table_page(written: WrittenTable) -> str:
     if len(rows) > MOST_ROWS:
         listed.append(paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} rows.", "note"))
     try:
-        drawn = picture(plot_table(written), "Its columns over the first one.")
+        drawn = picture(TablePicture().figure(written), "Its columns over the first one.")
     except InputError as error:
         drawn = paragraph(str(error), "note")
     return page(
@@ -147,10 +145,10 @@ def _cell(value: object) -> str:
 
 def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """Return a sweep, as `historysim.sweep` gives it, as one HTML page that fetches nothing, its own pictures first."""
-    lines = sweeps.summary(sweep)
+    lines = sweep_summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
-    heading, *rows = ([str(value) for value in row] for row in sweeps.rows(sweep, steps=False))
+    heading, *rows = ([str(value) for value in row] for row in sweep_rows(sweep, steps=False))
     shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
     listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
     pictures = [*figures, *sweep_pictures(sweep)]
@@ -181,7 +179,7 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
         known = values.dtype.kind == "f" and name not in LABELS
         if known and values.dims and set(values.dims) <= swept and _varies(values):
             label = str(values.attrs.get("long_name", name))
-            pictures.append(picture(plot_swept(sweep, str(name)), label))
+            pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
     return pictures
 
 
@@ -210,7 +208,9 @@ def comparison_page(
     found: list[Section] = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    drawn = picture(plot_comparison(comparison, title), "Measured loops and loads, and those of the model.")
+    drawn = picture(
+        ComparisonPicture(title=title).figure(comparison), "Measured loops and loads, and those of the model."
+    )
     texts = [folded("the scenario", scenario)]
     if result:
         texts.append(folded("the scenario with the fitted values", result))
@@ -261,7 +261,7 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     InputError
         Another Dataset.
     """
-    if what.attrs.get("content") == sweeps.CONTENT:
+    if what.attrs.get("content") == SWEEP:
         return sweep_page(what, figures)
     pages = {
         LOOPS: loops_page,

@@ -79,20 +79,13 @@ figure.column { display: inline-block; width: 48%; margin: 1rem 1% 1rem 0; verti
 
 @attrs.frozen
 class Section:
-    """A part of a page.
-
-    Attributes
-    ----------
-    title : str
-    parts : tuple of str
-        HTML, one after the other.
-    anchor : str
-        The name by which links of the page reach it; none where it is empty.
-    """
+    """A part of a page."""
 
     title: str
     parts: tuple[str, ...]
+    """HTML, one after the other."""
     anchor: str = ""
+    """The target of links in the page."""
 
 
 def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
@@ -119,13 +112,7 @@ EXPECTED = (
 
 @functools.singledispatch
 def page_of(what: Any) -> str:
-    """Return the page of a thing that has a report; what writes that of a type says so with `page_of.register`.
-
-    Raises
-    ------
-    InputError
-        It has none.
-    """
+    """Return the report of an object as HTML; a type registers its own with `page_of.register`."""
     raise InputError(f"this {type(what).__name__} has no report; {EXPECTED}")
 
 
@@ -173,10 +160,7 @@ def picture(figure: "Figure", caption: str) -> str:
 
 
 def image(figure: "Figure", text: str) -> str:
-    """Return a figure as an image in the page, with a text for who cannot see it.
-
-    The format is WebP without loss, which takes about half of the room of PNG.
-    """
+    """Return a figure as an image with an alternative text: WebP without loss, about half the size of PNG."""
     from PIL import Image
 
     stream = io.BytesIO()

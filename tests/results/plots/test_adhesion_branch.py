@@ -6,8 +6,8 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+import historysim as hs
 from historysim.contact.adhesion import branch
-from historysim.results.plots.adhesion_branch import plot_adhesion_branch
 
 TIP = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05}
 
@@ -26,7 +26,7 @@ def marks(axes, markers="osv"):
 
 def drawn_branch(model, separation=1e-9, max_load=3e-7):
     curve = branch(model, **TIP, max_load=max_load, equilibrium_separation=separation)
-    axes = drawn(plot_adhesion_branch(curve))
+    axes = drawn(hs.plots.adhesion_branch(curve))
     lines = {line.get_label(): np.array(line.get_data()) * 1e-9 for line in axes.get_lines()}
     return curve, axes, lines
 
@@ -84,5 +84,5 @@ def test_units_follow_the_contact():
 
 def test_drawing_does_not_change_the_settings():
     settings = dict(mpl.rcParams)
-    plot_adhesion_branch(branch("jkr", **TIP, max_load=1e-7))
+    hs.plots.adhesion_branch(branch("jkr", **TIP, max_load=1e-7))
     assert dict(mpl.rcParams) == settings

@@ -7,9 +7,9 @@ import matplotlib as mpl
 import numpy as np
 import pytest
 
+import historysim as hs
 from historysim.contact.adhesion import Regime, regime
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.adhesion_map import plot_adhesion_map
 
 CONTACTS = {
     "ball on glass, 10 mN": (20.0, 1e4),
@@ -40,7 +40,7 @@ def marks(axes, markers="osv"):
 
 @pytest.mark.parametrize("contacts", [None, {"far": (1e-5, 1e7)}])
 def test_zones_are_those_of_regime(contacts):
-    axes = drawn(plot_adhesion_map(contacts))
+    axes = drawn(hs.plots.adhesion_map(contacts))
     fills = zones(axes)
     assert set(fills) == set(Regime)
     rng = np.random.default_rng(3)
@@ -59,7 +59,7 @@ def test_zones_are_those_of_regime(contacts):
 
 
 def test_contacts_are_marked_and_labelled():
-    axes = drawn(plot_adhesion_map(CONTACTS))
+    axes = drawn(hs.plots.adhesion_map(CONTACTS))
     places = {(float(mark.get_xdata()[0]), float(mark.get_ydata()[0])) for mark in marks(axes)}
     assert places == set(CONTACTS.values())
     texts = [text.get_text() for text in axes.texts if text.get_text()]
@@ -70,7 +70,7 @@ def test_contacts_are_marked_and_labelled():
 
 
 def test_no_text_covers_another_or_a_mark():
-    figure = plot_adhesion_map(CONTACTS)
+    figure = hs.plots.adhesion_map(CONTACTS)
     axes = drawn(figure)
     figure.draw_without_rendering()
     frame = axes.get_window_extent()
@@ -85,7 +85,7 @@ def test_no_text_covers_another_or_a_mark():
 
 @pytest.mark.parametrize("contacts", [CONTACTS, {f"{load}": (0.033, load) for load in (0.3, 0.7, 1.5, 3.0, 7.0)}])
 def test_zone_names_stand_in_their_zones(contacts):
-    axes = drawn(plot_adhesion_map(contacts))
+    axes = drawn(hs.plots.adhesion_map(contacts))
     named = 0
     for text in axes.texts:
         name = text.get_text().split("\n")[0].lower()
@@ -98,7 +98,7 @@ def test_zone_names_stand_in_their_zones(contacts):
 
 def test_labels_keep_off_the_borders():
     contacts = {"left of it": (0.085, 1.0), "right of it": (0.12, 0.1), "below": (50.0, 2.2e3), "above": (10.0, 2.8e3)}
-    axes = drawn(plot_adhesion_map(contacts))
+    axes = drawn(hs.plots.adhesion_map(contacts))
     for text in axes.texts:
         if text.get_text() in contacts:
             corners = axes.transData.inverted().transform(text.get_window_extent().corners())
@@ -106,29 +106,29 @@ def test_labels_keep_off_the_borders():
 
 
 def test_the_map_grows_to_hold_all_contacts():
-    axes = drawn(plot_adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
+    axes = drawn(hs.plots.adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
     assert axes.get_xlim()[0] < 1e-5
     assert axes.get_xlim()[1] > 1e4
     assert axes.get_ylim()[0] < 1e-4
     assert axes.get_ylim()[1] > 1e6
-    axes = drawn(plot_adhesion_map())
+    axes = drawn(hs.plots.adhesion_map({}))
     assert axes.get_xlim() == (1e-3, 1e2)
     assert axes.get_ylim() == (1e-2, 1e4)
 
 
 def test_unloaded_and_pulled_contacts_are_marked_at_the_lower_edge():
-    axes = drawn(plot_adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)}))
+    axes = drawn(hs.plots.adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)}))
     arrows = {float(mark.get_xdata()[0]): float(mark.get_ydata()[0]) for mark in marks(axes, "v")}
     assert set(arrows) == {0.5, 10.0}
     assert all(axes.get_ylim()[0] < y < 1.5 * axes.get_ylim()[0] for y in arrows.values())
     assert len(marks(axes, "o")) == 1
     assert axes.get_title(loc="right") == "▼ unloaded or pulled"
-    assert drawn(plot_adhesion_map({"unloaded": (0.5, 0.0)})).get_title(loc="right") == "▼ unloaded or pulled"
-    assert drawn(plot_adhesion_map(CONTACTS)).get_title(loc="right") == ""
+    assert drawn(hs.plots.adhesion_map({"unloaded": (0.5, 0.0)})).get_title(loc="right") == "▼ unloaded or pulled"
+    assert drawn(hs.plots.adhesion_map(CONTACTS)).get_title(loc="right") == ""
 
 
 def test_a_label_is_text_and_not_mathematics():
-    axes = drawn(plot_adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)}))
+    axes = drawn(hs.plots.adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)}))
     assert "costs \\$5 or \\$\\frac{" in [text.get_text() for text in axes.texts]
 
 
@@ -144,10 +144,10 @@ def test_a_label_is_text_and_not_mathematics():
 )
 def test_contacts_that_cannot_be_marked(contact, error, message):
     with pytest.raises(error, match=message):
-        plot_adhesion_map({"tip": contact})
+        hs.plots.adhesion_map({"tip": contact})
 
 
 def test_drawing_does_not_change_the_settings():
     settings = dict(mpl.rcParams)
-    plot_adhesion_map(CONTACTS)
+    hs.plots.adhesion_map(CONTACTS)
     assert dict(mpl.rcParams) == settings

@@ -38,7 +38,7 @@ def states_on(axes):
 def test_loop_and_map_move_together(places, tmp_path):
     history = replayed(**places)
     steps = [9, 11, -1]
-    moving = hs.animate_contact_map(history, steps, size=(120, 60))
+    moving = hs.plots.animate_contact_map(history, steps, size=(120, 60))
     loop, contacts = moving._fig.axes[:2]
     for frame, step in enumerate((9, 11, 20)):
         moving._func(frame)
@@ -48,7 +48,7 @@ def test_loop_and_map_move_together(places, tmp_path):
         counted = [int((history.slip_state.values[step] == state).sum()) for state in range(4)]
         assert states_on(contacts)[1:] == counted[1:]
         assert moving._fig.get_suptitle().startswith(f"step {step},")
-    hs.save_animation(moving, tmp_path / "m.gif")
+    hs.plots.save_animation(moving, tmp_path / "m.gif")
     with Image.open(tmp_path / "m.gif") as picture:
         assert picture.n_frames == 3
         assert picture.size == pytest.approx((120 / 25.4 * 110, 60 / 25.4 * 110), abs=1)
@@ -63,7 +63,7 @@ def labels(axes):
 @pytest.mark.parametrize("kind", ["placed", "heights", "interacting"])
 def test_every_frame_has_its_labels_and_its_place(kind, size):
     history = interacting() if kind == "interacting" else replayed(**(PLACES if kind == "placed" else {}))
-    moving = hs.animate_contact_map(history, [9, 11, -1], size=size)
+    moving = hs.plots.animate_contact_map(history, [9, 11, -1], size=size)
     moving._draw_was_started = True
     figure, places = moving._fig, []
     for frame in range(3):
@@ -84,7 +84,7 @@ def test_every_frame_has_its_labels_and_its_place(kind, size):
 
 
 def test_by_itself_it_shows_the_last_loop():
-    moving = hs.animate_contact_map(replayed())
+    moving = hs.plots.animate_contact_map(replayed())
     # from the third reversal to the fifth
     assert moving._fig.get_suptitle().startswith("step 12,")
     assert moving._save_count == 9
@@ -108,13 +108,13 @@ def test_a_command_writes_it(tmp_path, monkeypatch):
 
 
 def test_what_cannot_be_written_is_refused(tmp_path, monkeypatch):
-    moving = hs.animate_contact_map(replayed(), [3])
+    moving = hs.plots.animate_contact_map(replayed(), [3])
     moving._draw_was_started = True
     with pytest.raises(InputError, match=r"m.avi: .avi ending; expected .gif, .mp4, .webm"):
-        hs.save_animation(moving, tmp_path / "m.avi")
+        hs.plots.save_animation(moving, tmp_path / "m.avi")
     monkeypatch.setattr(writers, "is_available", lambda name: name != "ffmpeg")
     with pytest.raises(InputError, match=r"is written by the program ffmpeg, which is not installed; expected .gif"):
-        hs.save_animation(moving, tmp_path / "m.mp4")
+        hs.plots.save_animation(moving, tmp_path / "m.mp4")
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(InputError, match="steps is empty"):
-        hs.animate_contact_map(replayed(), [])
+        hs.plots.animate_contact_map(replayed(), [])

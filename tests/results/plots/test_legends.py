@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.measured import observation
-from historysim.measured.comparison import Comparison
+from historysim.measured.comparison import Comparison, observe, passed
 from historysim.measured.measurement import Measurement
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -33,16 +32,16 @@ def compared():
         {"normal_load": normal, "tangential_displacement": u},
         {"tangential_load": load},
     )
-    observed = observation.observe(record)
+    observed = observe(record)
     instrument = hs.Instrument(1e7)
-    return Comparison.of(observed, observation.passed(BALL, instrument, observed), instrument)
+    return Comparison.of(observed, passed(BALL, instrument, observed), instrument)
 
 
 def figures(history, compared):
     yield hs.plot(history)
-    yield hs.plot_loops(hs.loops(history))
-    yield hs.plot_loops(compared.measured)
-    yield hs.plot_loops(compared.measured, compared.model)
+    yield hs.plots.measured_loops(hs.loops(history))
+    yield hs.plots.measured_loops(compared.measured)
+    yield hs.plots.measured_loops(compared.measured, model=compared.model)
     yield hs.plot(compared)
     state = BALL.advance(BALL.initial_state(), normal_load=0.1)
     yield hs.plot(BALL.asperity(0, BALL.advance(state, tangential_load=0.01)))
@@ -61,7 +60,7 @@ def test_no_legend_lies_in_a_panel(history, compared):
 
 
 def test_loops_have_the_colours_of_their_loads(compared):
-    figure = hs.plot_loops(compared.measured, compared.model)
+    figure = hs.plots.measured_loops(compared.measured, model=compared.model)
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts == ["50 mN, 1 loop", "100 mN, 2 loops", "model", "measured, on the right", "model, on the right"]
     lines = {line.get_label(): line for line in figure.axes[0].get_lines() if not line.get_label().startswith("_")}

@@ -8,8 +8,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results.plots import along_path, slip_map, style
-from historysim.results.plots import load_history as plots
+from historysim.results.plots import histories, style
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
@@ -23,7 +22,7 @@ def replayed(record="all", friction=0.2, loops=2):
 
 
 def drawn(history):
-    figure = plots.plot_history(history)
+    figure = hs.plots.history(history)
     picture = io.BytesIO()
     figure.savefig(picture, dpi=50)
     assert picture.getvalue().startswith(b"\x89PNG")
@@ -85,9 +84,9 @@ def test_a_title_is_text_and_not_mathematics():
 
 
 def test_long_histories_are_thinned(monkeypatch):
-    monkeypatch.setattr(along_path, "MOST_POINTS", 30)
-    monkeypatch.setattr(slip_map, "MOST_COLUMNS", 20)
-    monkeypatch.setattr(slip_map, "MOST_ROWS", 2)
+    monkeypatch.setattr(style, "MOST_POINTS", 30)
+    monkeypatch.setattr(histories, "MOST_COLUMNS", 20)
+    monkeypatch.setattr(histories, "MOST_ROWS", 2)
     history = replayed(loops=5)
     _, panels = drawn(history)
     assert history.sizes["step"] > 100
@@ -115,7 +114,7 @@ def test_states_differ_in_lightness():
 
 
 def test_the_colours_of_lines_become_darker_throughout():
-    lightness = along_path.line_colours()(np.linspace(0, 1, 50))[:, :3] @ [0.2126, 0.7152, 0.0722]
+    lightness = style.line_colours()(np.linspace(0, 1, 50))[:, :3] @ [0.2126, 0.7152, 0.0722]
     assert (np.diff(lightness) < 0).all()
     # dark enough at the light end for white paper
     assert lightness[0] < 0.85
@@ -124,6 +123,6 @@ def test_the_colours_of_lines_become_darker_throughout():
 def test_swings_ignore_noise():
     steps = np.concatenate([np.linspace(0, 1, 50), np.linspace(1, -1, 100), np.linspace(-1, 1, 100)])
     noisy = steps + np.random.default_rng(0).normal(0, 0.01, steps.size)
-    swings = list(along_path.swings(noisy))
+    swings = list(style.swings(noisy))
     assert len(swings) == 3
     assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)

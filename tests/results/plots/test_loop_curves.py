@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.measured.definitions import Definitions, FirstDisplacement
-from historysim.measured.splitting import loops_of_channels
+from historysim.measured.branches import Definitions
+from historysim.measured.loops import loops_of_channels
 from historysim.results import analysis
-from historysim.results.plots import loop_curves as plots
+from historysim.results.plots import found_loops as plots
 from historysim.results.plots import style
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -36,8 +36,8 @@ def measured(model):
     )
 
 
-def drawn(*sets, **options):
-    figure = plots.plot_loops(*sets, **options)
+def drawn(loops, model=None, **options):
+    figure = hs.plots.measured_loops(loops, model=model, **options)
     picture = io.BytesIO()
     figure.savefig(picture, dpi=50)
     assert picture.getvalue().startswith(b"\x89PNG")
@@ -106,7 +106,7 @@ def test_what_is_not_known_is_not_marked(model):
         record.displacement[::25],
         record.tangential_load[::25],
         dead_band=1e-9,
-        definitions=Definitions(initial=FirstDisplacement(1e-9)),
+        definitions=Definitions(initial_part=1e-9),
     )
     _, (loops, *_) = drawn(coarse)
     assert not any(text.get_text().endswith("N/m") for text in loops.texts)
@@ -126,7 +126,7 @@ def test_a_long_record_is_thinned(model, monkeypatch):
 def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     trace = measured.trace
     far = loops_of_channels(trace.time, trace.displacement - 0.11, trace.tangential_load, trace.normal_load)
-    axes = plots.plot_loops(far).axes[0]
+    axes = hs.plots.measured_loops(far).axes[0]
     low, high = axes.get_xlim()
     drawn = max(np.ptp(line.get_xdata()) for line in axes.lines)
     # what is drawn fills the axes, whatever the unit

@@ -5,7 +5,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
-from historysim.results.plots.loop_levels import plot_loop_levels
 
 
 @pytest.fixture(scope="module")
@@ -15,7 +14,7 @@ def found():
 
 def test_each_load_has_its_means_and_their_scatter(found):
     table = found.by_load()
-    force, friction, displacement, energy = plot_loop_levels(table.to_dataset(), title="of $5").axes
+    force, friction, displacement, energy = hs.plots.loop_levels(table.to_dataset(), title="of $5").axes
     assert [axes.get_title(loc="left") for axes in (force, friction, displacement, energy)] == [
         "friction force (mN)",
         "friction coefficient",

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.results.plots.loop_trends import plot_loop_trends
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 
@@ -17,7 +16,7 @@ def found():
 
 
 def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy(found):
-    figure = plot_loop_trends(found.to_dataset())
+    figure = hs.plots.loop_trends(found.to_dataset())
     force, *_, energy = figure.axes
     assert force.get_title(loc="left") == "friction force (mN)"
     forward, backward, mean = force.get_lines()
@@ -27,4 +26,4 @@ def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy(found):
     marks, _ = energy.get_lines()
     np.testing.assert_allclose(marks.get_ydata(), 1e9 * found.dissipated_energy)
     assert figure.get_suptitle() == "3 friction loops"
-    assert plot_loop_trends(found.to_dataset(), title="of $5").get_suptitle() == r"of \$5"
+    assert hs.plots.loop_trends(found.to_dataset(), title="of $5").get_suptitle() == r"of \$5"

@@ -1,6 +1,5 @@
 """Figures of a size on paper, whose files have fonts that a journal takes."""
 
-import base64
 import io
 import re
 import zlib
@@ -9,11 +8,10 @@ from xml.etree import ElementTree as ET
 import matplotlib as mpl
 import numpy as np
 import pytest
-from fontTools.ttLib import TTFont
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results.plots.paper import new_figure
+from historysim.results.plots.canvas import new_figure
 
 
 def test_a_figure_has_its_size_in_millimetres():
@@ -48,26 +46,12 @@ def test_files_have_truetype_fonts_whoever_saves_them(tmp_path):
     assert width == pytest.approx(180 / 25.4 * 200, abs=1)
 
 
-def test_an_svg_has_its_texts_and_the_fonts_to_draw_them(tmp_path):
+def test_an_svg_needs_no_font_and_is_xml_whatever_is_drawn(tmp_path):
     with new_figure(None, (90.0, 60.0)) as figure:
-        axes = figure.add_subplot(title="Überlast µ")
-        axes.set_xlabel(r"traction $\tau$ & load")
+        figure.add_subplot(title="Überlast µ \x0b", xlabel=r"traction $\tau$ & load")
     figure.savefig(tmp_path / "f.svg")
     stream = io.BytesIO()
     figure.savefig(stream, format="svg")
-    text = (tmp_path / "f.svg").read_text(encoding="utf-8")
-    # searched, selected, changed: they are no outlines
-    for written in (text, stream.getvalue().decode()):
-        assert "Überlast µ" in "".join(ET.fromstring(written).itertext())  # noqa: S314 - it is our own
-    faces = re.findall(
-        r"font-family:'(.*?)';font-weight:(\w+);font-style:(\w+);src:url\(data:font/ttf;base64,(.*?)\)", text
-    )
-    fonts = {(weight, style): TTFont(io.BytesIO(base64.b64decode(font))) for _, weight, style, font in faces}
-    assert {family for family, *_ in faces} == {"DejaVu Sans"}
-    assert {ord(letter) for letter in "Überlast µ"} <= set(fonts["700", "normal"].getBestCmap())
-    assert {ord(letter) for letter in "traction & load"} <= set(fonts["400", "normal"].getBestCmap())
-    assert ord("τ") in fonts["400", "oblique"].getBestCmap()
-    # TrueType outlines, of the letters that are there, with what the letters themselves are made of
-    assert all("glyf" in font for font in fonts.values())
-    assert ord("Q") not in fonts["400", "normal"].getBestCmap()
-    assert len(text) < 100_000
+    for written in ((tmp_path / "f.svg").read_bytes(), stream.getvalue()):
+        assert not [each for each in ET.fromstring(written).iter() if each.tag.endswith("}text")]  # noqa: S314 - ours
+    assert len(stream.getvalue()) < 100_000

@@ -3,7 +3,6 @@
 import numpy as np
 
 import historysim as hs
-from historysim.results.plots.single_asperity import plot_asperity
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -18,7 +17,7 @@ def asperity(*displacements):
 
 def test_the_traction_stays_within_friction_times_pressure():
     one = asperity(1e-8, -5e-9)
-    (axes,) = plot_asperity(one).axes
+    (axes,) = hs.plots.asperity(one).axes
     above, below, traction, *dots = axes.get_lines()
     assert (np.abs(traction.get_ydata()) <= above.get_ydata() * (1 + 1e-9) + 1e-12).all()
     np.testing.assert_array_equal(below.get_ydata(), -above.get_ydata())
@@ -29,6 +28,6 @@ def test_the_traction_stays_within_friction_times_pressure():
 
 def test_an_asperity_that_does_not_touch_is_drawn_too():
     apart = BALL.asperity(0, BALL.initial_state())
-    (axes,) = plot_asperity(apart).axes
+    (axes,) = hs.plots.asperity(apart).axes
     assert axes.get_title(loc="left") == "asperity 0, separated"
     assert not axes.get_lines()[2].get_ydata().any()

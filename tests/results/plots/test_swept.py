@@ -25,7 +25,7 @@ SWEEP = xr.Dataset(
 
 
 def test_means_and_deviations_over_seeds():
-    figure = hs.plot_swept(SWEEP, "drift")
+    figure = hs.plots.curve(SWEEP, quantity="drift")
     (axes,) = figure.axes
     assert axes.get_xlabel() == "rms roughness $R_q$ (nm)"
     assert axes.get_ylabel() == "drift (nm)"
@@ -46,25 +46,25 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
     told = {"units": "N", "long_name": "loading.waypoints[0].normal_load of the scenario"}
     area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
     sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], told)})
-    (axes,) = hs.plot_swept(sweep, "area").axes
+    (axes,) = hs.plots.curve(sweep, quantity="area").axes
     assert axes.get_xlabel() == "normal load $N$ (mN)"
     assert axes.get_ylabel() == "area (µm²)"
     assert axes.get_lines()[0].get_ydata() == pytest.approx([2, 5, 9, 16])
     assert axes.get_xscale() == "log"
     stiff = sweep.assign(stiffness=(load, [1e6, 2e6, 3e6, 4e6], {"units": "N m-1"}))
-    (axes,) = hs.plot_swept(stiff.isel({load: slice(3)}), "stiffness").axes
+    (axes,) = hs.plots.curve(stiff.isel({load: slice(3)}), quantity="stiffness").axes
     assert axes.get_ylabel() == "stiffness (MN/m)"
     assert axes.get_xscale() == "linear"
     first = xr.Dataset(
         {"area": ("materials_first", [1.0, 2.0])},
         {"materials_first": ("materials_first", ["a", "b"], {"long_name": "materials.first of the scenario"})},
     )
-    (axes,) = hs.plot_swept(first, "area").axes
+    (axes,) = hs.plots.curve(first, quantity="area").axes
     assert axes.get_xlabel() == "material"
 
 
 def test_a_band_of_quantiles():
-    (axes,) = hs.plot_swept(SWEEP, "drift", "friction", each="rms_height", spread="quantiles").axes
+    (axes,) = hs.plots.curve(SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles").axes
     line, band = axes.get_lines()[0], axes.collections[0]
     assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1) * 1e9)
     low, high = np.quantile(VALUES[0, 0], [0.1, 0.9]) * 1e9
@@ -75,7 +75,7 @@ def test_a_band_of_quantiles():
 
 def test_a_dimension_of_names_has_them_as_ticks():
     named = SWEEP.assign_coords(rms_height=["fine", "middle", "rough"])
-    (axes,) = hs.plot_swept(named, "drift", "rms_height").axes
+    (axes,) = hs.plots.curve(named, quantity="drift", over="rms_height").axes
     assert [label.get_text() for label in axes.get_xticklabels()] == ["fine", "middle", "rough"]
 
 
@@ -84,7 +84,7 @@ def test_among_names_the_longest_dimension_is_the_axis():
         {"drift": (("scaling", "count"), [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])},
         {"scaling": ["similar", "kept"], "count": ["[1, 1]", "[2, 2]", "[4, 4]"]},
     )
-    figure = hs.plot_swept(values, "drift")
+    figure = hs.plots.curve(values, quantity="drift")
     assert figure.axes[0].get_xlabel() == "number of asperities $n$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["similar", "kept"]
 
@@ -99,7 +99,7 @@ def test_among_names_the_longest_dimension_is_the_axis():
 )
 def test_points_are_joined_in_their_order_or_not_at_all(over, along, drawn, line):
     values = xr.Dataset({"drift": (over, [4.0, 5.0, 6.0])}, {over: (over, along)})
-    (found, *_) = hs.plot_swept(values, "drift", over).axes[0].get_lines()
+    (found, *_) = hs.plots.curve(values, quantity="drift", over=over).axes[0].get_lines()
     assert found.get_xdata().tolist() == sorted(along)
     assert found.get_ydata().tolist() == drawn
     assert found.get_linestyle() == line
@@ -125,13 +125,13 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
 )
 def test_what_does_not_fit_is_refused(options, told):
     with pytest.raises(InputError, match=told):
-        hs.plot_swept(SWEEP, **({"quantity": "drift"} | options))
+        hs.plots.curve(SWEEP, **({"quantity": "drift"} | options))
 
 
 def test_more_lines_than_can_be_told_apart_are_refused():
     many = xr.Dataset({"drift": (("a", "b"), np.ones((3, 9)))}, {"a": range(3), "b": range(9)})
     with pytest.raises(InputError, match="with 9 members; expected at most 8 lines"):
-        hs.plot_swept(many, "drift", "a", each="b")
+        hs.plots.curve(many, quantity="drift", over="a", each="b")
 
 
 POWER = xr.Dataset(
@@ -146,21 +146,21 @@ POWER = xr.Dataset(
 
 
 def test_one_number_over_another_with_a_fit():
-    (axes,) = hs.plot_swept(POWER, "drift", "pressure", fit="power", logarithmic=True).axes
+    (axes,) = hs.plots.curve(POWER, quantity="drift", over="pressure", fit="power", logarithmic=True).axes
     assert axes.get_xlabel() == "pressure (MPa)"
     assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1, 2, 4, 8])
     assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
     assert axes.get_yscale() == "log"
     axes.figure.draw_without_rendering()
     assert {"1", "2"} <= {label.get_text() for label in axes.get_xticklabels()}
-    (straight,) = hs.plot_swept(POWER, "drift", fit="straight").axes
+    (straight,) = hs.plots.curve(POWER, quantity="drift", fit="straight").axes
     share = np.corrcoef([1, 2, 4, 8], np.array([1.0, 2.0, 4.0, 8.0]) ** 0.5)[0, 1] ** 2
     assert f"straight line, $R^2$ = {share:.3f}" in {line.get_label() for line in straight.get_lines()}
     assert straight.get_xlabel() == "load of the piece (mN)"
 
 
 def test_bars_from_one_number_to_another():
-    (axes,) = hs.plot_swept(POWER, "drift", "load", ends={"y": ("low", "high")}).axes
+    (axes,) = hs.plots.curve(POWER, quantity="drift", over="load", ends={"y": ("low", "high")}).axes
     _, _, (stems,) = axes.containers[0].lines
     assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(np.tile([0.5, 4.0], (4, 1)))
     # what is told in another way has no caption of its own
@@ -170,27 +170,27 @@ def test_bars_from_one_number_to_another():
 def test_a_zero_beside_factors_is_told_apart_from_the_least():
     values = xr.Dataset({"drift": ("scatter", [1.0, 2.0, 3.0, 4.0])}, {"scatter": ("scatter", [0, 1e-9, 1e-8, 1e-7])})
     values.scatter.attrs["units"] = "m"
-    (axes,) = hs.plot_swept(values, "drift").axes
+    (axes,) = hs.plots.curve(values, quantity="drift").axes
     places = axes.transData.transform([(tick, 0) for tick in axes.get_xticks()])[:, 0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "1", "10", "100"]
     assert np.diff(places).min() > 10
 
 
 def test_cells_are_chosen_and_called():
-    figure = hs.plot_swept(SWEEP, "drift", where={"friction": 0.2}, title="One")
+    figure = hs.plots.curve(SWEEP, quantity="drift", where={"friction": 0.2}, title="One")
     assert figure.get_suptitle() == "One"
     assert not figure.legends
-    named = hs.plot_swept(SWEEP, "drift", labels=["dry", "oiled"])
+    named = hs.plots.curve(SWEEP, quantity="drift", labels=["dry", "oiled"])
     assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled"]
     with pytest.raises(InputError, match="labels has 1; expected one for each of 2 lines"):
-        hs.plot_swept(SWEEP, "drift", labels=["dry"])
+        hs.plots.curve(SWEEP, quantity="drift", labels=["dry"])
     with pytest.raises(InputError, match="fit is 'cubic'; expected one of straight, power"):
-        hs.plot_swept(SWEEP, "drift", fit="cubic")
+        hs.plots.curve(SWEEP, quantity="drift", fit="cubic")
 
 
 def test_bars_in_groups_tell_the_difference():
     values = SWEEP.sel(friction=0.1).drop_vars(["count", "name"])
-    figure = hs.plot_bars(values, "drift", {"a": ["low", "high"], "b": ["low"]}, title="Bars")
+    figure = hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"], "b": ["low"]}, title="Bars")
     (axes,) = figure.axes
     mean = [np.nanmean(row) * 1e9 for row in VALUES[:, 0]]
     heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
@@ -198,6 +198,6 @@ def test_bars_in_groups_tell_the_difference():
     assert f"a: drift {abs(mean[1] - mean[0]):.2g} nm" in [text.get_text() for text in axes.texts]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
     with pytest.raises(InputError, match=r"groups have 2 bars; expected one for each cell .* 3 along rms_height"):
-        hs.plot_bars(values, "drift", {"a": ["low", "high"]})
+        hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"]})
     with pytest.raises(InputError, match="quantity is 'height'"):
-        hs.plot_bars(values, "height", {"a": ["low"]})
+        hs.plots.bars(values, quantity="height", groups={"a": ["low"]})

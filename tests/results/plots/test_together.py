@@ -5,9 +5,9 @@ import pytest
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.results.plots.line_styles import MOST_LINES
-from historysim.results.plots.swept_cells import cells_of, selected
-from historysim.results.plots.together import LOOP
+from historysim.results.plots.friction_loops import LOOP, cells_of
+from historysim.results.plots.style import MOST_LINES
+from historysim.results.plots.swept import selected
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=10e9)
 BALL = """
@@ -58,13 +58,13 @@ def drawn(figure):
 
 def test_each_cell_is_a_line_with_what_was_swept_as_its_name(ball):
     found = hs.sweep(ball)
-    figure = hs.plot_together(found)
+    figure = hs.plots.loops(found)
     lines = drawn(figure)
     names = [f"$\\mu$ = {mu}, $N$ = {load} mN" for mu in (0.1, 0.2) for load in (20, 50)]
     assert list(lines)[-4:] == names
     assert lines[names[3]].get_ydata().max() == pytest.approx(0.2 * 50)
     assert lines[names[0]].get_xdata().max() == pytest.approx(60)
-    few = hs.plot_together(found, ("less", "more"), where={"friction.coefficient": 0.1})
+    few = hs.plots.loops(found, labels=("less", "more"), where={"friction.coefficient": 0.1})
     assert list(drawn(few))[-2:] == ["less", "more"]
     # without a picture that is asked for, loops alone are drawn so
     alone = found[list(LOOP)]
@@ -88,23 +88,23 @@ def test_a_run_of_few_steps_is_smooth_if_its_events_are_known(ball, tmp_path):
     coarse = hs.load(ball, {"loading.substeps": 1})
     with hs.run(coarse, tmp_path / "coarse.nc") as history:
         assert history.sizes["step"] == 4
-        lines = [line for line in hs.plot_together(history).axes[0].get_lines() if np.size(line.get_xdata()) > 10]
+        lines = [line for line in hs.plots.loops(history).axes[0].get_lines() if np.size(line.get_xdata()) > 10]
         assert lines[0].get_xdata().size > 200
         # on the way out it is first loading (Mindlin)
         u, t = lines[0].get_xdata()[:80] * 1e-9, lines[0].get_ydata()[:80] * 1e-3
         expected = 0.01 * (1 - (1 - np.minimum(u / (0.2 * DELTA), 1)) ** 1.5)
         assert t == pytest.approx(expected, abs=1e-9)
-        part = hs.plot_together(history.isel(step=slice(2))).axes[0].get_lines()
+        part = hs.plots.loops(history.isel(step=slice(2))).axes[0].get_lines()
         assert max(np.size(line.get_xdata()) for line in part) == 2
     in_memory = hs.run(coarse)
-    assert max(np.size(line.get_xdata()) for line in hs.plot_together(in_memory).axes[0].get_lines()) > 200
+    assert max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines()) > 200
     in_memory.encoding.clear()
-    assert max(np.size(line.get_xdata()) for line in hs.plot_together(in_memory).axes[0].get_lines()) == 4
+    assert max(np.size(line.get_xdata()) for line in hs.plots.loops(in_memory).axes[0].get_lines()) == 4
 
 
 def test_named_states_are_marked_and_chosen(ball):
     history = hs.run(ball)
-    assert {text.get_text() for text in hs.plot_together(history).axes[0].texts} == {"A", "B"}
+    assert {text.get_text() for text in hs.plots.loops(history).axes[0].texts} == {"A", "B"}
     one = hs.plot(history, picture="loops", steps=["B", "20"])
     assert {text.get_text() for text in one.axes[0].texts} == {"B", "step 20, 0.5 s"}
     with pytest.raises(InputError, match=r"'C' is no state of the history; .*A"):
@@ -115,7 +115,7 @@ def test_named_states_are_marked_and_chosen(ball):
 
 def test_the_work_is_the_closed_loop_and_drift_the_difference(ball):
     found = hs.sweep(ball)
-    figure = hs.plot_together(found, where={"friction.coefficient": 0.2}, marks=hs.LoopMarks(work=True, drift=True))
+    figure = hs.plots.loops(found, where={"friction.coefficient": 0.2}, work=True, drift=True)
     axes = figure.axes[0]
     x, y = axes.patches[1].get_xy().T
     area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) * 1e-12
@@ -126,16 +126,16 @@ def test_the_work_is_the_closed_loop_and_drift_the_difference(ball):
     assert f"drift {drift:.3g} nm" in {text.get_text() for text in axes.texts}
     bare = found[list(LOOP)]
     with pytest.raises(InputError, match="preliminary displacement of the loops is not known"):
-        hs.plot_together(bare, marks=hs.LoopMarks(work=True))
+        hs.plots.loops(bare, work=True)
     with pytest.raises(InputError, match="drift: expected two loops"):
-        hs.plot_together(bare, marks=hs.LoopMarks(drift=True))
+        hs.plots.loops(bare, drift=True)
     still = hs.sweep(hs.load(ball, {"loading.waypoints[1].tangential_displacement": "1 nm"}).path, outputs=[*LOOP])
     assert still.sizes["step"] == 121
 
 
 def test_loads_and_first_loading_stand_beside(ball):
     history = hs.run(ball)
-    figure = hs.plot_together(history, marks=hs.LoopMarks(loads=True, first_loading=[0.05]))
+    figure = hs.plots.loops(history, loads=True, first_loading=[0.05])
     _, upper, lower = figure.axes
     assert [tick.get_text() for tick in lower.get_xticklabels()] == ["A", "B"]
     assert upper.get_lines()[0].get_ydata() == pytest.approx(np.full(121, 50))
@@ -143,20 +143,20 @@ def test_loads_and_first_loading_stand_beside(ball):
     assert first.get_xdata()[-1] * 1e-9 == pytest.approx(0.2 * DELTA, rel=1e-9)
     assert first.get_ydata()[-1] == pytest.approx(10, rel=1e-9)
     with pytest.raises(InputError, match="loads: there is no total_normal_load"):
-        hs.plot_together(hs.sweep(ball), marks=hs.LoopMarks(loads=True))
+        hs.plots.loops(hs.sweep(ball), loads=True)
     with pytest.raises(InputError, match="drive: there is no drive_displacement"):
-        hs.plot_together(history, marks=hs.LoopMarks(drive=True))
+        hs.plots.loops(history, drive=True)
 
 
 def test_what_is_no_loop_is_refused(ball):
     found = hs.sweep(ball)
     with pytest.raises(InputError, match="there is no total_tangential_load along step"):
-        hs.plot_together(found[["preliminary_displacement"]])
+        hs.plots.loops(found[["preliminary_displacement"]])
     with pytest.raises(InputError, match="labels has 1; expected one for each of 4 lines"):
-        hs.plot_together(found, ["one"])
+        hs.plots.loops(found, labels=["one"])
     many = hs.sweep(ball, {"friction.coefficient": [0.1 + 0.01 * n for n in range(MOST_LINES + 1)]}, outputs=LOOP)
     with pytest.raises(InputError, match=f"{MOST_LINES + 1} lines in one picture; expected 1 to {MOST_LINES}"):
-        hs.plot_together(many)
+        hs.plots.loops(many)
     with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
         selected(found, {"friction": 0.1})
     with pytest.raises(InputError, match=r"where: friction.coefficient has no value 0.3; expected one of 0.1, 0.2"):

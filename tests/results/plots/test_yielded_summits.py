@@ -28,5 +28,5 @@ def test_the_picture_shows_first_loading_and_flattened_summits():
 
 def test_what_does_not_yield_has_none():
     history = hs.run(SCENARIO.with_name("05_normal_down_tangential_up.toml"))
-    with pytest.raises(InputError, match="no yielded_depth; expected one of a scenario whose surface has yielding"):
+    with pytest.raises(InputError, match="no yielded_depth; expected one of a scenario with surface"):
         hs.plot(history, picture="yielding")

@@ -101,7 +101,7 @@ def test_the_slider_moves_loop_and_map_and_a_click_shows_an_asperity(history, re
         page.wait_for_function(READY)
         first = page.evaluate(SHOWN)
         # the page opens where half of the area slips, at the asperity that carries most
-        assert first["value"] == history.contact.telling_step()
+        assert first["value"] == history.contact.representative_step()
         heaviest = int(history.asperity[history.normal_load.values[first["value"]].argmax()])
         check(first, history, heaviest)
 
@@ -164,7 +164,7 @@ def test_a_notebook_shows_it_and_what_cannot_be_explored_is_told(history, tmp_pa
     with opened(path) as page:
         inside = page.frame_locator("iframe")
         inside.get_by_label("time", exact=True).press("ArrowRight")
-        inside.get_by_text(f"step {history.contact.telling_step() + 1}").wait_for()
+        inside.get_by_text(f"step {history.contact.representative_step() + 1}").wait_for()
     totals = hs.replay(ENSEMBLE, EVENTS, record="totals")
     for wrong, told in ((totals, "of totals alone"), (history[["slip_state"]], "came a Dataset; expected a history")):
         with pytest.raises(InputError, match=told):
@@ -175,7 +175,7 @@ def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, 
     monkeypatch.setattr(explorer, "MOST_STEPS", 5)
     monkeypatch.setattr(explorer, "MOST_ASPERITIES", 2)
     part = explorer.excerpt(history)
-    telling = history.contact.telling_step()
+    telling = history.contact.representative_step()
     assert part.steps.tolist() == sorted({0, 8, 15, 22, 30, telling})
     assert part.steps[part.first_shown] == telling
     loads = history.normal_load.values[0]

@@ -1,25 +1,28 @@
-"""Picture of the zones in which the theories of adhesion hold, with contacts in them."""
+"""Pictures of adhesion: the zones in which its theories hold, with contacts in them, and equilibria of one contact."""
 
 import itertools
 import math
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.adhering import AdheringAsperities
-from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
+from historysim.basics.units import prefixed
+from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.paper import Drawn, Place, paper
-from historysim.results.plots.pictures import figure_of
-from historysim.results.plots.style import FAINT, INK, MARK
+from historysim.results.plots.canvas import Canvas, beside_title
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture
+from historysim.results.plots.style import FAINT, INK, MARK, plain, zero_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.transforms import BboxBase
 
 Contacts = Mapping[str, tuple[float, float]]
+"""By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts."""
 
 PARAMETERS = 1e-3, 1e2
 LOADS = 1e-2, 1e4
@@ -42,35 +45,22 @@ FILLS = {
 }
 
 
-def plot_adhesion_map(contacts: Contacts | None = None, **place: Unpack[Place]) -> Drawn:
-    """Draw the zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), and contacts in them.
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class AdhesionMapPicture(Picture):
+    """The zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), with contacts in them.
 
-    The zones are those of `historysim.contact.adhesion.regime`.
-
-    Parameters
-    ----------
-    contacts : mapping of str to (float, float), optional
-        By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts to mark. The map grows to hold
-        them. A contact that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
-        marks it, where the zones hardly change with the load.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
-
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 130 mm wide.
-
-    Raises
-    ------
-    InputError
-        A contact that is not two numbers, or out of the range of `regime`.
-    LoadError
-        A contact pulled beyond pull-off.
+    In Python it is of a dict of contacts, too: by label, the Maugis parameter λ and the load parameter N/(πWR). The map
+    grows to hold them. One that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
+    marks it, where the zones hardly change with the load.
     """
-    marked = _checked({} if contacts is None else contacts)
-    with paper(plot_adhesion_map, (130.0, 107.0), place) as page:
-        axes = page.axes()
+
+    kind, of, size, alone = "adhesion-map", (AdheringAsperities, SCENARIO), (130.0, 107.0), True
+
+    def draw(self, canvas: Canvas, data: AdheringAsperities | Contacts | None) -> None:
+        """Draw zones, contacts, and names where there is room for them."""
+        marked = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
+        axes = canvas.axes()
         axes.set(
             xscale="log",
             yscale="log",
@@ -83,12 +73,11 @@ def plot_adhesion_map(contacts: Contacts | None = None, **place: Unpack[Place]) 
         axes.minorticks_off()
         axes.spines[["top", "right"]].set_visible(True)
         _draw_zones(axes)
-        # the layout must be settled before texts can be kept apart
-        page.settle()
+        # the layout must be settled before labels can be kept apart
+        canvas.settle()
         taken = _draw_marks(axes, marked)
         taken += _label_marks(axes, marked, taken)
         _name_zones(axes, taken)
-    return page.drawn
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:
@@ -154,7 +143,7 @@ def _draw_marks(axes: "Axes", contacts: Contacts) -> "list[BboxBase]":
         at = axes.transData.transform((x, y))
         rooms.append(Bbox([at - half, at + half]))
     if any(load <= 0 for _, load in contacts.values()):
-        axes.set_title("▼ unloaded or pulled", loc="right", color=FAINT, fontsize=7, fontweight="normal")
+        beside_title(axes, "▼ unloaded or pulled")
     return rooms
 
 
@@ -174,8 +163,7 @@ def _label_marks(axes: "Axes", contacts: Contacts, marks: "list[BboxBase]") -> "
     for label, contact in contacts.items():
         place: dict[str, Any] = {"xy": _place(axes, contact), "textcoords": "offset points", "annotation_clip": False}
         mark = axes.transData.transform(place["xy"])
-        # matplotlib takes what stands between dollar signs for mathematics
-        text = axes.annotate(label.replace("$", r"\$"), xytext=(0, 0), **place, color=INK, fontsize=7.5, zorder=5)
+        text = axes.annotate(plain(label), xytext=(0, 0), **place, color=INK, fontsize=7.5, zorder=5)
         text.set_in_layout(False)
 
         def leader(text: Any = text, mark: Any = mark) -> Path:
@@ -230,6 +218,75 @@ def _beside(distance: float, angle: float) -> dict[str, Any]:
     return {"x": x, "y": y, "ha": side, "va": edge}
 
 
-@figure_of.register(AdheringAsperities)
-def _of_adhering(what: AdheringAsperities, *, place: Place, **_: Any) -> Drawn:
-    return plot_adhesion_map(what.examples(), **place)
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class AdhesionBranchPicture(Picture):
+    """The load of an adhesive contact over its approach: what is stable, and where it jumps.
+
+    Attributes
+    ----------
+    title
+        A heading; by default the theory.
+    """
+
+    title: str = ""
+
+    kind, of, size, alone = "adhesion-branch", (Branch,), (130.0, 102.0), True
+
+    def draw(self, canvas: Canvas, data: Branch) -> None:
+        """Draw the equilibria."""
+        length, length_prefix = prefixed(float(np.abs(data.approach).max()))
+        force, force_prefix = prefixed(float(np.abs(data.normal_load).max()))
+        axes = canvas.axes()
+        zero_lines(axes)
+        for name, part, line in _parts(data):
+            axes.plot(data.approach[part] * length, data.normal_load[part] * force, label=name, **line)
+        for name, point, mark in _jumps(data):
+            x, y = point.approach * length, point.normal_load * force
+            load = f", −{-y:.3g} {force_prefix}N" if y < 0 else ""
+            axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
+        axes.margins(0.06)
+        axes.set(
+            title=plain(self.title or f"Equilibria after {data.model.label}"),
+            xlabel=rf"approach $\delta$ ({length_prefix}m)",
+            ylabel=f"normal load $N$ ({force_prefix}N)",
+        )
+        canvas.legend(axes)
+
+
+def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, Any]]]":
+    """Return what to call, which points to draw and how, for each part of the curve that is there."""
+    size = branch.normal_load.size
+    stable, held = (size - int(mask.sum()) for mask in (branch.stable_under_load, branch.stable_under_displacement))
+    # neighbours share a point, so that the curve does not tear
+    parts = [
+        ("stable", np.arange(max(stable, held), size), {"color": INK, "linewidth": 1.2}),
+        (
+            "stable under displacement only",
+            np.arange(held, stable + 1),
+            {"color": INK, "linewidth": 1.0, "linestyle": (0, (4, 2))},
+        ),
+        (
+            "unstable",
+            np.arange(min(stable, held) + 1),
+            {"color": FAINT, "linewidth": 1.0, "linestyle": (0, (1.2, 1.5))},
+        ),
+    ]
+    return [part for part in parts if part[1].size > 1]
+
+
+def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
+    """Return what to call, where to draw and how, for each point at which the contact jumps."""
+    load, displacement = branch.pull_off_under_load, branch.pull_off_under_displacement
+    if load == branch.jump_in:
+        return []
+    pull_off = (
+        [("pull-off", load, {"marker": "o", "ms": 5})]
+        if load == displacement
+        else [
+            ("pull-off under load", load, {"marker": "o", "ms": 5}),
+            ("pull-off under displacement", displacement, {"marker": "s", "ms": 4.5}),
+        ]
+    )
+    # a ring, since a pull-off may lie right beside it
+    return [*pull_off, ("jump-in", branch.jump_in, {"marker": "o", "ms": 9, "mfc": "none"})]

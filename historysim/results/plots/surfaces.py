@@ -1,7 +1,8 @@
 """Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
 
+from collections.abc import Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -15,11 +16,12 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.analysis.recorded import shape_of
-from historysim.results.analysis.shares import telling_step
-from historysim.results.plots.paper import COLUMN, PAGE, Drawn, Page, Place, paper
-from historysim.results.plots.pictures import PICTURES, Picture, figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, STATES, by_factors
+from historysim.results.analysis.slips import representative_step
+from historysim.results.plots.canvas import COLUMN, PAGE, Canvas, Size
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture
+from historysim.results.plots.style import FAINT, INK, LINES, STATE_COLOURS, STATES, by_factors
 from historysim.surfaces.heights import Surface
+from historysim.surfaces.summits import Summits
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -40,21 +42,53 @@ DARKEST = 0.55
 FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))}
 
 
-@attrs.frozen(eq=False)
-class ContactAtStep:
-    """What a history says of the summits at one step.
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SurfacePicture(Picture):
+    """The surface with its summits, and the asperity distribution: radius over height.
 
     Attributes
     ----------
-    state : array (summit)
-        Slip state, or `TOUCHING` where the summit touches and was not recorded.
-    height, radius : array (summit)
-        Of the summits at the step, which wear and other events change [m].
-    separation : float
-        Height of the rigid flat [m].
-    caption : str
-        The step, its time and its loads.
+    title
+        A heading; by default that of the surface.
     """
+
+    title: str = ""
+
+    kind, of, size, alone = "surface", (Surface, SCENARIO), (PAGE, 97.0), True
+
+    def draw(self, canvas: Canvas, data: xr.Dataset | Surface) -> None:
+        """Draw the map, or the profile, and the distribution; without positions the distribution alone."""
+        draw_surface(canvas, in_dataset(data), None, self.title)
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class DistributionPicture(Picture):
+    """Radii of summits over their heights, coloured by their slip state.
+
+    Attributes
+    ----------
+    step
+        Number of a step, ``"partial"`` (nearest to half of the area slips) or ``"peak"`` (greatest normal load).
+    """
+
+    step: int | str = "partial"
+
+    kind, size, alone = "distribution", (COLUMN, 85.0), True
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the summits, and the rigid flat."""
+        surface = surface_of(data)
+        contact = contact_at(surface, data, position_of(self.step, data))
+        draw_distribution(canvas.axes(), surface, contact.state, contact)
+        canvas.legend(handles=legend_handles(surface, contact.state, contact))
+        canvas.heading("", contact.caption)
+
+
+@attrs.frozen(eq=False)
+class ContactAtStep:
+    """What a history has of the summits at one step: slip state (or `TOUCHING`, where not recorded), lengths in m."""
 
     state: States
     height: Floats
@@ -63,23 +97,47 @@ class ContactAtStep:
     caption: str
 
 
+def in_dataset(surface: xr.Dataset | Surface) -> xr.Dataset:
+    """Return a surface with its summits, by the 9-point rule, of a profile by the 3-point rule."""
+    if isinstance(surface, Surface):
+        with representable():
+            summits = surface.summits(3 if 1 in surface.shape else 9)
+        return surface_group.dataset(summits, surface)
+    return surface
+
+
+def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep | None, title: str) -> None:
+    """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
+    check_summits(surface)
+    count = surface.sizes["summit"]
+    state = np.zeros(count, dtype=np.int8) if contact is None else contact.state
+    has_map = "height" in surface
+    placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or count > 0)
+    axes: Axes | None = None
+    beside: Axes | None = None
+    if not placed:
+        beside = canvas.axes()
+    elif count <= 1 or canvas.given is not None:
+        # one summit has no distribution
+        axes = canvas.axes()
+    else:
+        axes, beside = canvas.two("asperity distribution", 1.25, stacked=1.6)
+    if axes is not None and has_map and 1 in surface["height"].shape:
+        _draw_profile(axes, surface, state, contact)
+    elif axes is not None:
+        draw_map(axes, surface, state, pale=contact is not None)
+    if beside is not None:
+        draw_distribution(beside, surface, state, contact)
+    elif count <= 1:
+        canvas.foot(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
+    canvas.legend(handles=legend_handles(surface, state, contact, flat=beside is not None))
+    canvas.heading(title or str(surface.attrs.get("title", "")), contact.caption if contact else "")
+
+
 def surface_of(history: xr.Dataset) -> xr.Dataset:
     """Return the surface that a history was recorded of: from the file that it was opened from, else its summits alone.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-
-    Returns
-    -------
-    xarray.Dataset
-        As `surface_group.dataset` gives it; with the labels of the asperities on ``summit``, where the history alone
-        says what summits there are.
-
-    Raises
-    ------
-    InputError
-        A history of totals alone that was not opened from a file with its surface.
+    Of the summits alone, ``summit`` has the labels of the asperities.
     """
     if source := history.encoding.get("source"):
         with suppress(OSError, KeyError):
@@ -93,124 +151,11 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def plot_surface(
-    surface: xr.Dataset | Surface,
-    history: xr.Dataset | None = None,
-    step: int | str = "partial",
-    *,
-    title: str = "",
-    **place: Unpack[Place],
-) -> Drawn:
-    """Draw a surface with its summits, and the asperity distribution: radius against height.
-
-    Parameters
-    ----------
-    surface : xarray.Dataset or Surface
-        Summits, and a height map where there is one: the group ``surface`` of a result, `surface_of` a history, or a
-        height map whose summits are to be found (9-point rule; of a profile, 3-point rule).
-    history : xarray.Dataset, optional
-        A history; the summits in contact are coloured by their slip state.
-    step : int, "partial" or "peak"
-        At this step of it; at that where the map shows most, half of the contact area slipping or nearest to it; or
-        at that of the greatest normal load. Negative ones count from the end.
-    title : str
-        A heading; by default the title of the history, or else of the surface.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
-
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 180 mm wide. Without positions only the asperity distribution is drawn.
-
-    Raises
-    ------
-    InputError
-        A Dataset without summits, a history of other summits, or a step that it does not have.
-    """
-    if isinstance(surface, Surface):
-        with representable():
-            summits = surface.summits(3 if 1 in surface.shape else 9)
-        surface = surface_group.dataset(summits, surface)
-    check_summits(surface)
-    contact = None if history is None else contact_at(surface, history, position_of(step, history))
-    state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
-    has_map = "height" in surface
-    placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or state.size > 0)
-    with paper(plot_surface, (PAGE, 97.0), place) as page:
-        axes, beside = _axes(page, placed=placed, alone=surface.sizes["summit"] <= 1)
-        if axes is not None:
-            if has_map and 1 in surface["height"].shape:
-                _draw_profile(axes, surface, state, contact)
-            else:
-                draw_map(axes, surface, state, pale=contact is not None)
-        if beside is not None:
-            draw_distribution(beside, surface, state, contact)
-        elif surface.sizes["summit"] <= 1:
-            page.foot(f"no asperity distribution: {counted(surface.sizes['summit'], 'summit', 'summits')}")
-        page.legend(handles=legend_handles(surface, state, contact, flat=beside is not None))
-        heading = title or str((surface if history is None else history).attrs.get("title", ""))
-        page.heading(heading, contact.caption if contact else "")
-    return page.drawn
-
-
-def _axes(page: Page, *, placed: bool, alone: bool) -> "tuple[Axes | None, Axes | None]":
-    """Return the axes of the map and of the distribution: both where they are known and fit, one at least."""
-    if not placed:
-        return None, page.axes()
-    if alone or page.given is not None:
-        # one summit has no distribution
-        return page.axes(), None
-    grid: Any
-    if page.width >= 130.0:
-        grid = page.figure.subplots(1, 2, width_ratios=(1.25, 1))
-    elif page.height >= 110.0:
-        grid = page.figure.subplots(2, 1, height_ratios=(1.6, 1))
-    else:
-        page.left_out("asperity distribution")
-        return page.axes(), None
-    return grid[0], grid[1]
-
-
-def plot_distribution(
-    surface: xr.Dataset, history: xr.Dataset | None = None, step: int | str = "partial", **place: Unpack[Place]
-) -> Drawn:
-    """Draw the asperity distribution: the radius of each summit against its height.
-
-    Parameters
-    ----------
-    surface : xarray.Dataset
-        Summits: the group ``surface`` of a result, or `surface_of` a history.
-    history, step
-        As for `plot_surface`: the summits in contact are coloured by their slip state, and the rigid flat is drawn.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
-
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 90 mm wide.
-
-    Raises
-    ------
-    InputError
-        As for `plot_surface`.
-    """
-    check_summits(surface)
-    contact = None if history is None else contact_at(surface, history, position_of(step, history))
-    state = np.zeros(surface.sizes["summit"], dtype=np.int8) if contact is None else contact.state
-    with paper(plot_distribution, (COLUMN, 85.0), place) as page:
-        draw_distribution(page.axes(), surface, state, contact)
-        page.legend(handles=legend_handles(surface, state, contact))
-        page.heading("", contact.caption if contact else "")
-    return page.drawn
-
-
 def position_of(step: int | str, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0."""
     steps = history.sizes["step"]
     if step == "partial" and "slip_state" in history:
-        return telling_step(history)
+        return representative_step(history)
     # of totals alone nothing is known of what slips
     if step in {"partial", "peak"}:
         return int(history["total_normal_load"].values.argmax())
@@ -229,6 +174,7 @@ def check_summits(surface: xr.Dataset) -> None:
 
 def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> ContactAtStep:
     """Return what a history says of the summits of a surface at a step."""
+    check_summits(surface)
     row = history.isel(step=step)
     count = int(row["contact_count"])
     state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
@@ -275,7 +221,7 @@ def _places(surface: xr.Dataset, row: xr.Dataset) -> Integers:
 def draw_map(axes: "Axes", surface: xr.Dataset, state: States, *, pale: bool = True) -> None:
     """Draw heights and summits from above, those in contact in the colour of their state.
 
-    Heights are pale where the colours of the states are to be told from them, in grey print, too.
+    Heights are pale where the colours of the states must differ from them, in grey print, too.
     """
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
@@ -426,26 +372,134 @@ def legend_handles(
     return handles
 
 
+HIGHEST = 99.8
+"""Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot."""
+BESIDE_APART, BESIDE_TOGETHER = 90.0, 35.0
+"""What summits add to the width, side by side and over one another [mm]."""
+
+
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class DistributionPicture(Picture):
-    """Radii of summits over their heights, coloured by their slip state.
+class SummitsPicture(Panel):
+    """Radius over height of all summits of up to 8 surfaces, with means and standard deviations.
+
+    Of a scenario they are those of the surface, or of the surfaces of its sweep. In Python: a dict of summits.
 
     Attributes
     ----------
-    step
-        Number of a step, ``"partial"`` (about half of the contact area slips) or ``"peak"`` (greatest normal load).
+    apart
+        Several surfaces side by side.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "summits"
     """
 
-    step: int | str = "partial"
+    apart: bool = False
 
-    kind = "distribution"
+    kind, of = "summits", (SCENARIO, Summits)
 
-    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
-        """Return a figure of it alone."""
-        return plot_distribution(surface_of(what), what, self.step, **place)
+    @property
+    def beside(self) -> float:
+        """Width of several surfaces [mm]."""
+        return BESIDE_APART if self.apart else BESIDE_TOGETHER
+
+    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+        """Return a page where they stand apart."""
+        return PAGE if self.apart else 1.3 * COLUMN, 85.0
+
+    def draw(self, canvas: Canvas, data: Summits | dict[str, Summits] | Sequence[Summits]) -> None:
+        """Draw summits of one surface, or of several by their names."""
+        found: Any = {"summits": data} if isinstance(data, Summits) else data
+        summits: list[Summits] = list(found.values() if isinstance(found, dict) else found)
+        unnamed = [f"surface {number + 1}" for number in range(len(summits))]
+        labels = self.labels or tuple(found if isinstance(found, dict) else unnamed)
+        if not 1 <= len(summits) <= len(LINES) or len(labels) != len(summits):
+            raise InputError(
+                f"{counted(len(summits), 'surface', 'surfaces')} and {counted(len(labels), 'label', 'labels')}; "
+                f"expected 1 to {len(LINES)} surfaces, with a label each"
+            )
+        top = max(float(np.percentile(each.radius, HIGHEST)) for each in summits)
+        up, radius_unit = prefixed(top)
+        along, height_unit = prefixed(max(float(np.abs(each.height).max()) for each in summits))
+        grid = _grid(canvas, len(summits), apart=self.apart)
+        size = float(np.clip(120 / np.sqrt(max(each.height.size for each in summits)), 1.3, 5.0))
+        for axes, each, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
+            means = f"$R$ {_mean(each.radius, up)} {radius_unit}m, $z$ {_mean(each.height, along)} {height_unit}m"
+            _draw_scatter(
+                axes, each.height * along, each.radius * up, size, colour, f"{label}: {means} ({len(each):,})"
+            )
+            if self.apart:
+                axes.set_title(label)
+        grid[0].set_ylim(0, 1.05 * top * up)
+        grid[0].set_ylabel(f"summit radius $R$ ({radius_unit}m)")
+        for axes in grid:
+            spec = axes.get_subplotspec()
+            if spec is None or spec.is_last_row():
+                axes.set_xlabel(f"summit height $z$ ({height_unit}m)", color=INK)
+        canvas.legend(*grid, extra="mean ± standard deviation (number of summits)")
+        if not (self.apart and canvas.beside_others):
+            canvas.title(grid[0], self.title)
 
 
-@figure_of.register(Surface)
-def _of_surface(what: Surface, *, title: str = "", place: Place, **_: Any) -> Drawn:
-    return plot_surface(what, title=title, **place)
+def _grid(canvas: Canvas, count: int, *, apart: bool) -> "list[Axes]":
+    """Return axes for each of some surfaces: all the same, or side by side."""
+    if not apart or count == 1:
+        return [canvas.axes()] * count
+    across = min(count, max(int(canvas.width / 28.0), 1))
+    grid: Any = canvas.several(count).subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False)
+    for empty in grid.ravel()[count:]:
+        empty.remove()
+    return list(grid.ravel()[:count])
+
+
+def _draw_scatter(axes: "Axes", height: Floats, radius: Floats, size: float, colour: str, name: str) -> None:
+    dots: dict[str, Any] = {"marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
+    axes.plot(height, radius, color=colour, alpha=0.7, **dots)
+    several = height.size > 1
+    axes.errorbar(
+        height.mean(),
+        radius.mean(),
+        xerr=height.std(ddof=1) if several else None,
+        yerr=radius.std(ddof=1) if several else None,
+        color=colour,
+        mec="white",
+        marker="s",
+        ms=4.5,
+        mew=0.5,
+        capsize=2,
+        linewidth=0.8,
+        label=name,
+        zorder=4,
+    )
+
+
+def _mean(values: Floats, factor: float) -> str:
+    deviation = f" ± {values.std(ddof=1) * factor:.2f}" if values.size > 1 else ""
+    return f"{values.mean() * factor:.2f}{deviation}"
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class MapPicture(Panel):
+    """The height map in colours, without its summits."""
+
+    kind, of = "map", (SCENARIO, Surface)
+
+    def draw(self, canvas: Canvas, data: Surface) -> None:
+        """Draw the heights, seen from above."""
+        factor, prefix = prefixed(float(np.nanmax(np.abs(data.heights))))
+        along, unit = prefixed(max(data.size))
+        axes = canvas.axes()
+        extent = (0.0, data.size[0] * along, 0.0, data.size[1] * along)
+        image = axes.imshow(
+            data.heights.T * factor, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
+        )
+        # as high as the map, whatever room there is
+        bar = axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)))
+        bar.set_label(f"height $z$ ({prefix}m)")
+        bar.outline.set_linewidth(0.4)
+        axes.spines[["top", "right"]].set_visible(True)
+        axes.set(xlabel=f"$x$ ({unit}m)", ylabel=f"$y$ ({unit}m)")
+        canvas.title(axes, self.title)

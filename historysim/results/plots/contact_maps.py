@@ -1,7 +1,7 @@
-"""The contact of a rough map whose asperities press on one another, point by point, at one time of a log."""
+"""Pictures of the contact at a step: the surface with its summits, or zones of a map with interacting asperities."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -11,14 +11,13 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
 from historysim.basics.units import prefixed, quantity_text
-from historysim.errors import InputError
-from historysim.log.event_log import EventLog
 from historysim.replaying import Replay
+from historysim.results.analysis.slips import representative_step, slip_shares
 from historysim.results.origin import Origin
-from historysim.results.plots.paper import PAGE, Drawn, Page, Place, paper
+from historysim.results.plots.canvas import PAGE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS
-from historysim.results.plots.surface import plot_surface, position_of, surface_of
+from historysim.results.plots.surfaces import contact_at, draw_surface, position_of, surface_of
 from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
@@ -29,83 +28,69 @@ if TYPE_CHECKING:
 
 Extent = tuple[float, float, float, float]
 NO_CONTACT = "#d9d9d6"
+TWO_ROWS = 85.0
+"""Height from which on there is room for two rows of maps [mm]."""
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class ContactMapPicture(Picture):
+    """The contact at a step: the surface, and its summits in contact by their slip state.
+
+    With ``interaction = "full"`` it is that of the whole map, point by point, beside that of its independent summits.
+
+    Attributes
+    ----------
+    step
+        Number of a step, ``"partial"`` (nearest to half of the area slips) or ``"peak"`` (greatest normal load).
+    """
+
+    step: int | str = "partial"
+
+    kind, alone = "contact-map", True
+    caption = "The contact at the step where nearest to half of its area slips"
+    place = 2
+
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with the share that slips there."""
+        share = float(slip_shares(history)["slipping_area"].values[representative_step(history)])
+        if 0 < share < 1:
+            return f"{cls.caption}: {100 * share:.0f} %."
+        what = "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"
+        return f"The contact at the step of the greatest normal load: {what}."
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a map of one point shows nothing."""
+        return super().reported(history) and history.sizes["asperity"] != 1
+
+    def size_of(self, data: xr.Dataset) -> Size:
+        """Return the size of four maps, or of a map beside its distribution."""
+        return PAGE, 163.0 if SOLVED in surface_of(data) else 97.0
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the zones of a map that was solved as a whole, else the summits."""
+        surface = surface_of(data)
+        if SOLVED in surface:
+            at = float(data["time"].values[position_of(self.step, data)])
+            _draw_solved(canvas, *answered(data, lambda origin: (origin, origin.state(at))), at)
+            return
+        contact = contact_at(surface, data, position_of(self.step, data))
+        draw_surface(canvas, surface, contact, str(data.attrs.get("title", "")))
 
 
 @attrs.frozen(eq=False)
 class Zones:
-    """Where a contact sticks and slips.
-
-    Attributes
-    ----------
-    maps : list of arrays (x, y)
-        At each step, `STICKS`, `SLIPS`, or NaN where nothing touches.
-    extent : (float, float, float, float)
-        Ends of the map in x and y.
-    unit : str
-        Of the extent.
-    """
+    """Where a contact sticks and slips: maps of `STICKS`, `SLIPS` and NaN at each step, their extent and its unit."""
 
     maps: list[Floats]
     extent: Extent
     unit: str
 
 
-def plot_contact_map(log: EventLog, at: float, *, title: str = "", **place: Unpack[Place]) -> Drawn:
-    """Draw the stick and slip zones, the pressures and the tractions of a contact, and what independent summits give.
-
-    Parameters
-    ----------
-    log : EventLog
-        Of a run with ``interaction = "full"``.
-    at : float
-        Time [s].
-    title : str
-        A heading; by default that of the log.
-    **place
-        ``size`` [mm], ``figure`` or ``ax``; see `Place`.
-
-    Returns
-    -------
-    Figure, SubFigure or Axes
-        What was given, or a new figure 180 mm wide: the contact of the whole map; that of the summits of the same map,
-        each by itself (9-point rule), under the same events up to the same normal load; pressures; tractions.
-
-    Raises
-    ------
-    InputError
-        A log of another surface, or a time before the first event.
-    """
-    origin = Origin.of_log(log)
-    if SOLVED not in origin.surface:
-        raise InputError(f'{log.path}: has no contact maps; expected the log of a surface with interaction = "full"')
-    with paper(plot_contact_map, DEFAULT, place) as page:
-        _draw(page, origin, origin.state(at), at, title)
-    return page.drawn
-
-
-def plot_interacting(history: xr.Dataset, step: int | str = "partial", **place: Unpack[Place]) -> Drawn:
-    """Draw what `plot_contact_map` does, at a step of a history that comes from the file of a result.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        Of a run with ``interaction = "full"``.
-    step, size
-        As for `plot_surface`.
-
-    Raises
-    ------
-    InputError
-        A step that the history does not have, or one that does not come from a file with its events.
-    """
-    at = float(history["time"].values[position_of(step, history)])
-    with paper(plot_interacting, DEFAULT, place) as page:
-        _draw(page, *answered(history, lambda origin: (origin, origin.state(at))), at, "")
-    return page.drawn
-
-
 def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
-    """Return where the contact sticks and slips at steps; parameters and errors as for `plot_interacting`."""
+    """Return where the contact sticks and slips at steps; of a history from the file of a result."""
     times = [float(history["time"].values[step]) for step in steps]
     return answered(
         history,
@@ -130,19 +115,14 @@ def _extent(origin: Origin) -> tuple[Extent, str]:
     return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
 
 
-DEFAULT = PAGE, 163.0
-TWO_ROWS = 85.0
-"""Height from which on there is room for two rows of maps [mm]."""
-
-
-def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: str) -> None:
+def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
     maps = maps_of(origin, state)
     nothing = maps.pressure == 0
     extent, unit = _extent(origin)
-    rows = 2 if page.height >= max(TWO_ROWS, 0.6 * page.width) else 1
-    axes: Any = page.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    rows = 2 if canvas.height >= max(TWO_ROWS, 0.6 * canvas.width) else 1
+    axes: Any = canvas.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     whole, independent = _touching(maps.contact_state.astype(np.float64)), _independent(origin, at, shape, pixel)
     for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
         draw_zones(axis, zone, extent)
@@ -151,17 +131,17 @@ def _draw(page: Page, origin: Origin, state: EnsembleState, at: float, title: st
         _draw_field(axes[1, 0], _touching(maps.pressure), extent, "pressure", signed=False)
         _draw_field(axes[1, 1], np.where(nothing, np.nan, maps.traction), extent, "traction", signed=True)
     else:
-        page.left_out("pressure", "traction")
+        canvas.left_out("pressure", "traction")
     for axis in axes[-1]:
         axis.set_xlabel(f"$x$ ({unit})")
     for axis in axes[:, 0]:
         axis.set_ylabel(f"$y$ ({unit})")
-    page.legend(handles=zone_handles())
+    canvas.legend(handles=zone_handles())
     caption = (
         f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
         f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
     )
-    page.heading(title or str(origin.settings["title"]), caption)
+    canvas.heading(str(origin.settings["title"]), caption)
 
 
 def zone_handles() -> "list[Patch]":
@@ -228,34 +208,3 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
         axes.set_facecolor("0.85")
     axes.set_title(name)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class ContactMapPicture(Picture):
-    """The contact at a step: the surface, and its summits in contact by their slip state.
-
-    Attributes
-    ----------
-    step
-        Number of a step, ``"partial"`` (about half of the contact area slips) or ``"peak"`` (greatest normal load).
-    """
-
-    step: int | str = "partial"
-
-    kind = "contact-map"
-    caption = "The contact where about half of its area slips."
-    place = 2
-
-    @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether a report shows it: a map of one point tells nothing."""
-        return super().reported(history) and history.sizes["asperity"] != 1
-
-    def drawn(self, what: xr.Dataset, **place: Unpack[Place]) -> Drawn:
-        """Return a figure of it alone."""
-        surface = surface_of(what)
-        # asperities that press on one another have no summits, but maps of their own
-        if SOLVED in surface:
-            return plot_interacting(what, self.step, **place)
-        return plot_surface(surface, what, self.step, **place)

@@ -1,0 +1,141 @@
+"""A history along its time: its friction loops with their energy, and a table with a row for each time."""
+
+from typing import TYPE_CHECKING, Any
+
+from historysim.measured.branches import DEFAULT, Definitions
+from historysim.results.analysis.recorded import check_any, check_recorded, column_of
+from historysim.results.asking import question
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from historysim.measured.loops import Loops
+
+CONTENT = "history over time"
+"""The attribute ``content`` of a history over time."""
+OF_THE_RESULT = ("complete", "id", "log_digest")
+"""Attributes that hold for the result alone."""
+
+
+@question(table="loop,start_time")
+def friction_loops(
+    history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+) -> "Loops":
+    """Return the friction loops of a history, and their quantities.
+
+    Those of a measured record are found in the same way, so the two can be compared. How finely the history is recorded
+    matters: between steps it is taken as straight (see ``substeps``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        With or without asperities.
+    dead_band : float, optional
+        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its range.
+    skip : int
+        How many loops at the start are left out.
+    definitions : Definitions
+        What counts as sliding, as reached, and as the beginning of a branch.
+
+    Raises
+    ------
+    InputError
+        A history without a whole loop.
+    """
+    from historysim.measured.loops import loops_of_history
+
+    return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
+
+
+@question(table="loop,start_time")
+def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0) -> "xr.Dataset":
+    """Return the energy that friction dissipates in each loop, of every asperity and of all of them.
+
+    It is the rise of the dissipated energy from the beginning of a friction loop to its end. ∮ T dU of `friction_loops`
+    differs from it by the elastic energy between the two, unless the loop is closed.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        One of totals alone, or of patches, has the total energy only.
+    dead_band : float, optional
+        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its range.
+    skip : int
+        How many loops at the start are left out.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times of beginning
+        and end [s] as coordinates.
+
+    Raises
+    ------
+    InputError
+        A history without a whole loop.
+    """
+    import xarray as xr
+
+    from historysim.measured.loops import loops_of_history
+
+    check_recorded(history)
+    loops = loops_of_history(history, dead_band=dead_band, skip=skip)
+    ends = loops.ends[:, [0, 2]]
+    time = history["time"].values[ends]
+    variables = {}
+    names = {"total_energy": "total_dissipated_energy", "energy": "dissipated_energy"}
+    for name, source in names.items():
+        if source not in history:
+            continue
+        # only the steps at which loops begin and end are read
+        first, last = (history[source].isel(step=column).values for column in ends.T)
+        label = f"energy per cycle{', all asperities' if name == 'total_energy' else ''}"
+        dims = ("loop", *history[source].dims[1:])
+        variables[name] = xr.Variable(dims, last - first, {"units": "J", "long_name": label})
+    beside: dict[str, Any] = {
+        "loop": ("loop", loops.number, {"long_name": "loop of the history, from 0"}),
+        "start_time": ("loop", time[:, 0], {"units": "s", "long_name": "start of the loop"}),
+        "end_time": ("loop", time[:, 1], {"units": "s", "long_name": "end of the loop"}),
+    }
+    if "energy" in variables:
+        beside["asperity"] = history["asperity"]
+    return xr.Dataset(variables, beside)
+
+
+@question(per_step=True, table="elapsed_time,total_normal_load")
+def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Dataset":
+    """Return a history along its time in place of ``step``: all of it, or of one asperity.
+
+    CDO and other tools take for the axis of time what is a dimension. It is called ``elapsed_time`` here, since what CF
+    calls ``time`` counts from a date.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    asperity : int, optional
+        Its label: what is recorded of it stands beside the totals.
+
+    Returns
+    -------
+    xarray.Dataset
+        The variables of the history along ``elapsed_time`` [s], and ``asperity`` where none is chosen. Nothing is read
+        yet.
+
+    Raises
+    ------
+    InputError
+        An asperity that is not recorded, or a Dataset that is no history.
+    """
+    check_recorded(history)
+    chosen = history
+    if asperity is not None:
+        check_recorded(history, "slip_state")
+        check_any(history)
+        chosen = history.isel(asperity=column_of(asperity, history))
+    along = [name for name, values in chosen.data_vars.items() if "step" in values.dims]
+    series = chosen[along].swap_dims(step="time").rename(time="elapsed_time")
+    attributes = {name: value for name, value in history.attrs.items() if name not in OF_THE_RESULT}
+    of_asperity = "" if asperity is None else f": asperity {asperity}"
+    title = f"{history.attrs.get('title', 'Load history')}{of_asperity}"
+    series.attrs = attributes | {"content": CONTENT, "title": title}
+    return series

@@ -1,0 +1,187 @@
+"""Pressures, stick ratio and stiffness: of each asperity element by element, where they are read, and of the surface.
+
+A history may be larger than memory, and so may these.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from historysim.basics.arguments import scalar
+from historysim.basics.array_types import Floats
+from historysim.errors import InputError
+from historysim.results.analysis.recorded import check_recorded
+from historysim.results.asking import question
+
+PEAK_OVER_MEAN = 1.5
+"""Greatest over mean pressure of a Hertz contact."""
+RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
+"""What sticks while the displacement goes on, and as it turns round."""
+
+
+@question(per_step=True)
+def stick_ratio(history: xr.Dataset) -> xr.DataArray:
+    """Return c/a of each asperity at each step: 1 in full stick, 0 in gross slip, NaN where it does not touch.
+
+    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches.
+    """
+    check_recorded(history, "stick_radius", "contact_radius")
+
+    def ratio(stick: Floats, contact: Floats) -> Floats:
+        return _ratio(stick, contact, math.nan)
+
+    text = "stick radius over contact radius"
+    return _derived(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
+
+
+@question(per_step=True)
+def mean_pressure(history: xr.Dataset) -> xr.DataArray:
+    """Return the mean pressure of each asperity or patch [Pa], N over its contact area; 0 where it does not touch.
+
+    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches without areas.
+    """
+    return _pressure(history, "mean_pressure", "mean pressure of the asperity")
+
+
+@question(per_step=True)
+def peak_pressure(history: xr.Dataset) -> xr.DataArray:
+    """Return the greatest pressure of each asperity [Pa], 3N/(2πa²) in its middle (Hertz); 0 where it does not touch.
+
+    Along ``step`` and ``asperity``, computed where it is read. InputError: no asperities, or patches.
+    """
+    check_recorded(history, "contact_radius")
+    return _pressure(history, "peak_pressure", "greatest pressure of the asperity", PEAK_OVER_MEAN)
+
+
+@question(per_step=True)
+def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
+    """Return the mean pressure of the whole contact [Pa], N over the real contact area; 0 where nothing touches.
+
+    Along ``step``. InputError: a history without areas.
+    """
+    check_recorded(history, "real_contact_area")
+    area = history["real_contact_area"]
+    pressure = (history["total_normal_load"] / area.where(area > 0)).fillna(0.0).rename("total_mean_pressure")
+    return pressure.assign_attrs(units="Pa", long_name="mean pressure of the real contact area")
+
+
+@question(per_step=True)
+def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
+    """Return the normal load over the nominal area [Pa].
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+    nominal_area : float, optional
+        [m²]; by default that of the surface of the history.
+
+    Returns
+    -------
+    xarray.DataArray
+        Along ``step``.
+
+    Raises
+    ------
+    InputError
+        An area that is not positive, or none where the history has none.
+    """
+    check_recorded(history)
+    if nominal_area is None and "nominal_area" not in history.attrs:
+        raise InputError("the history has no nominal area; expected nominal_area = … [m²]")
+    given = history.attrs["nominal_area"] if nominal_area is None else nominal_area
+    area = scalar("nominal_area", given, above=0)
+    pressure = (history["total_normal_load"] / area).rename("nominal_pressure")
+    return pressure.assign_attrs(units="Pa", long_name="normal load over the nominal area")
+
+
+@question()
+def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.DataArray:
+    """Return the tangential stiffness of each asperity at each step, dT/dU at a fixed approach [N/m].
+
+    An asperity with the stick radius c has 8 G* c while the displacement goes on, which is 0 where it slides; where the
+    displacement turns round, what slid sticks again and it has 8 G* a (Mindlin 1949). The sum over all asperities that
+    touch is the recorded ``tangential_stiffness`` (onward), except where a fall of friction lets discs inside a stick
+    zone slide.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities.
+    direction : {"onward", "reversed"}
+        Whether the displacement goes on as it does, or turns round.
+
+    Returns
+    -------
+    xarray.DataArray
+        Along ``step`` and ``asperity``, computed where it is read; 0 where an asperity does not touch.
+
+    Raises
+    ------
+    InputError
+        Another direction, or a history without asperities or of patches.
+    """
+    if direction not in RADIUS:
+        raise InputError(f"direction is {direction!r}; expected 'onward' or 'reversed'")
+    check_recorded(history, RADIUS[direction])
+    factor = 8 * float(history.attrs["shear_modulus"])
+    text = f"tangential stiffness of the asperity, displacement {direction}"
+    sources = [RADIUS[direction]]
+    return _derived(
+        history, "tangential_stiffness", lambda radius: factor * radius, sources, units="N m-1", long_name=text
+    )
+
+
+def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) -> xr.DataArray:
+    of_radius = "contact_area" not in history
+    size = "contact_radius" if of_radius else "contact_area"
+    check_recorded(history, "normal_load", size)
+
+    def pressure(load: Floats, size: Floats) -> Floats:
+        return factor * _ratio(load, math.pi * size**2 if of_radius else size, 0.0)
+
+    return _derived(history, name, pressure, ["normal_load", size], units="Pa", long_name=text)
+
+
+def _ratio(values: Floats, sizes: Floats, without: float) -> Floats:
+    """Return values over the sizes of contacts, and another number where there is no contact."""
+    values = np.asarray(values)
+    return np.divide(values, sizes, out=np.full_like(values, without), where=np.asarray(sizes) > 0)
+
+
+class _Derived(BackendArray):
+    """An array that is computed from variables of its own dimensions where it is indexed, and nowhere else."""
+
+    def __init__(self, compute: Callable[..., Floats], sources: Sequence[xr.Variable]) -> None:
+        self.dims, self.shape = sources[0].dims, sources[0].shape
+        self.dtype = np.dtype(np.float64)
+        self._compute, self._sources = compute, sources
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._at)
+
+    def _at(self, key: tuple[Any, ...]) -> Floats:
+        where = dict(zip(self.dims, key, strict=True))
+        return self._compute(*(source.isel(where).values for source in self._sources))
+
+
+def _derived(
+    history: xr.Dataset, name: str, compute: Callable[..., Floats], sources: Sequence[str], **attributes: str
+) -> xr.DataArray:
+    """Return an array that is computed from variables of a history, element by element, where it is read."""
+    arrays = [history[source] for source in sources]
+    if any(array.chunks for array in arrays):
+        # from dask arrays another one, with their chunks
+        answer: xr.DataArray = xr.apply_ufunc(
+            compute, *arrays, dask="parallelized", output_dtypes=[np.float64], keep_attrs=True
+        ).rename(name)
+        answer.attrs = dict(attributes)
+        return answer
+    array = _Derived(compute, [each.variable for each in arrays])
+    coordinates = {key: value for key, value in history.coords.items() if set(value.dims) <= set(array.dims)}
+    lazy = xr.Variable(array.dims, indexing.LazilyIndexedArray(array), attributes)
+    return xr.DataArray(lazy, coordinates, name=name)

@@ -1,0 +1,389 @@
+"""What a picture is drawn on: a new figure of a size in millimetres, or a figure or axes of the caller."""
+
+import re
+import textwrap
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING, Any, TypedDict
+
+import attrs
+
+from historysim.errors import InputError
+from historysim.results.plots.style import FAINT, STYLE, plain
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+    from matplotlib.text import Text
+
+Size = tuple[float, float]
+"""Width and height [mm]."""
+Drawn = Any
+"""What a picture was drawn on: the new figure, or the figure or axes that were given."""
+
+COLUMN, PAGE = 90.0, 180.0
+"""Widths [mm] of one column and of both in a journal."""
+WIDE = 140.0
+"""Width from which on panels stand side by side [mm]."""
+LEAST_SIDE, MOST_SIDE = 20.0, 2000.0
+"""Sides of a figure [mm]."""
+LEAST_PANEL = 13.0, 8.0
+"""Width and height of the smallest panel that can be read [mm]."""
+HIGHEST_LEGEND = 0.3
+"""Share of the height that names below a picture may take."""
+NOTE, SMALL = 6.0, 6.5
+"""Size of the letters at the foot, and of labels that do not fit otherwise [pt]."""
+MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
+
+
+class Place(TypedDict, total=False):
+    """Where a picture is drawn: a new figure of a size [mm], a figure or a part of one, or axes for one panel."""
+
+    size: Size | None
+    figure: Any
+    ax: Any
+
+
+@attrs.frozen(eq=False)
+class Canvas:
+    """What a picture is drawn on: a figure, or the axes of the caller; its sides [mm], and lines for its foot."""
+
+    figure: "Figure | SubFigure"
+    given: "Axes | None"
+    width: float
+    height: float
+    notes: list[str] = attrs.field(factory=list)
+    beside_others: bool = False
+
+    @classmethod
+    def of(cls, figure: "Figure | SubFigure", ax: "Axes | None" = None) -> "Canvas":
+        """Return the canvas of a figure, or of a part of one, as large as it is."""
+        width, height = (side / figure.dpi * MILLIMETRES_PER_INCH for side in (figure.bbox.width, figure.bbox.height))
+        return cls(figure, ax, width, height)
+
+    @property
+    def result(self) -> Drawn:
+        """What the function that draws returns."""
+        return self.figure if self.given is None else self.given
+
+    def axes(self) -> "Axes":
+        """Return the axes of a picture with one panel."""
+        return self.figure.add_subplot() if self.given is None else self.given
+
+    def several(self, count: int = 2) -> "Figure | SubFigure":
+        """Return the figure of a picture with several panels; InputError where axes were given, which are one."""
+        if self.given is not None:
+            raise InputError(f"ax: this picture has {count} panels; expected figure= in place of ax=")
+        return self.figure
+
+    def two(self, second: str, ratio: float, *, stacked: float = 1.0) -> "tuple[Axes, Axes | None]":
+        """Return two axes: side by side, or below one another, or the first alone with a note on the second.
+
+        `ratio` is the width over that of the second side by side, `stacked` the height over it below one another.
+        """
+        figure: Any = self.several()
+        if self.width >= WIDE:
+            left, right = figure.subplots(1, 2, width_ratios=(ratio, 1))
+            return left, right
+        if self.height >= 100.0:
+            upper, lower = figure.subplots(2, 1, height_ratios=(stacked, 1))
+            return upper, lower
+        self.left_out(second)
+        return figure.subplots(), None
+
+    def heading(self, text: str, caption: str = "") -> None:
+        """Write a title above the picture, on as many lines as it takes, and a caption below it."""
+        size = 9.0 if self.width >= 120.0 else 8.0
+        if self.given is not None:
+            room = self.given.get_window_extent().width / self.given.figure.dpi * MILLIMETRES_PER_INCH
+            if text or caption:
+                self.given.set_title(plain(broken(text or caption, room, size, 3)))
+            return
+        # beside a caption, a low picture has room for one line
+        lines = [broken(text, self.width * 0.97, size, 1 if caption and self.height < 90.0 else 2)] if text else []
+        lines += [broken(caption, self.width * 0.97, size, 4)] if caption else []
+        if lines:
+            self.figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontsize=size)
+
+    def title(self, axes: "Axes", text: str, default: str = "") -> None:
+        """Write a title above the picture, or beside others above its axes, where the default is left out."""
+        if not self.beside_others:
+            self.heading(text or default)
+        elif text:
+            axes.set_title(text)
+
+    def legend(
+        self, *axes: "Axes", extra: str = "", handles: "Sequence[Artist]" = (), title: str | None = None
+    ) -> None:
+        """Name what is drawn in some axes below the picture, each name once, where no data can lie.
+
+        There are as many columns as fit the width. In axes that were given names stand where most room is.
+        """
+        from matplotlib.lines import Line2D
+
+        named: dict[str, Any] = {}
+        for each in axes:
+            for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
+                named.setdefault(label, handle)
+        named |= {str(handle.get_label()): handle for handle in handles}
+        if extra:
+            named[extra] = Line2D([], [], linestyle="")
+        if not named:
+            return
+        if self.given is not None:
+            self.given.legend(named.values(), named.keys(), loc="best", title=title)
+            return
+        place: dict[str, Any] = {"loc": "outside lower left", "columnspacing": 1.6, "handlelength": 1.8, "title": title}
+        room = self.width * self.figure.dpi / MILLIMETRES_PER_INCH
+        for size in (7.5, 7.0, 6.5, 6.0) if self.width >= 120.0 else (7.0, 6.5, 6.0):
+            for columns in range(min(len(named), 6), 0, -1):
+                legend = self.figure.legend(
+                    named.values(), named.keys(), ncols=columns, fontsize=size, title_fontsize=size, **place
+                )
+                box = legend.get_window_extent()
+                if box.width <= 0.95 * room and box.height <= HIGHEST_LEGEND * room * self.height / self.width:
+                    for line in legend.legend_handles:
+                        # samples are small, and their colour is to be seen
+                        if isinstance(line, Line2D) and line.get_marker() == ".":
+                            line.set_markersize(6.0)
+                    return
+                legend.remove()
+        names = [name if "$" in name else broken(name, self.width * 0.8, NOTE, 4) for name in named]
+        self.figure.legend(named.values(), names, ncols=1, fontsize=NOTE, title_fontsize=NOTE, **place)
+
+    def left_out(self, *names: str) -> None:
+        """Write at the foot of the picture what does not fit its size, or has nothing to show."""
+        if names:
+            self.foot(f"left out at {self.width:.3g} × {self.height:.3g} mm: {', '.join(names)}")
+
+    def part(self, figure: "SubFigure") -> "Canvas":
+        """Return the canvas of a part of the figure; its notes stand at the foot of the whole."""
+        return attrs.evolve(Canvas.of(figure), notes=self.notes, beside_others=True)
+
+    def settle(self) -> None:
+        """Lay out what was drawn so far, so that labels can be kept apart."""
+        _whole(self.figure).draw_without_rendering()
+
+    def foot(self, text: str) -> None:
+        """Write a line at the foot of the picture, below what is named there."""
+        if text:
+            self.notes.append(text)
+
+    def finish(self) -> None:
+        """Write the notes, once all else is there."""
+        if not self.notes or self.given is not None:
+            return
+        text = "\n".join(broken(note, self.width * 0.97, NOTE, 3) for note in self.notes)
+        engine: Any = self.figure.get_layout_engine()
+        if self.figure.figure is not self.figure or not hasattr(engine, "execute"):
+            self.figure.supxlabel(text, x=0.99, ha="right", fontsize=NOTE, color=FAINT)
+            return
+        # the layout makes room for names at the edge of the figure alone: these stand above the notes
+        points = self.height / MILLIMETRES_PER_INCH * POINTS_PER_INCH
+        below = (1.3 * NOTE * (text.count("\n") + 1) + 2.0) / points
+        names = 0.0
+        for legend in self.figure.legends:
+            legend.set_bbox_to_anchor((0.0, below, 1.0, 1.0 - below))
+            names = max(names, legend.get_window_extent().height / self.figure.bbox.height + 0.01)
+        engine.set(rect=(0.0, below + names, 1.0, 1.0 - below - names))
+        self.figure.text(0.99, below / 2, text, ha="right", va="center", fontsize=NOTE, color=FAINT, in_layout=False)
+
+
+def beside_title(axes: "Axes", text: str) -> None:
+    """Write a note on the right of the title of axes; below the title where both do not fit."""
+    axes.set_title(text, loc="right", color=FAINT, fontsize=7, fontweight="normal")
+
+
+@contextmanager
+def canvas(default: Size, place: Place) -> Iterator[Canvas]:
+    """Yield what a picture is drawn on, in the style of all pictures; labels are fitted to its size at the end.
+
+    Raises InputError: two places, what is no width and height from 20 to 2000 mm, or too small a size.
+    """
+    size, figure, ax = (place.get(name) for name in ("size", "figure", "ax"))
+    if sum(each is not None for each in (size, figure, ax)) > 1:
+        raise InputError("size, figure, ax: expected one of them: a figure and axes have a size of their own")
+    for name, given, method, kind in (("figure", figure, "add_subplot", "figure"), ("ax", ax, "get_xaxis", "axes")):
+        if given is not None and not hasattr(given, method):
+            raise InputError(
+                f"{name} is a {type(given).__name__}; expected {kind} of matplotlib, such as plt.subplots() gives"
+            )
+    if figure is None and ax is None:
+        with new_figure(size, default) as made:  # type: ignore[arg-type] # checked there
+            yield from _drawn_on(Canvas.of(made))
+        return
+    target: Any = ax.figure if ax is not None else figure  # type: ignore[attr-defined] # axes, as checked above
+    if ax is None and not (whole := _whole(target)).axes and whole.get_layout_engine() is None:
+        whole.set_layout_engine("constrained")
+    with in_style():
+        yield from _drawn_on(Canvas.of(target, ax))  # type: ignore[arg-type] # likewise
+
+
+def _drawn_on(page: Canvas) -> Iterator[Canvas]:
+    yield page
+    page.finish()
+
+
+def _whole(figure: Any) -> Any:
+    """Return the figure that a part of one, or of a part, belongs to."""
+    while figure.figure is not figure:
+        figure = figure.figure
+    return figure
+
+
+@contextmanager
+def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
+    """Yield an empty figure, to be drawn in the style of all pictures; size and errors as for `canvas`."""
+    from historysim.basics.arguments import checked
+    from historysim.results.plots.printed import PrintedFigure
+
+    sides = checked("size", default if size is None else size, above=0)
+    if sides.shape != (2,) or not LEAST_SIDE <= min(sides) <= max(sides) <= MOST_SIDE:
+        raise InputError(
+            f"size is {size!r}; expected width and height from {LEAST_SIDE:.0f} to {MOST_SIDE:.0f} mm, as (90, 70)"
+        )
+    with in_style():
+        figure = PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
+        yield figure
+        if not _fit(figure) and size is not None:
+            raise InputError(
+                f"size is {sides[0]:g} × {sides[1]:g} mm, in which a panel of this picture would be too small to be "
+                "read; expected a larger size, or fewer panels or lines"
+            )
+
+
+def in_style() -> AbstractContextManager[None]:
+    """Return a context in which what is drawn has the style of all pictures."""
+    import matplotlib as mpl
+
+    return mpl.rc_context(STYLE)
+
+
+def broken(text: str, width: float, size: float, lines: int) -> str:
+    """Return a string on so many lines at most that fit a width [mm] in letters of a size [pt]."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    # a number and its unit stay together
+    whole = re.sub(UNBROKEN, "\N{NO-BREAK SPACE}", " ".join(text.split()))
+    letters, room = FontProperties(size=size), width / MILLIMETRES_PER_INCH * POINTS_PER_INCH
+
+    def width_of(line: str) -> float:
+        return float(text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0])
+
+    found = [whole]
+    # no line of the string has letters half as wide as they are on average
+    columns = min(len(whole), 8 + int(2 * len(whole) * room / max(width_of(whole), 1.0)))
+    while columns > 8 and any(width_of(line) > room for line in found):
+        columns -= 1
+        found = textwrap.wrap(whole, columns, max_lines=lines, placeholder=" …", break_on_hyphens=False)
+    return "\n".join(found).replace("\N{NO-BREAK SPACE}", " ")
+
+
+UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)"
+"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
+ROUNDS = 4
+"""How often labels are fitted: on more lines they take more room, and panels less."""
+
+
+def _fit(figure: "Figure") -> bool:
+    """Break and shorten labels and titles that are longer than their axes; return whether all panels can be read."""
+    panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>" and axes.get_visible()]
+    for _ in range(ROUNDS):
+        if not _laid_out(figure):
+            return False
+        # every panel is asked, also where one before it has changed
+        if not sum([_fit_panel(axes) for axes in panels]):
+            break
+    return all(_readable(axes) for axes in panels)
+
+
+def _laid_out(figure: "Figure") -> bool:
+    """Lay out a figure, and return whether there is room for its panels."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        if engine := figure.get_layout_engine():
+            engine.execute(figure)
+            for axes in figure.axes:
+                axes.apply_aspect()
+    return not any("not applied" in str(each.message) for each in caught)
+
+
+def _readable(axes: "Axes") -> bool:
+    box, inch = axes.get_window_extent(), axes.figure.dpi / MILLIMETRES_PER_INCH
+    fits = [side / inch >= least for side, least in zip((box.width, box.height), LEAST_PANEL, strict=True)]
+    # what has the shape of a map is as small as its room in one direction alone
+    return all(fits) if axes.get_aspect() == "auto" else any(fits)
+
+
+def _fit_panel(axes: "Axes") -> bool:
+    """Break or shorten one label of each kind that is too long; return whether there was one."""
+    box, apart = axes.get_window_extent(), 6.0 / POINTS_PER_INCH * axes.figure.dpi
+    changed = False
+    for label, length, room in (
+        (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width),
+        (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height),
+    ):
+        if label.get_text() and length > room + 2 * apart:
+            changed |= _shortened(label)
+    # a map is narrower than its place
+    paper = axes.figure.bbox
+    place = paper.x0 + axes.get_position(original=True).x1 * paper.width
+    return changed | _fit_titles(axes, max(place - box.x0, box.width), apart)
+
+
+def _shortened(label: "Text") -> bool:
+    """Take the next shorter form of a label: on two lines, its symbol and unit alone, in smaller letters."""
+    text = label.get_text()
+    # the symbol and its unit, or the last word, stand on the second line
+    parts = re.fullmatch(r"(.*?\S) (\$[^$]*\$ \(.*\)|\S+ \(.*\)|\(.*\)|\$[^$]*\$|\S+)", text)
+    symbol = re.search(r"\$[^$]*\$( \([^()]*\))?$", text)
+    if "\n" not in text and parts:
+        label.set_text(f"{parts[1]}\n{parts[2]}")
+    elif symbol and symbol[0] != text:
+        label.set_text(symbol[0])
+    elif float(label.get_fontsize()) > SMALL:
+        label.set_fontsize(SMALL)
+    else:
+        return False
+    return True
+
+
+def _fit_titles(axes: "Axes", room: float, apart: float) -> bool:
+    """Set the note on the right of a title below it where both do not fit, and break a title that is too long."""
+    title, note = (_title(axes, place) for place in ("left", "right"))
+    if title is None:
+        return False
+    inch = axes.figure.dpi / MILLIMETRES_PER_INCH
+    length = title.get_window_extent().width
+    if note is not None and length + note.get_window_extent().width + apart > room:
+        size = float(note.get_fontsize())
+        lines = broken(note.get_text().replace("\n", ", "), room / inch, size, 4)
+        note.set_text("")
+        at: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
+        axes.annotate(lines, (0, 1), (0, 4), fontsize=size, color=FAINT, **at)
+        looks: dict[str, Any] = {"fontsize": title.get_fontsize(), "fontweight": title.get_fontweight()}
+        axes.set_title(title.get_text(), pad=6 + 1.25 * size * (lines.count("\n") + 1), **looks)
+        return True
+    if length <= room + apart:
+        return False
+    text = title.get_text()
+    lines = textwrap.fill(text.replace("\n", " "), max(int(0.95 * len(text) * room / length), 8))
+    if "\n" in lines and "\n" not in text:
+        title.set_text(lines)
+    elif float(title.get_fontsize()) > SMALL:
+        title.set_fontsize(SMALL)
+    else:
+        return False
+    return True
+
+
+def _title(axes: "Axes", place: str) -> "Text | None":
+    """Return the title of axes at a place; None where there is none."""
+    from matplotlib.text import Text
+
+    wanted = axes.get_title(loc=place)  # type: ignore[arg-type] # left, center or right
+    found = (each for each in axes.get_children() if isinstance(each, Text) and each.get_text() == wanted)
+    return next(found, None) if wanted else None

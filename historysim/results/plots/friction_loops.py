@@ -1,0 +1,333 @@
+"""Friction loops of several histories, or of the cells of a sweep, in one picture, with what is marked on them."""
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any
+
+import attrs
+import numpy as np
+import xarray as xr
+
+from historysim.basics.array_types import Floats
+from historysim.basics.fields import Quantity
+from historysim.basics.units import newtons, prefixed, quantity_text
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.recording.provenance import named_states, state_label, step_of
+from historysim.results import analysis
+from historysim.results.analysis.preliminary import first_loading
+from historysim.results.analysis.recorded import is_complete
+from historysim.results.origin import dense
+from historysim.results.plots.canvas import COLUMN, Canvas, Size
+from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
+from historysim.results.plots.style import FAINT, INK, LINES, MOST_LINES, line_style, zero_lines
+from historysim.results.plots.swept import cell_label, selected
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+LOOP = ("total_tangential_load", "tangential_displacement")
+"""What a loop is drawn of."""
+MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
+BESIDE_ALONE, BESIDE = 60.0, 50.0
+"""What the loads beside loops add to the width, alone and in the figure of a scenario [mm]."""
+
+
+def _newtons(loads: Sequence[float]) -> tuple[float, ...]:
+    return tuple(map(newtons, loads))
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class LoopsPicture(Panel):
+    """Friction loops over one another: of histories, or of the cells of a sweep.
+
+    Attributes
+    ----------
+    steps
+        Names or numbers of states that are marked; by default all that have a name.
+    first_loading
+        Normal loads whose curves of first loading are drawn.
+    work
+        Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
+    drift
+        Draws it between the δ of two loops; needs the same.
+    drive
+        Behind an instrument the loop of the drive, too.
+    loads
+        Both loads along the named states, beside the loop.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "loops"
+    loads = true
+    """
+
+    steps: tuple[str | int, ...] | None = None
+    first_loading: Annotated[tuple[float, ...], Quantity("N")] = attrs.field(default=(), converter=_newtons)
+    work: bool = False
+    drift: bool = False
+    drive: bool = False
+    loads: bool = False
+
+    kind, of, several = "loops", (HISTORY, SWEEP), True
+
+    @property
+    def beside(self) -> float:
+        """Width of the loads [mm]."""
+        return BESIDE if self.loads else 0.0
+
+    def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
+        """Return a column, with room for the loads."""
+        return COLUMN + (BESIDE_ALONE if self.loads else 0.0), 85.0
+
+    def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
+        """Draw the loops, and what is marked on them."""
+        loops = cells_of(data, LOOP, self.labels, self.where)
+        axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
+        smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
+        length, unit = _scale([row for loop in smooth for row in self._displacements(loop.rows)], "m")
+        force, force_unit = _scale([loop.rows[LOOP[0]].values for loop in smooth], "N")
+        zero_lines(axes)
+        for number, load in enumerate(self.first_loading):
+            u, t = first_loading(loops[0].rows, load)
+            dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
+            name = f"first loading, {quantity_text(load, 'N')}"
+            axes.plot(u * length, t * force, color=FAINT, label=name, zorder=1, **dashes)
+        for number, loop in enumerate(smooth):
+            self._draw_loop(axes, loop, length, force, line_style(number, len(smooth)))
+        if self.drift:
+            _mark_drift(axes, smooth, length, force)
+        # on several loops letters lie on one another, unless they are asked for
+        if len(smooth) == 1 or self.steps is not None:
+            # numbers are those of recorded steps
+            for loop in loops:
+                _mark_states(axes, loop.rows, self.steps, length, force)
+        axes.margins(0.07, 0.14)
+        axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
+        if beside is not None:
+            _draw_loads(*beside, loops[0].rows)
+        elif self.loads:
+            canvas.left_out("loads")
+        if axes.get_legend_handles_labels()[1]:
+            canvas.legend(axes)
+        # of several each has its title below
+        canvas.title(axes, self.title, str(data.attrs.get("title", "")) if isinstance(data, xr.Dataset) else "")
+
+    def _draw_loop(self, axes: "Axes", loop: "Cell", length: float, force: float, style: dict[str, Any]) -> None:
+        work = _shade(axes, loop, length, force, style["color"]) if self.work else ""
+        for row, own in enumerate(self._displacements(loop.rows)):
+            looks = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
+            way = "displacement of the drive" if row else "contact" if self.drive else ""
+            name = ", ".join(filter(None, (loop.label, work, way)))
+            axes.plot(own * length, loop.rows[LOOP[0]].values * force, label=name or None, **looks)
+
+    def _displacements(self, rows: xr.Dataset) -> list[Floats]:
+        """Return the displacements that a loop is drawn over: of the contact, and if asked for of the drive."""
+        if self.drive and "drive_displacement" not in rows:
+            raise InputError("drive: there is no drive_displacement; expected [instrument], and it among the outputs")
+        return [rows[name].values for name in (LOOP[1], *(["drive_displacement"] if self.drive else []))]
+
+
+def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
+    """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
+    figure = canvas.several(3)
+    if canvas.width >= 110.0:
+        grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
+        loop, upper, lower = grid[:, 0], grid[0, 1], grid[1, 1]
+    elif canvas.height >= 110.0:
+        grid = figure.add_gridspec(3, 1, height_ratios=(2.4, 1, 1))
+        loop, upper, lower = grid[0, 0], grid[1, 0], grid[2, 0]
+    else:
+        return figure.add_subplot(), None
+    axes, normal = figure.add_subplot(loop), figure.add_subplot(upper)
+    return axes, (normal, figure.add_subplot(lower, sharex=normal))
+
+
+def _scale(values: Sequence[Floats], unit: str) -> tuple[float, str]:
+    factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in values))
+    return factor, prefix + unit
+
+
+@attrs.frozen(eq=False)
+class Cell:
+    """One line: its rows along ``step``, what it is called, and δ [m] and W [J] where they are known."""
+
+    rows: xr.Dataset
+    label: str = ""
+    reach: float | None = None
+    work: float | None = None
+
+
+def cells_of(
+    what: xr.Dataset | Sequence[xr.Dataset],
+    names: Sequence[str],
+    labels: Sequence[str] = (),
+    where: Mapping[str, Any] | None = None,
+) -> list[Cell]:
+    """Return histories, or the cells of a sweep, as lines; each has to have the variables along ``step``."""
+    several = several_of(what)
+    found: list[Cell] = []
+    for each in several:
+        missing = [name for name in names if name not in each or "step" not in each[name].dims]
+        if missing:
+            raise InputError(
+                f"there is no {missing[0]} along step; expected histories, or a sweep with {' and '.join(names)} among "
+                "its outputs"
+            )
+        found += _of_sweep(selected(each, where), names[0]) if len(each[names[0]].dims) > 1 else [_of_history(each)]
+    if len(several) > 1 and len({cell.label for cell in found}) < len(found):
+        # results of one title are named by their files
+        found = [attrs.evolve(cell, label=name) for cell, name in zip(found, sources(several), strict=False)]
+    if labels and len(labels) != len(found):
+        raise InputError(f"labels has {len(labels)}; expected one for each of {counted(len(found), 'line', 'lines')}")
+    if len(several) == len(found) == 1:
+        # one line alone needs no name
+        found = [attrs.evolve(found[0], label="")]
+    if labels:
+        found = [attrs.evolve(cell, label=label) for cell, label in zip(found, labels, strict=True)]
+    if not 1 <= len(found) <= MOST_LINES:
+        raise InputError(
+            f"{len(found)} lines in one picture; expected 1 to {MOST_LINES}: choose some (where), or sweep fewer"
+        )
+    return found
+
+
+def _of_history(history: xr.Dataset) -> Cell:
+    label = str(history.attrs.get("title", ""))
+    if not is_complete(history):
+        return Cell(history, label)
+    peak = history.isel(step=[int(history["total_normal_load"].values.argmax())])
+    reach, work = analysis.preliminary_displacement(peak), analysis.presliding_work(peak)
+    return Cell(history, label, float(reach[0]), float(work[0]))
+
+
+def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
+    dims = [str(dim) for dim in sweep[name].dims if dim != "step"]
+    several = [dim for dim in dims if sweep.sizes[dim] > 1]
+    found = []
+    for place in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
+        at = dict(zip(dims, place, strict=True))
+        rows = sweep.isel(at)
+        own = rows[[each for each in rows.data_vars if rows[each].dims == ("step",)]]
+        # cells of fewer steps end with NaN, and those that have failed are nothing else
+        there = np.isfinite(own[name].values)
+        if not there.any():
+            continue
+        own = own.isel(step=there)
+        reach, work = (
+            float(rows[each]) if each in rows else None for each in ("preliminary_displacement", "presliding_work")
+        )
+        found.append(Cell(own, ", ".join(cell_label(sweep, dim, at[dim]) for dim in several), reach, work))
+    return found
+
+
+def _mark_states(
+    axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None, length: float, force: float
+) -> None:
+    """Mark states on a loop, each with its name outside of the loop."""
+    for state in named_states(rows) if steps is None else steps:
+        step = step_of(rows, state)
+        u, t = float(rows[LOOP[1]][step]) * length, float(rows[LOOP[0]][step]) * force
+        axes.plot([u], [t], color=INK, **MARK)
+        # on the way down a state lies on the lower right of the loop, on the way up on the upper left
+        right = float(rows[LOOP[1]][max(step - 1, 0)]) * length > u
+        axes.annotate(
+            state_label(rows, step) if isinstance(state, str) else str(state),
+            (u, t),
+            xytext=(5 if right else -5, -5 if right else 5),
+            textcoords="offset points",
+            ha="left" if right else "right",
+            va="top" if right else "bottom",
+            fontsize=8,
+            fontstyle="italic",
+            zorder=6,
+        )
+
+
+def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
+    """Return the first branch from sliding to sliding: displacement from its reversal [m], load [N], and δ [m]."""
+    u, t = loop.rows[LOOP[1]].values, loop.rows[LOOP[0]].values
+    if loop.reach is None:
+        raise InputError("the preliminary displacement of the loops is not known; expected it among the outputs")
+    top = np.abs(t).max()
+    slides = np.abs(t) > top * (1 - 1e-9)
+    starts = np.flatnonzero(slides[:-1] & ~slides[1:])
+    if not starts.size:
+        raise InputError("no loop turns round out of sliding; expected a larger amplitude of the displacement")
+    # the first reversal: at it the contact slides forward
+    first = int(starts[0])
+    ends = np.flatnonzero(slides[first + 1 :])
+    last = first + 1 + int(ends[0]) if ends.size else t.size - 1
+    way, sign = np.abs(u[first : last + 1] - u[first]), np.sign(t[first])
+    load = t[first : last + 1] * sign
+    inside = way < 2 * loop.reach
+    return np.append(way[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
+
+
+def _shade(axes: "Axes", loop: Cell, length: float, force: float, colour: Any) -> str:
+    """Fill the closed loop between ±δ, which turns where sliding begins, and return its area, the work, as a text."""
+    way, load, reach = _branch(loop)
+    upper = (reach - way) * length
+    u, t = np.concatenate([upper, -upper]), np.concatenate([load, -load]) * force
+    axes.fill(u, t, color=colour, alpha=0.22, linewidth=0, zorder=0.5)
+    # what is drawn has corners: the exact work is written where it is known
+    work = loop.work or abs(2 * float(np.trapezoid(load, way)))
+    return f"$W$ = {quantity_text(work, 'J', 3)}"
+
+
+def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float) -> None:
+    """Mark where the first two loops begin to slide in first loading, and the drift between them."""
+    if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
+        raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
+    places = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
+    low = -0.32 * max(top for _, top in places)
+    for number, (reach, top) in enumerate(places):
+        axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
+        axes.plot([reach * length], [top * force], color=INK, **MARK)
+        axes.annotate(
+            rf"$\delta_{number + 1}$",
+            (reach * length, top * force),
+            xytext=(-3 if reach == min(place[0] for place in places) else 3, 4),
+            textcoords="offset points",
+            ha="right" if reach == min(place[0] for place in places) else "left",
+        )
+    first, second = (reach * length for reach, _ in places)
+    arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=arrow)
+    drift = abs(places[1][0] - places[0][0])
+    axes.annotate(
+        f"drift {quantity_text(drift, 'm', 3)}",
+        (max(first, second), low * force),
+        xytext=(4, 0),
+        textcoords="offset points",
+        va="center",
+        fontsize=7.5,
+        zorder=6,
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
+    )
+
+
+def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
+    """Draw normal and tangential load along the steps, the named ones as ticks."""
+    if "total_normal_load" not in rows:
+        raise InputError("loads: there is no total_normal_load; expected a history, or it among the outputs")
+    names = named_states(rows)
+    time = rows["time"].values
+    for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
+        values = rows[name].values
+        factor, unit = _scale([values], "N")
+        axes.plot(time, values * factor, color=LINES[0][0], linewidth=1.1)
+        if symbol == "T":
+            axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+        axes.set_ylabel(f"${symbol}$ ({unit})")
+        axes.set_ylim(min(0.0, 1.1 * float(values.min()) * factor), 1.15 * float(values.max()) * factor)
+        for step in names.values():
+            axes.plot([time[step]], [values[step] * factor], color=INK, **(MARK | {"ms": 2.8}))
+    upper.tick_params(labelbottom=False)
+    if names:
+        lower.set_xticks([time[step] for step in names.values()], list(names))
+        lower.set_xlabel("state")
+    else:
+        lower.set_xlabel("time (s)")

@@ -1,0 +1,508 @@
+"""Pictures of a recorded history: friction loop, loads, slip states, stiffness, wear and yielding."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import numpy as np
+import xarray as xr
+
+from historysim.basics.array_types import Floats
+from historysim.basics.units import prefixed
+from historysim.errors import InputError
+from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
+from historysim.results.analysis.slips import slip_shares
+from historysim.results.analysis.unseen_slip import slip_note
+from historysim.results.plots.canvas import COLUMN, PAGE, WIDE, Canvas, Size, beside_title
+from historysim.results.plots.pictures import PICTURES, Picture
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    MARK,
+    STATE_COLOURS,
+    STATES,
+    draw_coloured,
+    kept_steps,
+    line_colours,
+    line_style,
+    scaled,
+    swings,
+    thinned,
+    zero_lines,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
+
+PANELS = ("loop", "loads", "states", "energy", "wear")
+HIGH, HIGH_WITH_WEAR = 85.0, 135.0
+"""Heights from which on the loads stand beside the loop, and wear stands below them [mm]."""
+HEIGHTS = {"loop": 42.0, "loads": 42.0, "states": 34.0, "energy": 26.0, "wear": 30.0}
+"""Room that each panel takes at least where they stand below one another [mm]."""
+CALLED = {"loop": "friction loop", "loads": "loads", "states": "slip states", "energy": "energy", "wear": "wear"}
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class HistoryPicture(Picture):
+    """The friction loop, the loads over time, and the slip state of each asperity.
+
+    Attributes
+    ----------
+    panels
+        Some of ``"loop"``, ``"loads"``, ``"states"``, ``"energy"`` and ``"wear"``, one below the other.
+    """
+
+    panels: tuple[str, ...] | None = None
+
+    kind, alone = "history", True
+    caption = "The friction loop, the loads over time, and the slip state of each asperity."
+    place = 1
+    totals = True
+
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption; a history of totals alone has no slip states, and its energy is drawn."""
+        if "slip_state" in history:
+            return cls.caption
+        return "The friction loop, the loads over time, and the dissipated energy."
+
+    def size_of(self, data: xr.Dataset) -> Size:
+        """Return the size of its panels."""
+        if self.panels is not None:
+            return PAGE if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
+        return PAGE, 99.0 + 25.4 * sum(_lower_heights(data))
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw chosen panels, or those that the history has and the size allows."""
+        thin = thinned(data)
+        if self.panels is not None:
+            _check_panels(data, self.panels)
+            _draw_chosen(canvas, data, thin, self.panels)
+            return
+        asperities = data.sizes.get("asperity", 0) if "slip_state" in data else 0
+        shown = ["loop", "loads", "states" if asperities else "energy", *(["wear"] if "worn_volume" in data else [])]
+        if thin.sizes["step"] == 1:
+            # one point is no course
+            shown = ["states"] if asperities else shown[:1]
+        if canvas.width < WIDE or canvas.height < HIGH or len(shown) == 1:
+            fitting = _fitting(shown, canvas.height)
+        else:
+            canvas.several(len(shown) + 1)
+            fitting = shown if canvas.height >= HIGH_WITH_WEAR else shown[:3]
+        canvas.left_out(*(CALLED[name] for name in shown if name not in fitting))
+        if canvas.width < WIDE or canvas.height < HIGH or len(shown) == 1:
+            _draw_chosen(canvas, data, thin, fitting)
+        else:
+            _draw_wide(canvas, data, thin, fitting)
+        if "loop" in fitting:
+            canvas.foot(slip_note(data))
+        canvas.heading(str(data.attrs.get("title", "")))
+
+
+def _lower_heights(history: xr.Dataset) -> list[float]:
+    """Return the heights of what stands below the loop, over that of the normal load."""
+    rows = history.sizes.get("asperity", 0) if "slip_state" in history else 0
+    return [1.5 if rows == 0 else 0.45 + 1.65 * min(rows / 12, 1), *([1.3] if "worn_volume" in history else [])]
+
+
+def _fitting(panels: Sequence[str], height: float) -> list[str]:
+    """Return the first panels for which there is room, one at least."""
+    room = height - 24.0 - HEIGHTS[panels[0]]
+    found = [panels[0]]
+    for name in panels[1:]:
+        room -= HEIGHTS[name]
+        if room >= 0:
+            found.append(name)
+    return found
+
+
+def _draw_wide(canvas: Canvas, history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str]) -> None:
+    """Draw the loads beside the loop, and the others below."""
+    figure = canvas.figure
+    heights = (1.1, 1.9, *_lower_heights(history)[: len(panels) - 2])
+    grid = figure.add_gridspec(len(heights), 2, width_ratios=(1, 1), height_ratios=heights)
+    normal_axes = figure.add_subplot(grid[0, 1])
+    loop = figure.add_subplot(grid[:2, 0])
+    draw_loop(loop, thin, "colour: time, as on the right")
+    _draw_loads(normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin)
+    for row, name in enumerate(panels[2:], 2):
+        DRAWS[name](figure.add_subplot(grid[row, :]), history, thin)
+    named = [axes for axes in figure.axes if axes is not loop]
+    canvas.legend(*named, handles=state_handles() if "states" in panels else ())
+
+
+def _check_panels(history: xr.Dataset, panels: Sequence[str]) -> None:
+    unknown = [name for name in panels if name not in PANELS]
+    if unknown or not panels or isinstance(panels, str):
+        raise InputError(f"panels is {panels!r}; expected some of {', '.join(PANELS)}")
+    if "states" in panels:
+        check_recorded(history, "slip_state")
+    if "wear" in panels:
+        check_worn(history)
+
+
+def _draw_chosen(canvas: Canvas, history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str]) -> None:
+    """Draw panels, one below the other."""
+    if len(panels) == 1 and panels[0] in DRAWS:
+        named = [canvas.axes()]
+        DRAWS[panels[0]](named[0], history, thin)
+    else:
+        figure = canvas.several(len(panels) + panels.count("loads"))
+        grid = figure.add_gridspec(len(panels), 1, height_ratios=[HEIGHTS[name] for name in panels])
+        for row, name in enumerate(panels):
+            if name == "loads":
+                parts = grid[row, 0].subgridspec(2, 1)
+                normal = figure.add_subplot(parts[0])
+                _draw_loads(normal, figure.add_subplot(parts[1], sharex=normal), thin)
+            else:
+                DRAWS[name](figure.add_subplot(grid[row, 0]), history, thin)
+        named = figure.axes
+    # of the loop, its start and end are named above it
+    named = [axes for axes in named if axes.get_title(loc="left") != "Friction loop"]
+    canvas.legend(*named, handles=state_handles() if "states" in panels else ())
+
+
+def _draw_loads(normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset) -> None:
+    time, force, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
+    normal, normal_unit = scaled(thin["total_normal_load"].values, "N")
+    normal_axes.plot(time, normal, color=INK, linewidth=1.0, rasterized=True)
+    normal_axes.set(title="Loads", ylabel=f"normal load\n$N$ ({normal_unit})", ylim=(0, None))
+    normal_axes.tick_params(labelbottom=False)
+
+    factor, prefix = prefixed(max(np.abs(force).max(initial=0.0), limit.max(initial=0.0)))
+    for sign, label in ((1, "friction limit"), (-1, None)):
+        dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2)), "rasterized": True}
+        tangential_axes.plot(time, sign * limit * factor, label=label, **dashes)
+    draw_coloured(tangential_axes, time, force * factor, time)
+    tangential_axes.margins(x=0.02)
+    tangential_axes.set(xlabel="time (s)", ylabel=f"tangential load\n$T$ ({prefix}N)")
+
+
+def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
+    energy, unit = scaled(thin["total_dissipated_energy"].values, "J")
+    axes.plot(thin["time"].values, energy, color=INK, linewidth=1.0, rasterized=True)
+    axes.margins(x=0.01)
+    axes.set(title="Dissipated energy", xlabel="time (s)", ylabel=f"energy ({unit})", ylim=(0, None))
+
+
+COLOURS = {"time": "time (s)", "slip": "slipping share of the contact area"}
+"""What the colour of a loop may show."""
+PIECES_OF_SLIP = 2_000
+"""Pieces of a loop coloured by how much slips, which changes at once at a reversal."""
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class LoopPicture(Picture):
+    """The friction loop, coloured by the share of the contact area that slips.
+
+    Attributes
+    ----------
+    colour
+        ``"slip"``, or ``"time"``.
+    """
+
+    colour: str = "slip"
+
+    kind, size, alone = "loop", (COLUMN, 75.0), True
+    caption = "The friction loop, coloured by the share of the contact area that slips."
+    place = 3
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the tangential load over the tangential displacement."""
+        if self.colour not in COLOURS:
+            raise InputError(f"colour is {self.colour!r}; expected 'slip' or 'time'")
+        check_recorded(data, "tangential_displacement")
+        thin = thinned(data)
+        values = thin["time"].values
+        if self.colour == "slip":
+            values = slip_shares(data)["slipping_area"].values[kept_steps(data.sizes["step"])]
+        axes = canvas.axes()
+        x, y = _loop_frame(axes, thin)
+        line = draw_coloured(axes, x, y, values, pieces=PIECES_OF_SLIP)
+        if self.colour == "slip":
+            line.set_clim(0, 1)
+        axes.margins(0.06)
+        bar = canvas.figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03)
+        bar.set_label(COLOURS[self.colour])
+        bar.outline.set_linewidth(0.4)
+        canvas.foot(slip_note(data))
+
+
+def draw_loop(axes: "Axes", thin: xr.Dataset, note: str = "colour: time") -> None:
+    """Draw the loop of a thinned history into axes, its colour time, with arrows and marks at start and end."""
+    time = thin["time"].values
+    displacement, force = _loop_frame(axes, thin)
+    draw_coloured(axes, displacement, force, time)
+    _draw_arrows(axes, displacement, force, time)
+    for index, marker, name in ((0, "o", "start"), (-1, "s", "end")):
+        looks: dict[str, Any] = {"mec": "white", "mew": 0.6, "ms": 5, "label": name, "zorder": 4}
+        colour = line_colours()(0.0 if name == "start" else 1.0)
+        axes.plot(displacement[index], force[index], marker, color=colour, **looks)
+    axes.margins(0.06)
+    axes.set_title("Friction loop")
+    beside_title(axes, f"{note}\n● start  ■ end")
+
+
+def _loop_frame(axes: "Axes", thin: xr.Dataset) -> tuple[Floats, Floats]:
+    """Label axes of a loop, and return displacement and load in their units."""
+    displacement, unit = scaled(thin["tangential_displacement"].values, "m")
+    force, force_unit = scaled(thin["total_tangential_load"].values, "N")
+    zero_lines(axes)
+    axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
+    return displacement, force
+
+
+def _draw_arrows(axes: "Axes", x: Floats, y: Floats, time: Floats) -> None:
+    """Mark the direction in the middle of the last swing each way."""
+    for start, end in list(swings(x))[-2:]:
+        middle = start + int(np.abs(x[start : end + 1] - (x[start] + x[end]) / 2).argmin())
+        behind = max(middle - max((end - start) // 50, 1), start)
+        colour = line_colours()((time[middle] - time[0]) / max(time[-1] - time[0], 1e-300))
+        arrow = {"arrowstyle": "-|>", "color": colour, "mutation_scale": 11, "shrinkA": 0, "shrinkB": 0}
+        axes.annotate("", xy=(x[middle], y[middle]), xytext=(x[behind], y[behind]), arrowprops=arrow)
+
+
+MOST_COLUMNS, MOST_ROWS = 2_000, 1_000
+"""Steps and asperities that a map of slip states shows."""
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SlipMapPicture(Picture):
+    """The slip state of each asperity at each step, the highest asperity on top."""
+
+    kind, size, alone = "slip-map", (PAGE, 75.0), True
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the map; of a large history every so many-th step and asperity."""
+        check_recorded(data, "slip_state")
+        check_any(data)
+        _draw_slip_map(canvas.axes(), data)
+        canvas.legend(handles=state_handles())
+        canvas.heading(str(data.attrs.get("title", "")))
+
+
+def _draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
+    from matplotlib.colors import ListedColormap
+
+    steps, count = history.sizes["step"], history.sizes["asperity"]
+    step_stride, row_stride = -(-steps // MOST_COLUMNS), -(-count // MOST_ROWS)
+    by_height = np.argsort(-history["summit_height"].values, kind="stable")[::row_stride]
+    states = history["slip_state"].isel(step=slice(None, None, step_stride)).values[:, by_height].T
+    axes.imshow(
+        states,
+        cmap=ListedColormap(list(STATE_COLOURS)),
+        vmin=-0.5,
+        vmax=3.5,
+        aspect="auto",
+        interpolation="nearest",
+        extent=(-0.5, steps - 0.5, count + 0.5, 0.5),
+    )
+    axes.spines[["top", "right"]].set_visible(True)
+    if count <= 12:
+        labels = history["asperity"].values[by_height]
+        axes.set_yticks(range(1, count + 1, row_stride), [str(label) for label in labels])
+        axes.set_ylabel("asperity")
+    else:
+        axes.set_ylabel("asperities by height,\nhighest on top")
+    _mark_steps_and_times(axes, history)
+    axes.set_title("Slip state")
+
+
+def state_handles() -> "list[Patch]":
+    """Return what a legend shows of the colours of the slip states."""
+    from matplotlib.patches import Patch
+
+    states = zip(STATE_COLOURS, STATES, strict=True)
+    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in states]
+
+
+TIME_TICKS = 7
+"""Most ticks of the axis of time below that of the steps."""
+
+
+def _mark_steps_and_times(axes: "Axes", history: xr.Dataset) -> None:
+    """Label an axis of steps, and draw an axis of their times 13 pt below it, with round times."""
+    from matplotlib.ticker import MaxNLocator
+
+    time = history["time"].values
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if time.size < 2:
+        axes.set_xlabel(f"step, at {time[0]:.4g} s")
+        return
+    below = axes.secondary_xaxis("bottom")
+    below.spines["bottom"].set_position(("outward", 13.0))
+    below.spines["bottom"].set_visible(False)
+    below.tick_params(length=0)
+    ticks = list(_round_times(time))
+    below.set_xticks(np.interp(ticks, time, np.arange(time.size)), [f"{tick:.6g}" for tick in ticks])
+    below.set_xlabel("step, and below it time (s)")
+
+
+def _round_times(time: Floats) -> Iterator[float]:
+    """Yield round times that are apart on an axis of steps: where the clock jumps, fewer of them."""
+    from matplotlib.ticker import MaxNLocator
+
+    last = -np.inf
+    for tick in MaxNLocator(TIME_TICKS).tick_values(time[0], time[-1]):
+        place = float(np.interp(tick, time, np.arange(time.size)))
+        if time[0] <= tick <= time[-1] and place - last >= (time.size - 1) / (TIME_TICKS + 1):
+            last = place
+            yield float(tick)
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class StiffnessPicture(Picture):
+    """The tangential load over the displacement, and the tangential stiffness below it; the colour is time."""
+
+    kind, size, alone = "stiffness", (COLUMN, 110.0), True
+    caption = "The tangential load over the displacement, and the tangential stiffness."
+    place = 4
+    totals = True
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw both."""
+        check_recorded(data, "tangential_stiffness")
+        thin = thinned(data)
+        displacement, length_unit = scaled(thin["tangential_displacement"].values, "m")
+        figure: Any = canvas.several()
+        upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
+        for axes, name, label, unit in (
+            (upper, "total_tangential_load", "tangential load $T$", "N"),
+            (lower, "tangential_stiffness", r"stiffness $\mathrm{d}T/\mathrm{d}U$", "N/m"),
+        ):
+            values, known = scaled(thin[name].values, unit)
+            zero_lines(axes, vertical=axes is upper)
+            line = draw_coloured(axes, displacement, values, thin["time"].values)
+            axes.margins(0.04, 0.06)
+            axes.set_ylabel(f"{label} ({known})")
+        lower.set_xlabel(f"tangential displacement $U$ ({length_unit})")
+        bar = figure.colorbar(line, ax=[upper, lower], location="top", aspect=40, pad=0.02)
+        bar.set_label("time (s)")
+        bar.outline.set_linewidth(0.4)
+
+
+MOST_WORN = 8
+"""Asperities with a line of their own: those that lose most."""
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class WearPicture(Picture):
+    """The volume that asperities lose, and their summits before and after."""
+
+    kind, size, alone = "wear", (PAGE, 75.0), True
+    caption = "The volume that the asperities lose, and their summits before and after."
+    place = 8
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a history of asperities that wear."""
+        return super().reported(history) and "worn_volume" in history
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the volume over time, and the summits."""
+        check_worn(data)
+        left, right = canvas.two("summits", 1.5)
+        _draw_wear(left, data)
+        canvas.legend(left)
+        canvas.heading(str(data.attrs.get("title", "")))
+        if right is not None:
+            _draw_summits(right, data, np.ones(data.sizes["asperity"], dtype=bool), (MARK, STATE_COLOURS[2]))
+            right.set_title("Summits")
+
+
+def check_worn(history: xr.Dataset) -> None:
+    """Check that a history holds what its asperities lose."""
+    if "worn_volume" not in history:
+        raise InputError("the history has no worn_volume; expected one of a scenario with [wear], with its asperities")
+
+
+def _draw_wear(axes: "Axes", history: xr.Dataset) -> None:
+    """Draw the worn volume of all asperities, and of those that lose most, over time."""
+    kept = kept_steps(history.sizes["step"])
+    time, worn = history["time"].values[kept], history["worn_volume"].isel(step=kept).values
+    total = worn.sum(axis=1)
+    # µm³ for those with a micrometre to wear: prefixes of cubes are read with the metre
+    factor, unit = (1e27, "nm³") if total.max(initial=0.0) < 1e-21 else (1e18, "µm³")
+    axes.plot(time, total * factor, color=INK, linewidth=1.3, label="all")
+    most = np.argsort(-worn[-1], kind="stable")[: min(MOST_WORN, worn.shape[1])]
+    most = most[worn[-1, most] > 0]
+    if worn.shape[1] > 1:
+        for number, column in enumerate(most):
+            name = f"asperity {int(history['asperity'].values[column])}"
+            axes.plot(time, worn[:, column] * factor, label=name, **line_style(number, most.size))
+    axes.set(title="Wear", xlabel="time (s)", ylabel=f"worn volume ({unit})", ylim=(0, None))
+    axes.margins(x=0.01)
+
+
+def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[str, str]) -> None:
+    """Draw radii over heights of some summits, at the start and at the end."""
+    before = [history[f"summit_{name}"].values[which] for name in SHAPE]
+    after = [shape_of(history, f"summit_{name}", -1)[which] for name in SHAPE]
+    found = [np.stack(each) for each in zip(before, after, strict=True)]
+    (heights, unit), (radii, radius_unit) = (scaled(each, "m") for each in found)
+    if colours[0] == colours[1]:
+        axes.plot(heights, radii, "-", color="0.75", linewidth=0.6)
+    for row, (marker, colour) in enumerate(zip("os", colours, strict=True)):
+        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour)
+    axes.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
+    beside_title(axes, "○ before  □ after")
+
+
+SHAPE = ("height", "radius")
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class YieldingPicture(Picture):
+    """The curve of first loading and unloading, and the summits that yielded, before and after."""
+
+    kind, size, alone = "yielding", (PAGE, 75.0), True
+    caption = "First loading and unloading, and the summits that yielded, before and after."
+    place = 7
+
+    @classmethod
+    def reported(cls, history: xr.Dataset) -> bool:
+        """Return whether a report shows it: a history of summits that may yield."""
+        return super().reported(history) and "yielded_depth" in history
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw the normal load over the approach, where summits yield and where they do not, and the summits."""
+        if "yielded_depth" not in data:
+            raise InputError(
+                "the history has no yielded_depth; expected one of a scenario with surface.yielding, "
+                "with its asperities"
+            )
+        kept = kept_steps(data.sizes["step"])
+        approach = data["summit_height"].values.max() - data["separation"].values[kept]
+        lengths, length_unit = scaled(approach, "m")
+        loads, load_unit = scaled(data["total_normal_load"].values[kept], "N")
+        yields = np.diff(data["total_yielding_energy"].values[kept]) > 0
+        left, right = canvas.two("summits that yielded", 1.3)
+        thick: dict[str, Any] = {"linewidth": 1.8, "color": INK, "label": "summits yield"}
+        thin: dict[str, Any] = {"linewidth": 0.9, "color": "0.45", "linestyle": (0, (4, 2)), "label": "elastic"}
+        for chosen, looks in ((yields, thick), (~yields, thin)):
+            x, y = (np.where(chosen, [each[:-1], each[1:]], np.nan) for each in (lengths, loads))
+            gap = np.full(chosen.size, np.nan)
+            left.plot(np.stack([*x, gap]).T.ravel(), np.stack([*y, gap]).T.ravel(), **looks)
+        left.set(xlabel=f"approach of the highest summit ({length_unit})", ylabel=f"normal load $N$ ({load_unit})")
+        left.set_title("First loading, unloading")
+        canvas.legend(left)
+        canvas.heading(str(data.attrs.get("title", "")))
+        if right is not None:
+            _draw_summits(right, data, data["yielding_load"].isel(step=-1).values > 0, (INK, INK))
+            right.set_title("Summits that yielded")
+
+
+DRAWS: "dict[str, Callable[[Axes, xr.Dataset, xr.Dataset], None]]" = {
+    "loop": lambda axes, _, thin: draw_loop(axes, thin),
+    "states": lambda axes, history, _: _draw_slip_map(axes, history),
+    "energy": lambda axes, _, thin: _draw_energy(axes, thin),
+    "wear": lambda axes, history, _: _draw_wear(axes, history),
+}
+"""What draws a panel of the history picture, of the history and of its thinned totals."""

@@ -1,0 +1,449 @@
+"""Tables, of questions, of loops, of sliding and of sweeps: written as CSV and netCDF, read back, and summarised."""
+
+import csv
+import itertools
+import re
+from collections.abc import Hashable, Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Self
+
+import attrs
+import netCDF4
+import numpy as np
+import xarray as xr
+
+from historysim._version import __version__
+from historysim.basics import findings
+from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.files import replacing
+from historysim.basics.units import quantity_text, range_text
+from historysim.basics.wording import counted
+from historysim.errors import InputError
+from historysim.measured.loop_table import LoopStatistics
+from historysim.measured.loop_values import OF_SLIP
+from historysim.recording.netcdf import chunk_shape
+from historysim.recording.provenance import CONVENTIONS, KEYWORDS
+
+TABLE, SWEEP = "table", "sweep"
+"""The attribute ``content`` of a table without one of its own, and of a sweep."""
+CELLS_AT_ONCE = 1 << 20
+"""Values that are read and written at a time."""
+LINE_END = "\r\n"
+"""Of a table in CSV, as RFC 4180 has it."""
+ALONG_THE_HISTORY = ("step", "elapsed_time")
+"""Dimensions that may be too long for memory."""
+FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
+"""Attributes that say nothing of the numbers."""
+CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
+"""Where numbers come from, in the words of ACDD."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
+"""Beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")."""
+HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
+"""A name, the member of a second dimension, a unit."""
+MOST_VARIABLES_LISTED = 40
+
+
+def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
+    """Write a table to a CSV file, which appears under its name when it is complete.
+
+    Rows are the members of the first dimension. The header has names, the members of further dimensions, and units:
+    ``energy 17 [J]`` is the energy of asperity 17. Variables with another first dimension are left out. A table that is
+    larger than memory is read in blocks.
+
+    Parameters
+    ----------
+    table : xarray.Dataset or xarray.DataArray
+    path : path
+        An existing file is replaced.
+
+    Raises
+    ------
+    InputError
+        A table without a dimension.
+    OSError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml")
+    >>> hs.write_csv(history.contact.stick_ratio(), "stick_ratio.csv")
+    """
+    with replacing(Path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator=LINE_END).writerows(_rows(_dataset(table)))
+
+
+def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
+    return table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
+
+
+def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
+    along = next((variable.dims[0] for variable in dataset.data_vars.values() if variable.dims), None)
+    if along is None:
+        raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
+    names = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,)]
+    # labels of the rows come first
+    names.sort(key=lambda name: name not in dataset.coords)
+    header = []
+    for name in names:
+        members = (
+            dataset[dim].values if dim in dataset.coords else range(size)
+            for dim, size in list(dataset[name].sizes.items())[1:]
+        )
+        header += [
+            with_unit(" ".join(map(str, (name, *each))), dataset[name].attrs) for each in itertools.product(*members)
+        ]
+    yield header
+    size, at_once = dataset.sizes[along], max(1, CELLS_AT_ONCE // max(len(header), 1))
+    for first in range(0, size, at_once):
+        block = dataset[names].isel({along: slice(first, first + at_once)})
+        values = [part for name in names for part in block[name].values.reshape(block.sizes[along], -1).T]
+        yield from map(list, zip(*(map(_plain, part.tolist()) for part in values), strict=True))
+
+
+def with_unit(name: object, attributes: "dict[Any, Any]") -> str:
+    """Return the heading of a column."""
+    unit = attributes.get("units", "")
+    return f"{name} [{unit}]" if unit and unit != "1" else str(name)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value with ``'`` in front where it is a string that a spreadsheet would take for a formula."""
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+
+
+def is_table(path: Path) -> bool:
+    """Return whether a file is a table (CSV) as `write_csv` writes it, by its first line."""
+    with path.open("rb") as stream:
+        line = stream.readline(1 << 20)
+    if not line.endswith(LINE_END.encode()):
+        return False
+    cells = next(csv.reader([line.decode("utf-8", "replace")]), [])
+    return bool(cells) and all(HEADING.fullmatch(cell) for cell in cells)
+
+
+@attrs.frozen(eq=False)
+class WrittenTable:
+    """A table of a file."""
+
+    name: str
+    """Of the file."""
+    columns: xr.Dataset = attrs.field(repr=False)
+    """Along ``row``, each with its unit in SI, or of strings."""
+
+    @classmethod
+    def read(cls, path: Path) -> Self:
+        """Read a table from a CSV file; InputError for a row of another length than the header."""
+        with path.open(encoding="utf-8", newline="") as stream:
+            heading, *rows = csv.reader(stream)
+        for number, row in enumerate(rows, start=2):
+            if len(row) != len(heading):
+                raise InputError(
+                    f"{path}: line {number}: {counted(len(row), 'value', 'values')}; expected {len(heading)}, as in "
+                    "the header: write the table again"
+                )
+        columns = {}
+        for place, cell in enumerate(heading):
+            parts = HEADING.fullmatch(cell)
+            name, unit = (parts["name"], parts["unit"]) if parts else (cell, None)
+            columns[name] = ("row", _values([row[place] for row in rows]), {"units": unit} if unit else {})
+        return cls(path.name, xr.Dataset(columns))
+
+    @classmethod
+    def of(cls, dataset: xr.Dataset, name: str) -> Self:
+        """Return a Dataset as the table that `write_csv` would write of it."""
+        (along, *_) = (dim for each in dataset.data_vars.values() for dim in each.dims)
+        columns = {}
+        if along in dataset.coords:
+            columns[str(along)] = ("row", dataset[along].values, dataset[along].attrs)
+        for label, each in dataset.reset_coords().items():
+            if each.dims == (along,):
+                columns[str(label)] = ("row", each.values, each.attrs)
+            elif each.dims[:1] == (along,) and each.ndim == 2:
+                second = each.dims[1]
+                members = dataset[second].values if second in dataset.coords else range(each.shape[1])
+                for column, member in zip(each.values.T, members, strict=True):
+                    columns[f"{label} {member}"] = ("row", column, each.attrs)
+        return cls(name, xr.Dataset(columns))
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): the number of rows, and the range of each column."""
+        return [("table", self.name), ("rows", f"{self.columns.sizes.get('row', 0):,}"), *_ranges(self.columns)]
+
+
+def _values(cells: list[str]) -> np.ndarray:
+    try:
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return np.array(cells, dtype=object)
+
+
+def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: str = CALCULATED) -> None:
+    """Write a history or a table to a netCDF file, which appears under its name when it is complete.
+
+    Strings are written as characters, since many tools know no others, and what a catalogue asks for (CF-1.11,
+    ACDD-1.3) is added where the table does not have it. Variables along the steps of a history are written in blocks.
+    `hs.open`, `hs.show` and `hs.plot` read what is written.
+
+    Parameters
+    ----------
+    table : xarray.Dataset or xarray.DataArray
+    path : path
+        An existing file is replaced.
+    origin : {"modelResult", "physicalMeasurement"}
+        Where its numbers come from.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written.
+    """
+    dataset = _dataset(table)
+    along = next((name for name in ALONG_THE_HISTORY if _is_first(name, dataset)), None)
+    written = _described(dataset, origin)
+    with replacing(Path(path)) as unfinished:
+        if along is None:
+            written.to_netcdf(unfinished, engine="netcdf4", encoding=_encoding(written))
+            return
+        encoding = _encoding(written, along)
+        first = written.isel({along: slice(0, 0)})
+        first.to_netcdf(unfinished, engine="netcdf4", encoding=encoding, unlimited_dims=[along])
+        _append_rows(unfinished, written, along)
+
+
+def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
+    """Return whether a table has a dimension, in front of all others."""
+    places = [each.dims.index(dimension) for each in dataset.variables.values() if dimension in each.dims]
+    return bool(places) and not any(places)
+
+
+def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
+    """Write the rows of all variables along a dimension, block by block."""
+    with netCDF4.Dataset(path, "a") as file:
+        for name, variable in dataset.variables.items():
+            if along not in variable.dims:
+                continue
+            size = variable.sizes[along]
+            at_once = max(1, CELLS_AT_ONCE * size // max(variable.size, 1))
+            for start in range(0, size, at_once):
+                rows = slice(start, min(start + at_once, size))
+                file[str(name)][rows] = variable.isel({along: rows}).values
+
+
+def _encoding(dataset: xr.Dataset, along: str = "") -> dict[Any, dict[str, Any]]:
+    """Return how variables are stored: strings as characters, and nothing missing unless it is declared."""
+    found: dict[Any, dict[str, Any]] = {}
+    for name, variable in dataset.variables.items():
+        own = found[name] = {}
+        if variable.dtype.kind in "UO":
+            own["dtype"] = "S1"
+        elif name in dataset.coords and variable.dtype == np.int64 and _is_small(variable):
+            # ncview knows no labels of 8 bytes
+            own.update({"_FillValue": None, "dtype": "int32"})
+        elif name in dataset.coords or variable.dtype.kind in "iub":
+            own["_FillValue"] = None
+        if along in variable.dims and variable.ndim <= 2 and variable.size:
+            rows, columns = chunk_shape(variable.sizes[along], variable.size // variable.sizes[along])
+            own["chunksizes"] = (rows, columns)[: variable.ndim]
+    return found
+
+
+def _is_small(variable: xr.Variable) -> bool:
+    return not variable.size or bool(np.abs(variable.values).max() <= np.iinfo(np.int32).max)
+
+
+def _described(dataset: xr.Dataset, origin: str) -> xr.Dataset:
+    """Return a table with the attributes of a catalogue, in types that every tool knows."""
+    made = dataset.copy()
+    title = dataset.attrs.get("title") or " and ".join(map(str, list(dataset.data_vars)[:2])).replace("_", " ")
+    usual = {
+        "Conventions": CONVENTIONS,
+        "title": title,
+        "summary": f"{title[:1].upper()}{title[1:]}, of a frictional contact.",
+        "keywords": KEYWORDS,
+        "source": f"historysim {__version__}",
+        "history": f"written by historysim {__version__}",
+    }
+    # a history is a result
+    if not {"complete", "historysim_version"} <= dataset.attrs.keys():
+        usual["content"] = TABLE
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    made.attrs = _stored(usual | dataset.attrs | {"date_created": now})
+    for name, variable in made.variables.items():
+        # a variable that was read from a file keeps how it was stored there
+        variable.encoding = {key: value for key, value in variable.encoding.items() if key == "_FillValue"}
+        content = {"coverage_content_type": origin} if name in made.data_vars else {}
+        variable.attrs = _stored(content | variable.attrs)
+    return made
+
+
+def _stored(attributes: dict[Any, Any]) -> dict[Any, Any]:
+    """Return attributes as they are stored: strings as characters in UTF-8, whole numbers with 4 bytes."""
+
+    def stored(value: Any) -> Any:
+        if isinstance(value, str) and value:
+            return value.encode()
+        return np.int32(value) if isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max else value
+
+    return {name: stored(value) for name, value in attributes.items()}
+
+
+def table_summary(table: xr.Dataset) -> list[tuple[str, str]]:
+    """Return lines of (label, text) of a table that `write_netcdf` wrote: its size, and the range of each variable."""
+    sizes = ", ".join(f"{size:,} along {name}" for name, size in table.sizes.items())
+    return [("title", str(table.attrs.get("title", ""))), ("size", sizes or "one value each"), *_ranges(table)]
+
+
+def _ranges(table: xr.Dataset) -> list[tuple[str, str]]:
+    """Return lines of (label, text): each variable with its range, and its long name."""
+    lines = []
+    for name, values in list(table.data_vars.items())[:MOST_VARIABLES_LISTED]:
+        meaning = str(values.attrs.get("long_name", ""))
+        lines.append((str(name), f"{_range(values)}{f'; {meaning}' if meaning else ''}"))
+    if len(table.data_vars) > MOST_VARIABLES_LISTED:
+        lines.append(("and", f"{len(table.data_vars) - MOST_VARIABLES_LISTED:,} more"))
+    return lines
+
+
+def _range(values: xr.DataArray) -> str:
+    """Return the range of a variable, with its unit and how many values are missing; of strings how many there are."""
+    if values.dtype.kind not in "iuf":
+        return counted(len(set(values.values.ravel().tolist())), "string", "different strings")
+    known = values.values[np.isfinite(values.values)]
+    if not known.size:
+        return "no value"
+    text = range_text(float(known.min()), float(known.max()), str(values.attrs.get("units", "1")))
+    return text if known.size == values.size else f"{text}, {values.size - known.size:,} missing"
+
+
+def sweep_summary(found: xr.Dataset) -> list[tuple[str, str]]:
+    """Return lines of (label, text) of a sweep.
+
+    They are the number of cells, what was swept, the range of each number over all cells, cells that have failed, and a
+    warning for each assumption of the model that does not hold in some.
+    """
+    swept = _swept(found)
+    dims = {dim for name in swept for dim in found[name].dims}
+    lines = [("cells", f"{int(np.prod([found.sizes[dim] for dim in dims])):,}")]
+    for name in swept:
+        values = found[name]
+        given = ", ".join(dict.fromkeys(map(str, values.values.ravel())))
+        lines.append((str(values.attrs["long_name"]), _range(values) if values.dtype.kind in "fiu" else given))
+    lines += [
+        (str(name), _range(values))
+        for name, values in found.data_vars.items()
+        if set(values.dims) <= dims and values.dtype.kind == "f"
+    ]
+    if "failure" in found:
+        reasons = [str(reason) for reason in found["failure"].values.ravel() if reason]
+        lines.append(("failed", f"{counted(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
+    warnings = findings.read(str(found.attrs.get("validity", "[]")))
+    return [*lines, *(("warning", finding.text) for finding in warnings)]
+
+
+def sweep_rows(found: xr.Dataset, *, steps: bool = True) -> Iterator[Sequence[Any]]:
+    """Yield a sweep as a heading with units, and a row for each cell: what was swept, and its numbers.
+
+    Outputs along ``step`` and ``asperity`` have a row for each of these, with columns of their labels; steps that a
+    cell does not have are left out, without ``steps`` all of these.
+    """
+    along = {"step", "asperity"}
+    if not steps:
+        found = found.drop_vars([name for name, values in found.variables.items() if along & {*values.dims}])
+    swept = _swept(found)
+    dims = tuple(dict.fromkeys(str(dim) for name in swept for dim in found[name].dims))
+    own = [dim for dim in ("step", "asperity") if any(dim in values.dims for values in found.data_vars.values())]
+    labels = [name for name in ("time", "summit_height", "summit_radius") if name in found.variables and own]
+    names = list(dict.fromkeys([*labels, *map(str, found.data_vars)]))
+    if not dims and not own:
+        # a design at one point has no dimension to make rows of
+        found, dims = found.expand_dims("point"), ("point",)
+    frame = found.to_dataframe(dim_order=[*dims, *own]).reset_index()
+    # what goes along steps is NaN where a cell has fewer of them
+    padded = [
+        name
+        for name in (str(name) for name in found.data_vars)
+        if {*own} & {*found[name].dims} and found[name].dtype.kind == "f" and not {*found[name].dims} <= {*own}
+    ]
+    # a copy: pandas lends its own arrays read-only
+    kept = frame[padded].notna().any(axis=1).to_numpy(copy=True) if padded else np.ones(len(frame), dtype=np.bool_)
+    # a cell without any number, which has failed, keeps a row
+    each = kept.reshape(*(found.sizes[dim] for dim in dims), -1)
+    each[..., 0] |= ~each.any(axis=-1)
+    units = {name: found[name].attrs for name in [*swept, *names]}
+    columns = [*swept, *own, *names]
+    yield [with_unit(name, units.get(name, {})) for name in columns]
+    yield from frame.loc[kept, columns].itertuples(index=False, name=None)
+
+
+def write_sweep(found: xr.Dataset, path: Path) -> None:
+    """Write a sweep as netCDF or, where the ending is .csv, as a table (`sweep_rows`)."""
+    if path.suffix.lower() != ".csv":
+        write_netcdf(found, path)
+        return
+    with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+        csv.writer(stream, lineterminator=LINE_END).writerows(map(_plain, row) for row in sweep_rows(found))
+
+
+def _swept(found: xr.Dataset) -> list[str]:
+    """Return the names of the swept quantities, in their order."""
+    keys = str(found.attrs["swept_keys"]).split()
+    by_key = {str(values.attrs.get("long_name")): str(name) for name, values in found.coords.items()}
+    return [by_key[f"{key} of the scenario"] for key in keys]
+
+
+def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
+    """Return lines of (label, text) of friction loops, as `Loops.to_dataset` or `LoopTable.to_dataset` gives them.
+
+    Mean ± standard deviation over the loops of each quantity, of a table that of each load or amplitude in both
+    directions, and how the loops were found.
+    """
+    how = [("", ""), *((str(name), str(value)) for name, value in loops.attrs.items() if name not in FOR_CATALOGUES)]
+    if "loop" not in loops.dims:
+        return [*_levels(loops), *how]
+    count = int(_large(loops).sum())
+    some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
+    means = [
+        (str(values.attrs["long_name"]), _mean_text(loops, name, count)) for name, values in loops.data_vars.items()
+    ]
+    values = ("values", "mean ± standard deviation of one loop")
+    return [("loops", f"{loops.sizes['loop']:,}{some}"), values, *means, *how]
+
+
+def of_mean(loops: xr.Dataset, quantity: Hashable) -> Floats:
+    """Return what a mean of a quantity is of (loop, …): large loops, and NaN where it is a lower bound."""
+    values = loops[quantity]
+    if quantity in OF_SLIP and "lower_bound" in loops:
+        values = values.where(loops["lower_bound"] == 0)
+    kept: Floats = values.values[_large(loops)]
+    return kept
+
+
+def _mean_text(loops: xr.Dataset, quantity: Hashable, count: int) -> str:
+    """Return a mean; where no branch reached sliding, it is a lower bound."""
+    unit = loops[quantity].attrs["units"]
+    found = LoopStatistics.of(of_mean(loops, quantity))
+    if found.count or quantity not in OF_SLIP:
+        return found.text(unit, count)
+    bound = LoopStatistics.of(loops[quantity].values[_large(loops)])
+    return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
+
+
+def _large(loops: xr.Dataset) -> Booleans:
+    """Return which loops count in means, as `Loops.large` does."""
+    amplitude = loops["amplitude"].values
+    return np.asarray(amplitude >= loops.attrs["amplitude_share"] * amplitude.max())
+
+
+def _levels(table: xr.Dataset) -> list[tuple[str, str]]:
+    both = table.sel(direction="both")
+    (along,) = both["loops"].dims
+    lines = []
+    for place, value in enumerate(both[along].values):
+        at = both.isel({along: place})
+        lines.append((quantity_text(float(value), both[along].attrs["units"]), f"{int(at['loops']):,} loops"))
+        for name, mean in at.data_vars.items():
+            if f"{name}_count" in at:
+                found = LoopStatistics(float(mean), float(at[f"{name}_standard_deviation"]), int(at[f"{name}_count"]))
+                lines.append((f"  {mean.attrs['long_name']}", found.text(mean.attrs["units"], int(at["loops"]))))
+    return lines

@@ -1,0 +1,74 @@
+"""Slip that begins and ends between recorded steps is said to, with the substeps that show it."""
+
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+from historysim.results.analysis.unseen_slip import slip_note, unseen_slip
+from historysim.results.plots.pictures import PICTURES
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1.2e10)
+BALL = hs.Ensemble(PAIR, 0.0, 1e-6, 0.2)
+REACH = 1.74e-9
+SWINGS = [hs.TangentialDisplacement(1.0 + 2 * i, (-1) ** i * 30e-9) for i in range(4)]
+EVENTS = [hs.NormalDisplacement(0.0, REACH / (PAIR.displacement_ratio * 0.2)), *SWINGS]
+
+
+@pytest.mark.parametrize("substeps", [1, 8, 20])
+def test_what_is_missed_is_said_with_the_substeps_that_show_it(substeps):
+    note = slip_note(hs.replay(BALL, EVENTS, substeps=substeps))
+    asked = int(re.search(r"What shows it: substeps = (\d+) \(they are (\d+)\)", note)[1])
+    # ten steps on the way of virgin loading, 30 nm long, of 1.74 nm
+    assert asked == pytest.approx(10 * 30e-9 / REACH, rel=0.06)
+    shown = hs.replay(BALL, EVENTS, substeps=asked)
+    assert slip_note(shown) == ""
+    partial = (shown["slip_state"] == hs.SlipState.PARTIAL_SLIP).values[:, 0]
+    assert partial[:asked].sum() >= 9
+
+
+def test_what_slides_never_or_is_fine_has_no_note():
+    short = [EVENTS[0], hs.TangentialDisplacement(1.0, 0.5e-9), hs.TangentialDisplacement(3.0, -0.5e-9)]
+    assert slip_note(hs.replay(BALL, short)) == ""
+    still = hs.replay(BALL, EVENTS[:1])
+    assert unseen_slip(still) == unseen_slip(still.drop_vars("tangential_displacement")) == ""
+
+
+def test_without_its_origin_it_is_so_many_times():
+    history = hs.replay(BALL, EVENTS, substeps=20)
+    history.encoding = {}
+    assert "What shows it: 9 times as many substeps" in slip_note(history)
+
+
+def test_captions_go_by_what_is_found():
+    two = hs.Ensemble(PAIR, np.array([0.0, -1e-9]), 1e-6, 0.2)
+    for substeps, least in ((1, 1.0), (20, 0.8)):
+        history = hs.replay(two, EVENTS, substeps=substeps)
+        share = float(history.contact.slip_shares().slipping_area[history.contact.representative_step()])
+        caption = PICTURES["contact-map"].caption_of(history)
+        if substeps == 1:
+            expected = "no step shows partial slip; all of it slips." if share == 1 else "nothing of it slips."
+            assert caption.endswith(expected)
+        else:
+            assert share > least
+            assert caption == f"The contact at the step where nearest to half of its area slips: {100 * share:.0f} %."
+    totals = hs.replay(two, EVENTS, record="totals")
+    assert "energy" in PICTURES["history"].caption_of(totals)
+    assert "slip state" in PICTURES["history"].caption_of(history)
+
+
+def test_run_and_report_say_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = (
+        "[materials]\ncontact_modulus = 5e10\nshear_modulus = 1.2e10\n"
+        '[surface]\nkind = "sphere"\nradius = 1e-6\n[friction]\ncoefficient = 0.2\n[loading]\nsubsteps = 20\n'
+        f"waypoints = [{{ time = 0, normal_displacement = {EVENTS[0].value} }}, "
+        '{ time = 1, tangential_displacement = "30 nm" }, { time = 3, tangential_displacement = "-30 nm" }]\n'
+    )
+    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
+    done = CliRunner().invoke(main, ["run", "s.toml"])
+    assert done.output.count("What shows it: substeps = 180 (they are 20)") == 1
+    assert "In these pictures recorded steps are" in hs.report(tmp_path / "s.nc")

@@ -1,0 +1,334 @@
+"""Tables as CSV and netCDF files, what other tools and catalogues read in them, and their summaries."""
+
+import csv
+import shutil
+import subprocess
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray as xr
+from conventions import conventions, discovery
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.results import tables
+from historysim.results.tables import WrittenTable, is_table, loop_summary, sweep_rows, sweep_summary, write_sweep
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
+EVENTS = [hs.NormalLoad(0.0, 0.1)]
+EVENTS += [hs.TangentialDisplacement(float(time), (-1) ** time * 2e-7) for time in range(1, 5)]
+TABLE = xr.Dataset(
+    {
+        "energy": (("loop", "asperity"), [[1.0, 2.0], [3.0, 4.5]], {"units": "J"}),
+        "ratio": ("loop", [0.25, np.nan], {"units": "1"}),
+        "other": ("asperity", [1.0, 2.0]),
+    },
+    {"loop": [3, 4], "asperity": [7, 9], "start_time": ("loop", [0.0, 1.5], {"units": "s"})},
+)
+SPREAD = xr.Dataset(
+    {"drift": (("load", "seed", "quantile"), np.arange(8.0).reshape(2, 2, 2), {"units": "m"})},
+    {"load": ("load", [0.1, 0.2], {"units": "N"}), "quantile": [0.05, 0.95]},
+)
+
+
+@pytest.fixture(scope="module")
+def history():
+    return hs.replay(hs.Ensemble(PAIR, [0.0, -5e-9], 1e-3, 0.2), EVENTS, substeps=20)
+
+
+@pytest.fixture(scope="module")
+def answers(history):
+    return {
+        "shares": history.contact.slip_shares(),
+        "series": history.contact.time_series(),
+        "cycles": history.contact.energy_per_cycle(),
+        "loops": history.contact.friction_loops().to_dataset(),
+        "slips": history.contact.first_slips(),
+    }
+
+
+def read(path):
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.reader(stream))
+
+
+def write(table, path):
+    (hs.write_csv if path.suffix == ".csv" else hs.write_netcdf)(table, path)
+
+
+@pytest.mark.parametrize("at_once", [1 << 20, 5])
+def test_a_row_for_each_member_of_the_first_dimension(tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr(tables, "CELLS_AT_ONCE", at_once)
+    hs.write_csv(TABLE, tmp_path / "t.csv")
+    header, *rows = read(tmp_path / "t.csv")
+    assert header == ["loop", "start_time [s]", "energy 7 [J]", "energy 9 [J]", "ratio"]
+    assert rows == [["3", "0.0", "1.0", "2.0", "0.25"], ["4", "1.5", "3.0", "4.5", "nan"]]
+
+
+def test_members_of_further_dimensions_stand_in_the_header(tmp_path):
+    hs.write_csv(SPREAD, tmp_path / "t.csv")
+    header, *rows = read(tmp_path / "t.csv")
+    assert header == ["load [N]", *(f"drift {seed} {quantile} [m]" for seed in (0, 1) for quantile in (0.05, 0.95))]
+    assert rows == [["0.1", "0.0", "1.0", "2.0", "3.0"], ["0.2", "4.0", "5.0", "6.0", "7.0"]]
+
+
+def test_an_array_is_a_table_too_and_numbers_come_back(history, tmp_path):
+    hs.write_csv(history.contact.stick_ratio(), tmp_path / "c.csv")
+    header, *rows = read(tmp_path / "c.csv")
+    assert header == ["time [s]", "stick_ratio 0", "stick_ratio 1"]
+    assert [float(row[1]) for row in rows] == history.contact.stick_ratio().values[:, 0].tolist()
+
+
+def test_a_table_without_rows_is_refused(tmp_path):
+    with pytest.raises(InputError, match="has no dimension"):
+        hs.write_csv(xr.Dataset({"a": 1.0}), tmp_path / "t.csv")
+    with pytest.raises(OSError, match="nowhere"):
+        hs.write_netcdf(TABLE, tmp_path / "nowhere" / "t.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+1", "-1 nm", "@SUM(A1)", "\tx", "\rx", "plain", "1 nm", ""])
+def test_no_string_is_a_formula_to_a_spreadsheet(tmp_path, text):
+    table = xr.Dataset({"text": ("row", np.array([text], dtype=object)), "number": ("row", [-1.5])})
+    hs.write_csv(table, tmp_path / "t.csv")
+    _, (written, number) = read(tmp_path / "t.csv")
+    assert written == (f"'{text}" if text[:1] in {"=", "+", "-", "@", "\t", "\r"} and text else text)
+    assert number == "-1.5"
+
+
+@pytest.mark.parametrize("ending", [".csv", ".nc"])
+@pytest.mark.parametrize("name", ["shares", "series", "loops", "slips"])
+def test_what_was_written_is_shown_drawn_and_reported(answers, tmp_path, name, ending):
+    path = tmp_path / f"{name}{ending}"
+    write(answers[name], path)
+    assert len(hs.show(path)) > 2
+    assert hs.report(path).startswith("<!DOCTYPE html>")
+    assert hs.plot(path).axes
+
+
+def test_a_table_keeps_names_units_and_numbers(answers, tmp_path):
+    path = tmp_path / "shares.csv"
+    hs.write_csv(answers["shares"], path)
+    found = hs.open(path).columns
+    assert found["time"].attrs["units"] == "s"
+    own = answers["shares"]["share_of_contacts"].sel(slip_state="full_stick").values
+    assert np.array_equal(found["share_of_contacts full_stick"].values, own)
+    again = WrittenTable.of(answers["shares"], "again").columns
+    assert set(again) == set(found)
+    for label, each in found.items():
+        np.testing.assert_array_equal(each.values, again[label].values)
+
+
+def test_ranges_have_units_and_say_what_is_missing(tmp_path):
+    path = tmp_path / "t.csv"
+    hs.write_csv(xr.Dataset({"energy": ("loop", [1e-9, np.nan, 3e-9], {"units": "J"})}, {"loop": [0, 1, 2]}), path)
+    assert dict(hs.show(path)) == {"table": "t.csv", "rows": "3", "loop": "0 to 2", "energy": "1 nJ to 3 nJ, 1 missing"}
+
+
+@pytest.mark.parametrize(
+    ("unit", "expected"),
+    [("m2", "2e-12 m2 to 3e-06 m2"), ("m-2", "2e-12 m-2 to 3e-06 m-2"), ("N m-1", "2 pN/m to 3 µN/m")],
+)
+@pytest.mark.parametrize("ending", [".csv", ".nc"])
+def test_a_power_of_a_unit_has_no_prefix(tmp_path, ending, unit, expected):
+    path = tmp_path / f"t{ending}"
+    write(xr.Dataset({"value": ("loop", [2e-12, 3e-6], {"units": unit})}), path)
+    assert dict(hs.show(path))["value"] == expected
+
+
+def test_a_csv_of_another_program_is_no_table(tmp_path):
+    path = tmp_path / "m.csv"
+    for content in (b"1,2\r\n3,4\r\n", b"time;load\n1;2\n"):
+        path.write_bytes(content)
+        assert not is_table(path)
+
+
+def test_a_row_of_another_length_is_an_error(tmp_path):
+    path = tmp_path / "cut.csv"
+    path.write_bytes(b"time [s],load [N]\r\n1,2\r\n3\r\n")
+    with pytest.raises(InputError, match=r"cut\.csv: line 3: 1 value; expected 2"):
+        hs.show(path)
+
+
+def test_a_table_without_numbers_has_no_picture(tmp_path):
+    path = tmp_path / "texts.csv"
+    path.write_bytes(b"label,text\r\nsteps,3\r\ntitle,one\r\n")
+    with pytest.raises(InputError, match="needs at least two columns of numbers"):
+        hs.plot(path)
+    assert "needs at least two columns of numbers" in hs.report(Path(path))
+
+
+@pytest.mark.parametrize("at_once", [1 << 20, 7])
+def test_a_history_over_time_comes_back(history, tmp_path, monkeypatch, at_once):
+    monkeypatch.setattr(tables, "CELLS_AT_ONCE", at_once)
+    series = history.contact.time_series()
+    assert "step" not in series.dims
+    hs.write_netcdf(series, tmp_path / "t.nc")
+    with xr.open_dataset(tmp_path / "t.nc", decode_times=False) as found:
+        assert found.sizes == {"elapsed_time": 81, "asperity": 2}
+        assert found["elapsed_time"].values.tolist() == history["time"].values.tolist()
+        for name, variable in history.drop_vars("slide_time").data_vars.items():
+            assert np.array_equal(found[name].values, variable.values)
+    assert conventions(tmp_path / "t.nc") == ([], [])
+    # what CDO takes for the axis of time: a dimension that may grow, with a coordinate in s
+    with h5py.File(tmp_path / "t.nc") as file:
+        assert file["elapsed_time"].maxshape == (None,)
+        assert file["elapsed_time"].attrs["units"] == b"s"
+
+
+CDO = shutil.which("cdo")
+
+
+@pytest.mark.skipif(CDO is None, reason="no CDO; apt-get install cdo")
+def test_cdo_takes_time_for_its_axis(history, tmp_path):
+    hs.write_netcdf(history.contact.time_series(), tmp_path / "t.nc")
+
+    def printed(*arguments):
+        command = [CDO, "-s", *arguments, "t.nc"]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.split()
+
+    # it prints whole seconds
+    seconds = [float(text.rsplit(":", 1)[1]) for text in printed("showtimestamp")]
+    assert np.floor(seconds).tolist() == np.floor(history["time"].values).tolist()
+    values = printed("outputf,%.17g", "-selname,total_tangential_load")
+    assert [float(value) for value in values] == history["total_tangential_load"].values.tolist()
+
+
+def test_one_asperity_has_a_row_for_each_time(history):
+    series = history.contact.time_series(1)
+    assert {variable.dims for variable in series.data_vars.values()} == {("elapsed_time",)}
+    assert np.array_equal(series["normal_load"].values, history["normal_load"].values[:, 1])
+    with pytest.raises(InputError, match="asperity 7: is not recorded in the history; expected one of 0, 1"):
+        history.contact.time_series(7)
+
+
+def test_tables_have_what_a_catalogue_asks_for(answers, tmp_path):
+    for name in ("shares", "cycles", "loops"):
+        before = answers[name].copy(deep=True)
+        hs.write_netcdf(answers[name], tmp_path / f"{name}.nc")
+        assert answers[name].identical(before)
+        assert conventions(tmp_path / f"{name}.nc") == ([], [])
+        assert discovery(tmp_path / f"{name}.nc", "highly recommended") == []
+    # strings are characters, also where they are labels
+    with h5py.File(tmp_path / "loops.nc") as file:
+        assert file["direction"].dtype == "S1"
+        assert not file["direction"].attrs.get_id("_Encoding").get_type().is_variable_str()
+    with xr.open_dataset(tmp_path / "loops.nc", decode_times=False) as found:
+        forward = answers["loops"]["friction_force"].sel(direction="forward").values
+        assert np.array_equal(found["friction_force"].sel(direction="forward").values, forward)
+        assert found["friction_force"].attrs["coverage_content_type"] == "modelResult"
+
+
+@pytest.fixture
+def sweep():
+    drift = {"units": "m", "long_name": "drift, ± of it"}
+    load = {"units": "N", "long_name": "load of the scenario"}
+    return xr.Dataset(
+        {
+            "drift": (("first", "load"), [[1e-9, 2e-9, np.nan], [3e-9, 4e-9, 5e-9]], drift),
+            "time": (("first", "load", "step"), np.zeros((2, 3, 4))),
+            "failure": (("first", "load"), [["", "", "µ"], ["", "", ""]]),
+        },
+        {
+            "first": ("first", ["a", "b"], {"long_name": "first of the scenario"}),
+            "load": ("load", [0.01, 0.02, 0.03], load),
+        },
+        {
+            "scenario": 'title = "µ"',
+            "swept_keys": "first load",
+            "content": "sweep",
+            "empty": "",
+            "complete": np.int8(1),
+        },
+    )
+
+
+def test_strings_of_a_sweep_are_characters_and_the_numbers_stay(sweep, tmp_path):
+    before = sweep.copy(deep=True)
+    write_sweep(sweep, tmp_path / "sweep.nc")
+    assert sweep.identical(before)
+    with h5py.File(tmp_path / "sweep.nc") as file:
+        for holder, name in ((file, "scenario"), (file, "date_created"), (file["drift"], "long_name")):
+            assert not holder.attrs.get_id(name).get_type().is_variable_str()
+    with xr.open_dataset(tmp_path / "sweep.nc", decode_times=False) as found:
+        xr.testing.assert_equal(found.load().astype(sweep.dtypes), sweep)
+        for name, variable in sweep.variables.items():
+            assert found[name].attrs.items() >= variable.attrs.items()
+        assert found.attrs.items() >= sweep.attrs.items()
+        assert len(found.attrs["date_created"]) == 20
+
+
+def test_a_sweep_has_a_row_for_each_cell(sweep, tmp_path):
+    write_sweep(sweep.drop_vars("time"), tmp_path / "sweep.csv")
+    lines = read(tmp_path / "sweep.csv")
+    assert lines[0] == ["first", "load [N]", "drift [m]", "failure"]
+    assert lines[1:4] == [["a", "0.01", "1e-09", ""], ["a", "0.02", "2e-09", ""], ["a", "0.03", "nan", "µ"]]
+    assert len(lines) == len(list(sweep_rows(sweep, steps=False))) == 7
+    assert is_table(tmp_path / "sweep.csv")
+
+
+def test_a_sweep_has_a_row_for_each_step_and_asperity(sweep, tmp_path):
+    """Steps that a cell does not have are left out; one that has failed keeps one row, with the reason."""
+    load = np.full((2, 3, 2, 2), np.nan)
+    load[0, 0] = [[1.0, 2.0], [3.0, 4.0]]
+    load[0, 1, 0] = [5.0, 6.0]
+    load[1] = 7.0
+    own = sweep.drop_vars("time").assign(normal_load=(("first", "load", "step", "asperity"), load, {"units": "N"}))
+    own = own.assign_coords(time=("step", [0.0, 0.5], {"units": "s"}), asperity=("asperity", [3, 8]))
+    write_sweep(own, tmp_path / "sweep.csv")
+    heading, *lines = read(tmp_path / "sweep.csv")
+    names = ["first", "load [N]", "step", "asperity", "time [s]", "drift [m]", "failure", "normal_load [N]"]
+    assert heading == names
+    assert lines[:4] == [
+        ["a", "0.01", "0", "3", "0.0", "1e-09", "", "1.0"],
+        ["a", "0.01", "0", "8", "0.0", "1e-09", "", "2.0"],
+        ["a", "0.01", "1", "3", "0.5", "1e-09", "", "3.0"],
+        ["a", "0.01", "1", "8", "0.5", "1e-09", "", "4.0"],
+    ]
+    assert [line[3:] for line in lines[4:7]] == [
+        ["3", "0.0", "2e-09", "", "5.0"],
+        ["8", "0.0", "2e-09", "", "6.0"],
+        ["3", "0.0", "nan", "µ", "nan"],
+    ]
+    assert len(lines) == 4 + 2 + 1 + 3 * 4
+
+
+def test_a_sweep_in_a_few_lines(sweep):
+    assert dict(sweep_summary(sweep)) == {
+        "cells": "6",
+        "first of the scenario": "a, b",
+        "load of the scenario": "10 mN to 30 mN",
+        "drift": "1 nm to 5 nm, 1 missing",
+        "failed": "1 cell; the first: µ",
+    }
+
+
+def swung(amplitudes, **options):
+    swings = [hs.TangentialDisplacement(1.0 + i, (-1) ** i * u) for i, u in enumerate(amplitudes)]
+    return hs.loops(hs.replay(BALL, [hs.NormalLoad(0.0, 0.1), *swings], substeps=100), **options)
+
+
+def test_the_lines_of_loops_are_their_means():
+    found = swung([1e-7] * 8)
+    lines = dict(loop_summary(found.to_dataset()))
+    assert lines["loops"] == "3"
+    for row in found.rows()[1:]:
+        if row[0] in lines and row[0] != "loops":
+            assert lines[row[0]] == row[3]
+    assert lines["friction coefficient"] == "0.2 ± 0"
+    assert lines["content"] == "friction loops"
+    unknown = found.to_dataset()
+    unknown["tangential_stiffness"][:] = np.nan
+    assert dict(loop_summary(unknown))["stiffness at reversal"] == "–"
+
+
+def test_small_loops_do_not_count_in_means():
+    """As in the loops themselves."""
+    found = swung([1e-7] * 4 + [1e-8] * 4, dead_band=1e-9)
+    lines = dict(loop_summary(found.to_dataset()))
+    assert lines["loops"] == f"{len(found)}, of which {found.large.sum()} are large enough for the means below"
+    assert lines["friction force"] == found.text("friction_force", "N")
+    assert lines["energy per loop"] == found.text("dissipated_energy", "J")
