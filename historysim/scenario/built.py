@@ -2,25 +2,40 @@
 
 import math
 from collections.abc import Sequence
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
+from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.scenario.schema import reported
-from historysim.scenario.sections import Sections
+from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.laws import FrictionLaw
+    from historysim.loads.schedule import Cursor
     from historysim.replaying import Replay
     from historysim.surfaces.summits import Summits
+
+
+WALKED_AT_ONCE = 256
+"""Event times that are walked before it is looked at the clock."""
+
+
+class _EndedError(Exception):
+    """The time for a walk is over."""
+
+    def __init__(self, time: float) -> None:
+        super().__init__(time)
+        self.time = time
 
 
 @attrs.frozen
@@ -33,7 +48,7 @@ class BuiltScenario:
     surface: BuiltSurface
     """As it is loaded."""
     ensemble: "Ensemble"
-    events: list[Event]
+    events: Sequence[Event] = attrs.field(converter=as_events)
     """In time order; each fits the number of asperities."""
 
     @property
@@ -48,8 +63,38 @@ class BuiltScenario:
             substeps=loading.substeps,
             saturate=loading.saturate,
             record=record,
-            instrument=self.sections.instrument_in_series,
+            instrument=self.sections.instrument,
         )
+
+    def walk(self, seconds: float) -> float | None:
+        """Walk the loads without recording anything, for as long as that takes or is allowed.
+
+        Returns
+        -------
+        float or None
+            The time of the last event that was reached [s], where that was not all of them.
+
+        Raises
+        ------
+        LoadError, InputError
+            See `Replay`.
+        """
+        from historysim.recording.recorder import StateOnly
+
+        end = monotonic() + seconds
+
+        def look(cursor: "Cursor", _: object) -> None:
+            if monotonic() > end and cursor.events < len(self.events):
+                raise _EndedError(cursor.time)
+
+        job = attrs.evolve(self.replay, substeps=1, record="totals")
+        # where asperities evolve an event may take a second
+        rows = WALKED_AT_ONCE if job.changes.steady else 1
+        try:
+            job.walk(job.recorder(StateOnly), most_rows=rows, after=look)
+        except _EndedError as ended:
+            return ended.time
+        return None
 
     def adhering(self) -> "AdheringAsperities | None":
         """Return how adhesive the asperities are where they are pressed most.
@@ -58,13 +103,13 @@ class BuiltScenario:
 
         Raises InputError: an ``[adhesion]`` that cannot be used; the message names the field.
         """
+        adhesion = self.sections.adhesion
+        if adhesion is None:
+            return None
         from historysim.asperities.adhering import adhering_asperities
         from historysim.recording.recorder import largest_approach
 
-        adhesion = self.sections.adhesion
         with reported(self.name), at("adhesion"):
-            if adhesion is None:
-                return None
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -75,23 +120,24 @@ class BuiltScenario:
 
 
 def build(
-    sections: Sections, name: str, surface: BuiltSurface, events: list[Event], tell: Teller = silent
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
 ) -> BuiltScenario:
     """Build a scenario from its sections, the surface as it comes, and its events.
 
     Raises InputError: what cannot be used, or an event that does not fit the number of asperities; the message names
     file and field.
     """
-    surface = as_loaded(sections, name, surface, events, tell)
+    events = as_events(events)
+    surface = as_loaded(sections, name, surface, events, notify)
     ensemble = ensemble_on(sections, name, surface)
-    for event in events:
-        if problem := event.misfit(len(ensemble)):
+    for event in events if loads_of(events) is None else ():
+        if problem := event.problem(len(ensemble)):
             raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
 def as_loaded(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], tell: Teller = silent
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
 ) -> BuiltSurface:
     """Return a surface with what depends on the largest load; what is to be known of that is told.
 
@@ -103,8 +149,8 @@ def as_loaded(
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
     modulus = sections.materials.pair().contact_modulus
-    largest_load = max([0.0, *(event.value for event in events if isinstance(event, NormalLoad))]) / modulus
-    largest_approach = max([0.0, *(event.value for event in events if isinstance(event, NormalDisplacement))])
+    largest_load = max([0.0, *values_of(events, NormalLoad)]) / modulus
+    largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
         surface = attrs.evolve(surface, summits=_on_ball(surface, largest_load, largest_approach))
     if not surface.interacts or surface.surface is None:
@@ -113,10 +159,10 @@ def as_loaded(
 
     with reported(name), at("surface", "interaction"):
         solutions = NormalSolutions.of(
-            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, tell=tell
+            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, notify=notify
         )
     for notice in solutions.notices:
-        tell(f"{name}: {notice}")
+        notify(f"{name}: {notice}")
     return attrs.evolve(surface, solutions=solutions)
 
 
@@ -138,14 +184,16 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             _check_steady(sections)
         if surface.curve is not None:
             with at("surface"):
-                curve = surface.curve
-                ensemble = Ensemble.from_normal_curves(pair, curve.approach, curve.load, curve.area, coefficients)
+                ensemble = Ensemble.from_normal_curves(pair, *surface.curve, coefficients)
         elif surface.solutions is not None:
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                wear = sections.wear.of if sections.wear else None
-                evolving = {"wear": wear, "follow_sliding": sections.record.sliding, "yielding": surface.yielding}
+                evolving = {
+                    "wear": sections.wear,
+                    "follow_sliding": sections.record.sliding,
+                    "yielding": surface.yielding,
+                }
                 ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
         _check_record(sections.record.asperities, len(ensemble))
     return ensemble
@@ -160,7 +208,7 @@ def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, 
             else "missing; expected [friction] with a coefficient, or surface.columns.friction"
         )
         raise misfit(problem, "friction")
-    return friction.friction if friction else None
+    return friction.coefficient if isinstance(friction, Coefficients) else friction
 
 
 def _check_steady(sections: Sections) -> None:
@@ -168,7 +216,7 @@ def _check_steady(sections: Sections) -> None:
     asked = {
         ("wear",): sections.wear is not None,
         ("record", "sliding"): sections.record.sliding,
-        ("friction", "law"): sections.friction is not None and sections.friction.law is not None,
+        ("friction", "law"): not isinstance(sections.friction, Coefficients | None),
     }
     for place, is_asked in asked.items():
         if is_asked:

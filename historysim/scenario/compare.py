@@ -9,8 +9,7 @@ from historysim.scenario.schema import reported
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
-    from historysim.measured.comparison import Comparison
-    from historysim.measured.observation import Observation
+    from historysim.measured.comparison import Comparison, Observation
 
 
 def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
@@ -42,8 +41,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     >>> print(f"{np.sqrt(np.mean(comparison.difference ** 2)) * 1e6:.0f} µN")
     171 µN
     """
-    from historysim.measured.comparison import Comparison
-    from historysim.measured.observation import observe, passed
+    from historysim.measured.comparison import Comparison, observe, passed
 
     scenario = as_scenario(scenario)
     scenario.check_steady_friction()

@@ -1,43 +1,30 @@
-"""From a TOML file to the sections of a scenario."""
+"""From a TOML file, with values in place of some of its own, to the sections of a scenario."""
 
+import inspect
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, partial
-from operator import eq
 from pathlib import Path
 from typing import Any
 
+import attrs
 from cattrs import Converter
 
-from historysim.basics.file_kinds import told_kind
-from historysim.basics.files import what_is_there
+from historysim.basics.files import kind_text, what_is_there
 from historysim.basics.limits import at_most, most
+from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
-from historysim.scenario.friction_course_section import AnyCourse, course_from_toml
-from historysim.scenario.law_sections import (
-    FrictionSection,
-    WearSection,
-    YieldingSection,
-    friction_from_toml,
-    wear_from_toml,
-    yielding_from_toml,
-)
-from historysim.scenario.loading_kinds import Loading, channel_hooks, loading_from_toml, waypoint_hooks
-from historysim.scenario.overriding import text_with_values, with_values
-from historysim.scenario.picture_kinds import Pictures, pictures_from_toml
-from historysim.scenario.schema import schema_converter, table, text
-from historysim.scenario.sections import RECORDS, MaterialEntry, MaterialTable, Sections
-from historysim.scenario.surface_kinds import (
-    HeightMap,
-    SurfaceKind,
-    channel_from_toml,
-    map_from_toml,
-    prune_from_toml,
-    surface_from_toml,
-)
+from historysim.scenario.grid import text_with_values, with_values
+from historysim.scenario.loading_kinds import Loading, loading_from_toml
+from historysim.scenario.schema import kind_from_toml, schema_converter, table
+from historysim.scenario.sections import RECORDS, MaterialEntry, Pictures, Sections, material_from_toml
+from historysim.scenario.surface_kinds import CHANGES, SURFACES, SurfaceKind
+
+DEEPEST = 20
+"""Sums within sums that are followed."""
 
 
 def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[str, Sections]:
@@ -106,30 +93,58 @@ def sections_of(document: Mapping[str, Any]) -> Sections:
 @cache
 def _converter() -> Converter:
     converter = schema_converter()
-    for kind, hook in (
-        (MaterialEntry | None, _material_entry),
-        (SurfaceKind, surface_from_toml),
-        (HeightMap, map_from_toml),
-        (int | str | None, channel_from_toml),
-        (bool | float | None, prune_from_toml),
-        (FrictionSection, friction_from_toml),
-        (WearSection, wear_from_toml),
-        (YieldingSection, yielding_from_toml),
-        (Loading, loading_from_toml),
-        (AnyCourse | None, course_from_toml),
-        (str | tuple[int, ...], _record),
-        (dict[str, Any], lambda _, value, __: table(value)),
-        (Pictures, pictures_from_toml),
+    for fits, hook in (
+        (_is_base, _surface_from_toml),
+        (lambda kind: kind == MaterialEntry, material_from_toml),
+        (lambda kind: kind is Loading, loading_from_toml),
+        (lambda kind: kind == (str | tuple[int, ...]), _record),
+        (lambda kind: kind == Pictures, _pictures_from_toml),
     ):
-        converter.register_structure_hook_func(partial(eq, kind), partial(hook, converter))
+        converter.register_structure_hook_func(fits, partial(hook, converter))
     column_hooks(converter)
-    channel_hooks(converter)
-    waypoint_hooks(converter)
     return converter
 
 
-def _material_entry(converter: Converter, value: object, _: object) -> MaterialEntry:
-    return converter.structure(value, MaterialTable) if isinstance(value, dict) else text(value)
+def _is_base(kind: object) -> bool:
+    """Return whether a type stands for several kinds of surface, one of which a table names."""
+    return isinstance(kind, type) and issubclass(kind, SurfaceKind) and inspect.isabstract(kind)
+
+
+def _surface_from_toml(converter: Converter, value: object, base: Any) -> SurfaceKind:  # noqa: ANN401 - a class
+    """Return the surface of a table, of which ``kind`` names the class, among the subclasses of another.
+
+    Raises InputError: an unknown kind, keys that do not fit it, or sums within sums without end.
+    """
+    entry = dict(table(value))
+    if base is not SurfaceKind:
+        for key in {"rule", "prune", "ball_radius"} & entry.keys():
+            raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
+        part: SurfaceKind = kind_from_toml(converter, entry, SURFACES, among=base)
+        return part
+    level, depth = _parts(value), 0
+    while level:
+        level, depth = [part for each in level for part in _parts(each)], depth + 1
+        if depth > DEEPEST:
+            raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
+    keys = {key: entry.pop(key) for key in CHANGES if key in entry}
+    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
+    if not keys:
+        return surface
+    from historysim.scenario.surface_kinds.changes import changed
+
+    return changed(surface, keys, converter)
+
+
+def _parts(entry: object) -> list[object]:
+    """Return the two surfaces of what may be a sum."""
+    return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
+
+
+def _pictures_from_toml(converter: Converter, value: object, kind: object) -> Pictures:
+    # what draws them is not imported where none is asked for
+    from historysim.scenario.picture_section import pictures_from_toml
+
+    return pictures_from_toml(converter, value, kind)
 
 
 def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:
@@ -157,7 +172,40 @@ def _source(path: Path) -> str:
     except UnicodeDecodeError as error:
         came = f"is not UTF-8 text ({error.reason} at byte {error.start})"
         if path.suffix != ".toml":
-            came = told_kind(path) or came
+            came = kind_text(path) or came
         raise InputError(f"{came}; {expected}") from error
     except ValueError as error:
         raise InputError(f"cannot be a path: {error}") from error
+
+
+def files_of(section: Any, folder: Path) -> Iterator[Path]:  # noqa: ANN401 - a section, or what TOML holds
+    """Yield the files that a section of a scenario names, or its document, in it and in what stands within it.
+
+    Parameters
+    ----------
+    section : object
+        A section, or tables and arrays of TOML.
+    folder : Path
+        Where the scenario stands, to which paths are relative.
+    """
+    within: Iterable[tuple[Any, Any]] = ()
+    if attrs.has(type(section)):
+        within = attrs.asdict(section, recurse=False).items()
+    elif isinstance(section, Mapping):
+        within = section.items()
+    elif isinstance(section, tuple | list):
+        within = enumerate(section)
+    for key, value in within:
+        # a sweep names keys with dots
+        if isinstance(key, str) and key.rpartition(".")[2] == "file" and value is not None:
+            yield from (folder / name for name in _names(value))
+        elif not isinstance(value, str | int | float):
+            yield from files_of(value, folder)
+
+
+def _names(value: object) -> Iterator[str]:
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, tuple | list):
+        for each in value:
+            yield from _names(each)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
 from historysim.basics.display import html_table
 from historysim.basics.files import replacing
@@ -23,12 +23,11 @@ from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
-from historysim.scenario.surface_kinds import ChangedSurface
 
 if TYPE_CHECKING:
     from historysim.measured.comparison import Comparison
     from historysim.measured.fitting import Parameter, ParameterFit
-    from historysim.results.plots.paper import Drawn, Place
+    from historysim.results.plots.canvas import Drawn, Place
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
@@ -59,15 +58,20 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
             pair = MaterialPair.from_moduli(
                 contact_modulus=pair.contact_modulus, shear_modulus=values["shear_modulus"], **pair.limits
             )
-        return (
-            Ensemble(
+        if ensemble.curves is not None:
+            friction = values.get("friction", float(ensemble.friction[0]))
+            top, tolerance = ensemble.highest_summit, ensemble.tolerance
+            changed: Ensemble = Patches(pair, ensemble.curves, friction, highest_summit=top, tolerance=tolerance)
+        else:
+            changed = Ensemble(
                 pair,
                 mean + values.get("height_scale", 1.0) * (height - mean),
                 ensemble.summit_radius,
                 values.get("friction", ensemble.friction),
                 tolerance=ensemble.tolerance,
-                curves=ensemble.curves,
-            ),
+            )
+        return (
+            changed,
             attrs.evolve(instrument, lateral_stiffness=values.get("lateral_stiffness", instrument.lateral_stiffness)),
         )
 
@@ -180,9 +184,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     LoadError
         A normal load that the contact cannot carry.
     """
-    from historysim.measured.comparison import Comparison
+    from historysim.measured.comparison import Comparison, observe
     from historysim.measured.fitting import fit_parameters
-    from historysim.measured.observation import observe
 
     scenario = as_scenario(scenario)
     scenario.check_steady_friction()
@@ -196,8 +199,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             load_noise=section.load_noise,
         )
         # how many walks it takes is not known before
-        with progress_bar(progress, " walks", desc="fitting", delay=2) as walked:
-            estimates = fit_parameters(model, start, observation, walked=walked)
+        with progress_bar(progress, " walks", desc="fitting", delay=2) as notify:
+            estimates = fit_parameters(model, start, observation, notify=notify)
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
     return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness))
@@ -215,7 +218,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
             surface = scenario.sections.surface
-            scale = surface.height_scale if isinstance(surface, ChangedSurface) else None
+            scale = getattr(surface, "height_scale", None)
             _put(document["surface"], "height_scale", parameter, scale or 1.0)
         else:
             _put_moduli(document, scenario, parameter)
@@ -265,9 +268,7 @@ def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> N
 
 @figure_of.register(Fit)
 def _figure(fit: Fit, *, place: "Place", **_: object) -> "Drawn":
-    from historysim.results.plots.measured_and_model import plot_comparison
-
-    return plot_comparison(fit.comparison, fit.scenario.title, **place)
+    return figure_of(fit.comparison, title=fit.scenario.title, place=place)
 
 
 @page_of.register(Fit)

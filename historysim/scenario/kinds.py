@@ -18,12 +18,12 @@ def registries() -> Mapping[str, Registry[Any]]:
     from historysim.results.plots.pictures import PICTURES
     from historysim.results.result_files import FILES
     from historysim.scenario.loading_kinds import LOADINGS
-    from historysim.scenario.picture_kinds import Pictures  # noqa: F401 - registers those of scenarios
     from historysim.scenario.surface_kinds import SURFACES
+    from historysim.surfaces.preparation import PREPARATIONS
     from historysim.surfaces.reading import read_surface  # noqa: F401 - registers those of height maps
     from historysim.tables.readers import READERS
 
-    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, LOADINGS, READERS, FILES, PICTURES)
+    every = (LAWS, WEAR_LAWS, YIELDING_LAWS, EVENTS, SURFACES, PREPARATIONS, LOADINGS, READERS, FILES, PICTURES)
     return {each.group.rpartition(".")[2]: each for each in every}
 
 

@@ -1,31 +1,33 @@
-"""Loops, or friction over time, of whatever has some: a history, a measurement, a scenario, or their files."""
+"""Find loops, or sliding friction, in a history, a measurement, a scenario, or a file of them."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import singledispatch
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
+
+import attrs
+import xarray as xr
 
 from historysim.basics.places import at
 from historysim.errors import InputError
+from historysim.measured.measurement import Measurement
+from historysim.results.result_files import kind_of, open_result
 from historysim.scenario.scenario import Scenario, load
-from historysim.scenario.schema import reported
+from historysim.scenario.schema import given, reported
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    import xarray as xr
-
-    from historysim.measured.definitions import Definitions
+    from historysim.measured.branches import Definitions
     from historysim.measured.loops import Loops
-    from historysim.measured.measurement import Measurement
     from historysim.measured.sliding import Over, Sliding
 
-    Record = xr.Dataset | Measurement | Scenario | str | Path
-
-Evaluated = TypeVar("Evaluated")
+Record = xr.Dataset | Measurement | Scenario | str | Path
+Opened = Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]
 
 
 def loops(
-    record: "Record",
+    record: Record,
     *,
     dead_band: float | None = None,
     skip: int = 0,
@@ -61,8 +63,9 @@ def loops(
     >>> len(loops)
     8
     """
-    from historysim.measured.definitions import DEFAULT
-    from historysim.measured.splitting import loops_of_history, loops_of_measurement
+    from historysim.asperities.instrument import RIGID
+    from historysim.measured.branches import DEFAULT
+    from historysim.measured.loops import loops_of_history, loops_of_measurement
 
     options: dict[str, Any] = {
         "dead_band": dead_band,
@@ -71,10 +74,12 @@ def loops(
         "definitions": DEFAULT if definitions is None else definitions,
     }
 
-    def of_measurement(measurement: "Measurement", lateral_stiffness: float) -> "Loops":
-        return loops_of_measurement(measurement, lateral_stiffness=lateral_stiffness, **options)
-
-    return _evaluated(record, lambda history: loops_of_history(history, **options), of_measurement)
+    with _opened(record) as (channels, scenario):
+        if isinstance(channels, xr.Dataset):
+            return loops_of_history(channels, **options)
+        stiffness = RIGID.lateral_stiffness if scenario is None else scenario.instrument.lateral_stiffness
+        found = loops_of_measurement(channels, lateral_stiffness=stiffness, **options)
+        return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 
 
 def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) -> "Sliding":
@@ -102,53 +107,67 @@ def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) 
     """
     from historysim.measured.sliding import sliding_of_history, sliding_of_measurement
 
-    def of_measurement(measurement: "Measurement", _: float) -> "Sliding":
-        return sliding_of_measurement(measurement, over=over, windows=windows)
+    with _opened(record) as (channels, _):
+        if isinstance(channels, xr.Dataset):
+            return sliding_of_history(channels, over=over, windows=windows)
+        return sliding_of_measurement(channels, over=over, windows=windows)
 
-    return _evaluated(record, lambda history: sliding_of_history(history, over=over, windows=windows), of_measurement)
 
-
-def _evaluated(
-    record: "Record",
-    of_history: "Callable[[xr.Dataset], Evaluated]",
-    of_measurement: "Callable[[Measurement, float], Evaluated]",
-) -> Evaluated:
-    """Return what is read off a record, whatever it is; a measurement comes with the stiffness in series [N/m]."""
-    import xarray as xr
-
-    from historysim.asperities.instrument import RIGID
-    from historysim.measured.measurement import Measurement
-    from historysim.results.result_files import kind_of, open_result
-
-    if isinstance(record, str | Path):
-        path = Path(record)
-        match kind_of(path):
-            case "result":
-                with open_result(path) as history:
-                    return of_history(history)
-            case "scenario":
-                record = load(path)
-            case "log":
-                raise InputError(
-                    f"{path}: is the log of a run; expected its result, which historysim run {path} makes again, or a "
-                    "scenario (.toml)"
-                )
-            case _:
-                raise InputError(
-                    f"{path}: is no scenario (.toml) and no result of historysim run; expected one of them"
-                )
-    if isinstance(record, Scenario):
-        measurement = record.measurement()
-        with reported(record.path.name), at("loading"):
-            return of_measurement(measurement, record.instrument.lateral_stiffness)
-    if isinstance(record, Measurement):
-        return of_measurement(record, RIGID.lateral_stiffness)
-    if isinstance(record, xr.Dataset):
-        return of_history(record)
+@singledispatch
+def _opened(record: object) -> AbstractContextManager[tuple[xr.Dataset | Measurement, Scenario | None]]:
+    """Give a history or a measurement by the kind of record, and the scenario of a measurement."""
     raise InputError(
         f"{record!r}: cannot be evaluated; expected a history (Dataset), a Measurement, a Scenario, or the path of a "
         "scenario or a result"
     )
+
+
+@_opened.register(xr.Dataset)
+@_opened.register(Measurement)
+@contextmanager
+def _(record: xr.Dataset | Measurement) -> Opened:
+    yield record, None
+
+
+@_opened.register(Scenario)
+@contextmanager
+def _(record: Scenario) -> Opened:
+    measurement = record.measurement()
+    with reported(record.path.name), at("loading"):
+        yield measurement, record
+
+
+@_opened.register(str)
+@_opened.register(Path)
+@contextmanager
+def _(record: str | Path) -> Opened:
+    path = Path(record)
+    match kind_of(path):
+        case "result":
+            with open_result(path) as history:
+                yield history, None
+        case "scenario":
+            with _opened(load(path)) as opened:
+                yield opened
+        case "log":
+            raise InputError(
+                f"{path}: is the log of a run; expected its result, which historysim run {path} makes again, or a "
+                "scenario (.toml)"
+            )
+        case _:
+            raise InputError(f"{path}: is no scenario (.toml) and no result of historysim run; expected one of them")
+
+
+def _question(scenario: Scenario) -> str:
+    """Return the question whether the right columns were read, which names them."""
+    loading = scenario.measured_loading()
+    channels = {**given(loading.columns), **given(loading.response)}
+    used = [
+        f"{name} = {' and '.join(repr(source.column) for source in channels[name].sources)}"
+        for name in ("tangential_load", "tangential_displacement")
+        if name in channels
+    ]
+    return f"are the columns right, {' and '.join(used)}? historysim columns {loading.files[0]} shows what there is"
 
 
 def find_loops(*args: Any, **options: Any) -> "Loops":  # noqa: ANN401 - what `loops` takes

@@ -3,12 +3,12 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.processors import threads_of
 from historysim.basics.targets import check_outputs
 from historysim.errors import InputError
 from historysim.log.result import digest_attribute, write_result
-from historysim.recording.compression import check_compression
+from historysim.recording.netcdf import check_compression
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sources import Source, source_of
 
@@ -26,9 +26,9 @@ def run(  # noqa: PLR0913 - the options of the command
     compression: str = "none",
     threads: int | None = None,
     force: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> "xr.Dataset":
-    """Replay a scenario, or what an earlier run has left: its log, or its result.
+    """Run a scenario, a log or a result.
 
     Parameters
     ----------
@@ -53,8 +53,8 @@ def run(  # noqa: PLR0913 - the options of the command
         is the same, bit for bit.
     force : bool
         Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
-    tell : callable, optional
-        Takes notices for the user, such as which snapshot is passed over.
+    notify : callable, optional
+        Called with each warning or notice (str), such as which snapshot is not used.
 
     Returns
     -------
@@ -80,9 +80,11 @@ def run(  # noqa: PLR0913 - the options of the command
     if output is None:
         _check_interval(snapshot_every)
         check_compression(compression)
-        header, events, link = source_of(path).content(tell)
+        source = source_of(path)
+        header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
-        return header.replay(events, threads_of(threads)).dataset(attributes=attributes, progress=progress)
+        with source.placed():
+            return header.replay(events, threads_of(threads)).dataset(attributes=attributes, progress=progress)
     write(
         path,
         output,
@@ -92,7 +94,7 @@ def run(  # noqa: PLR0913 - the options of the command
         compression=compression,
         threads=threads,
         force=force,
-        tell=tell,
+        notify=notify,
     )
     import xarray as xr
 
@@ -109,7 +111,7 @@ def write(  # noqa: PLR0913 - as `run`
     compression: str = "none",
     threads: int | None = None,
     force: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> None:
     """Replay a scenario, or the log of an earlier run, into a file, without opening it; all as for `run`."""
     _check_interval(snapshot_every)
@@ -117,7 +119,7 @@ def write(  # noqa: PLR0913 - as `run`
     threads = threads_of(threads)
     output, source = Path(output), source_of(path)
     check_outputs(source.outputs(output), source.files, force=force)
-    with source.log(output, resume=resume, tell=tell) as file:
+    with source.log(output, resume=resume, notify=notify) as file, source.placed():
         write_result(
             file,
             output,
@@ -126,7 +128,7 @@ def write(  # noqa: PLR0913 - as `run`
             snapshot_every=snapshot_every,
             compression=compression,
             threads=threads,
-            tell=tell,
+            notify=notify,
         )
 
 

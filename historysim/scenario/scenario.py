@@ -7,7 +7,8 @@ build the same objects that a program would: an ``Ensemble`` and a list of event
 import functools
 import logging
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,24 +18,22 @@ import attrs
 from historysim.asperities.instrument import Instrument
 from historysim.basics.display import html_table
 from historysim.basics.limits import at_most, most
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
-from historysim.errors import InputError
+from historysim.errors import InputError, LoadError
 from historysim.loads.events import Event
-from historysim.recording import named_states
-from historysim.scenario.built import BuiltScenario, build, ensemble_on
-from historysim.scenario.document import parsed, read_sections, sections_of
-from historysim.scenario.input_files import files_of
-from historysim.scenario.loading_kinds import MeasuredLoading
-from historysim.scenario.overriding import with_values
+from historysim.scenario.document import files_of, parsed, read_sections, sections_of
+from historysim.scenario.grid import with_values
 from historysim.scenario.schema import given, reported
 from historysim.scenario.sections import Sections
-from historysim.scenario.surface_kinds import BuiltSurface, ChangedSurface, HeightMap
+from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
+    from historysim.scenario.built import BuiltScenario
+    from historysim.scenario.loading_kinds.assembly import MeasuredLoading
 
 logger = logging.getLogger(__name__)
 
@@ -90,13 +89,15 @@ class Scenario:
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact, rigid where none is named."""
-        return self.sections.instrument_in_series
+        return self.sections.instrument
 
     @property
     def metadata(self) -> dict[str, str]:
         """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
+        from historysim.recording.provenance import named_states_attribute
+
         foreign = {"packages": ", ".join(self.packages)} if self.packages else {}
-        return self.sections.metadata.attributes() | named_states.written(self.sections.loading.names) | foreign
+        return self.sections.metadata.attributes() | named_states_attribute(self.sections.loading.names) | foreign
 
     @property
     def packages(self) -> tuple[str, ...]:
@@ -133,18 +134,11 @@ class Scenario:
         InputError
             A surface that cannot be used; the message names file and field.
         """
-        # numpy would make the start of each command longer
-        from historysim.basics.arguments import workable
-
         with reported(self.path.name), at("surface"):
             built = self.sections.surface.build(self.path.parent)
             if built.passes is not None:
-                friction = self.sections.friction
-                coefficient = None if friction is None else getattr(friction.of, "coefficient", None)
+                coefficient = getattr(self.sections.friction, "coefficient", None)
                 built = built.passes.done(built, self.sections.materials.pair(), coefficient)
-            if built.summits is not None:
-                workable("the radius of a summit", built.summits.radius)
-                workable("the height of a summit", built.summits.height)
             return built
 
     def unprepared_surface(self) -> BuiltSurface | None:
@@ -155,18 +149,16 @@ class Scenario:
         InputError
             As for `surface`.
         """
-        kind = self.sections.surface
-        kind = kind.of if isinstance(kind, ChangedSurface) else kind
-        plain = kind.unprepared() if isinstance(kind, HeightMap) else None
+        plain = self.sections.surface.unprepared()
         with reported(self.path.name), at("surface"):
             return plain.build(self.path.parent) if plain else None
 
-    def build(self, tell: Teller = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
+    def build(self, notify: Notify = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
         """Check the scenario and build what it describes: surface, ensemble and events.
 
         Parameters
         ----------
-        tell : callable, optional
+        notify : callable, optional
             Takes what is to be known of how the surface was made, unless it is given, and of how a file was read.
         surface : BuiltSurface, optional
             What `surface` gives, where it is made already.
@@ -179,10 +171,12 @@ class Scenario:
         if surface is None:
             surface = self.surface()
             for notice in surface.notices:
-                tell(f"{self.path.name}: {notice}")
-        events = self.events(tell)
+                notify(f"{self.path.name}: {notice}")
+        events = self.events(notify)
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
-        return build(self.sections, self.path.name, surface, events, tell)
+        from historysim.scenario.built import build
+
+        return build(self.sections, self.path.name, surface, events, notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -196,13 +190,15 @@ class Scenario:
         # events may come from a large file, and few surfaces depend on them
         if surface.interacts or surface.ball_radius:
             return self.build(surface=surface).ensemble
+        from historysim.scenario.built import ensemble_on
+
         return ensemble_on(self.sections, self.path.name, surface)
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""
         return self.build().replay
 
-    def events(self, tell: Teller = silent) -> list[Event]:
+    def events(self, notify: Notify = silent) -> Sequence[Event]:
         """Return the events, in time order; what is to be known of how a file was read is told.
 
         Raises
@@ -211,18 +207,40 @@ class Scenario:
             Loads that cannot be used; the message names file and field, or line and column.
         """
         with reported(self.path.name):
-            events = self.sections.loading.events(self.path.parent, tell)
+            events = self.sections.loading.events(self.path.parent, notify)
             if not events:
                 raise misfit("no waypoints; expected one or more", "loading")
-            friction = self.sections.friction
-            if friction is not None and friction.course is not None:
+            if self.sections.course is not None:
                 with at("friction", "course"):
-                    events = friction.course.course(self.path.parent).along(events)
+                    events = self.sections.course.course(self.path.parent).along(events)
             steps = len(events) * self.substeps
             if steps > most("STEPS"):
                 problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"
                 raise misfit(problem, "loading", "substeps")
         return events
+
+    @contextmanager
+    def placed(self) -> Iterator[None]:
+        """Say of an event that cannot be carried out where it stands in the file: at a waypoint, or in which line."""
+        try:
+            yield
+        except (LoadError, InputError) as error:
+            if error.event is None:
+                raise
+            place = "loading"
+            # a file that has changed since the run began
+            with suppress(InputError, OSError, IndexError):
+                place = self._place(error.event)
+            raise type(error)(f"{self.path.name}: {place}: {error}") from error
+
+    def _place(self, index: int) -> str:
+        if self.sections.course is not None:
+            # all changes of friction are of the course
+            events = self.events()
+            if events[index].changes_friction:
+                return "friction.course"
+            index -= sum(event.changes_friction for event in events[:index])
+        return self.sections.loading.place(self.path.parent, index)
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -238,7 +256,13 @@ class Scenario:
         InputError
             A scenario whose loading is not measured.
         """
-        return tuple(self.path.parent / file for file in self._measured_loading().files)
+        return tuple(self.path.parent / file for file in self.measured_loading().files)
+
+    def picture_data(self, kind: str) -> object:
+        """Return what a picture of the scenario is drawn of, by the name of the picture."""
+        from historysim.scenario.picture_section import picture_data
+
+        return picture_data(self, kind)
 
     def measurement(self) -> "Measurement":
         """Return what was measured, from the file that the scenario replays.
@@ -248,15 +272,15 @@ class Scenario:
         InputError
             A scenario whose loading is not measured, or a file that cannot be used.
         """
-        loading = self._measured_loading()
+        loading = self.measured_loading()
         with reported(self.path.name):
             return loading.measurement(self.path.parent)
 
     @property
     def run(self) -> int | str | None:
         """Which run of its file is read, or ``"each"``; None where that is not said."""
-        loading = self.sections.loading
-        return loading.run if isinstance(loading, MeasuredLoading) else None
+        run: int | str | None = getattr(self.sections.loading, "run", None)
+        return run
 
     def runs(self) -> "list[Scenario]":
         """Return a scenario for each run of its file; itself alone, unless ``loading.run`` is ``"each"``.
@@ -267,9 +291,9 @@ class Scenario:
             A scenario whose loading is not measured, or a file that cannot be used.
         """
         from historysim.scenario.loading_kinds.assembly import runs_of
-        from historysim.scenario.loading_kinds.channels import EACH
+        from historysim.scenario.loading_kinds.measured import EACH
 
-        loading = self._measured_loading()
+        loading = self.measured_loading()
         if loading.run != EACH:
             return [self]
         with reported(self.path.name), at("loading"):
@@ -288,18 +312,20 @@ class Scenario:
             It has one.
         """
         with reported(self.path.name):
-            if self.sections.friction is not None and self.sections.friction.course is not None:
+            if self.sections.course is not None:
                 problem = (
                     "a record is compared with, and fitted by, one coefficient throughout; expected none, or run it"
                 )
                 raise misfit(problem, "friction", "course")
 
-    def _measured_loading(self) -> MeasuredLoading:
-        loading = self.sections.loading
+    def measured_loading(self) -> "MeasuredLoading":
+        """Return the loading that is measured; another is an InputError."""
+        loading: Any = self.sections.loading
         with reported(self.path.name):
-            if not isinstance(loading, MeasuredLoading):
+            if loading.kind != "file":
                 raise misfit("is written out; expected a measured file", "loading")
-        return loading
+        measured: MeasuredLoading = loading
+        return measured
 
 
 @functools.lru_cache(maxsize=1)
@@ -374,8 +400,9 @@ def _packages(section: attrs.AttrsInstance) -> Iterator[str]:
     if registry is not None and (provider := registry.provider(type(section))) is not None:
         yield str(provider)
     for value in attrs.asdict(section, recurse=False).values():
-        if attrs.has(type(value)):
-            yield from _packages(value)
+        for each in value.values() if isinstance(value, dict) else (value,):
+            if attrs.has(type(each)):
+                yield from _packages(each)
 
 
 def _seeds(section: Any) -> list[int]:  # noqa: ANN401 - a section of any kind

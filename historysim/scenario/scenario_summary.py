@@ -4,18 +4,20 @@ import numpy as np
 
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
-from historysim.recording import recorded_validity
+from historysim.recording.provenance import validity_findings
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sections import SweepSection
 from historysim.scenario.surface_kinds import BuiltSurface
 
 
-def summary(scenario: Scenario) -> list[tuple[str, str]]:
+def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     """Return what a scenario asks for, in a few lines; it is checked on the way.
 
     Parameters
     ----------
     scenario : Scenario
+    walk : float
+        Seconds for which its loads are walked; a line says how far, where that is not enough.
 
     Returns
     -------
@@ -29,11 +31,15 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
     ------
     InputError
         The scenario, or a file that it names, cannot be used as it is.
+    LoadError
+        Loads that were walked, and that the contact cannot carry.
     """
     surface = scenario.surface()
     notices = list(surface.notices)
     built = scenario.build(notices.append, surface)
     ensemble, events, contact = built.ensemble, built.events, built.adhering()
+    with scenario.placed():
+        reached = built.walk(walk) if walk else None
     recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
     before = scenario.unprepared_surface()
     return [
@@ -49,8 +55,18 @@ def summary(scenario: Scenario) -> list[tuple[str, str]]:
         *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(built.surface))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
-        *(("warning", finding.text) for finding in recorded_validity.findings(ensemble, events, scenario.instrument)),
+        *([("note", _walked_line(reached, walk))] if reached is not None else []),
+        *(("warning", finding.text) for finding in validity_findings(ensemble, events, scenario.instrument)),
     ]
+
+
+def _walked_line(reached: float, seconds: float) -> str:
+    from historysim.loads.event_sequence import time_text
+
+    return (
+        f"the loads were walked up to t = {time_text(reached)} within {seconds:g} s, and not beyond; the environment "
+        "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
+    )
 
 
 def _sweep_line(sweep: SweepSection) -> str:

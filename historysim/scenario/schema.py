@@ -4,10 +4,12 @@ A section of a scenario is an attrs class. Its fields are declared with the type
 say what unit a value has; the rest (unknown keys, missing keys, wrong types) follows from the class.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from types import UnionType
-from typing import Annotated, Any, TypeVar, get_args, get_origin
+from functools import cache
+from importlib import import_module
+from types import NoneType, UnionType
+from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin
 
 import attrs
 from cattrs import Converter
@@ -18,9 +20,10 @@ from cattrs.errors import (
     IterableValidationError,
     IterableValidationNote,
 )
-from cattrs.gen import make_dict_structure_fn
+from cattrs.gen import make_dict_structure_fn, override
 
-from historysim.basics.fields import Quantity
+from historysim.basics.fields import Quantity, unit_in
+from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.places import at, misfit
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, shown
@@ -49,10 +52,14 @@ def reported(source: str) -> Iterator[None]:
 def _number(value: object, unit: str) -> float:
     from historysim.basics.units import quantity
 
-    if not isinstance(value, int | float | str) or (isinstance(value, int) and value.bit_length() > 1000):
-        expected = "a number" if unit == "1" else f"a number in {unit}, or a text with a unit"
+    big = isinstance(value, int) and value.bit_length() > 1000
+    if isinstance(value, bool) or big or not isinstance(value, int | float | str):
+        expected = "a number" if unit == "1" else f"a number in {unit}, or a string with a unit"
         raise InputError(f"{shown(value)}; expected {expected}")
-    return quantity(value, unit)
+    number = quantity(value, unit)
+    if not is_workable(number):
+        raise InputError(f"{shown(value)}; expected {SIZE}, in SI")
+    return number
 
 
 def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
@@ -85,12 +92,111 @@ def _is_quantity(kind: object) -> bool:
 
 def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float, ...]]:
     plain, quantity = get_args(kind)
-    one_or_many = isinstance(plain, UnionType)
+    one_or_many = isinstance(plain, UnionType) or quantity.alone
 
     def structure(value: object, _: object) -> float | tuple[float, ...]:
-        if get_origin(plain) is tuple or (one_or_many and isinstance(value, list)):
+        if isinstance(value, list) if one_or_many else get_origin(plain) is tuple:
             return array_of(value, lambda item: _number(item, quantity.unit))
         return _number(value, quantity.unit)
+
+    return structure
+
+
+@attrs.frozen
+class KindOf:
+    """Marks a field whose table names its class: a kind of a registry, which is imported when a table says so.
+
+    Attributes
+    ----------
+    registry : str
+        As ``"module:NAME"``.
+    key : str
+        The key of the name.
+    alone : bool
+        Whether the name alone may stand for the table.
+    """
+
+    registry: str
+    key: str = "kind"
+    alone: bool = False
+
+
+AnyFrictionLaw = Annotated[Any, KindOf("historysim.asperities.laws:LAWS", "law")]
+AnyWearLaw = Annotated[Any, KindOf("historysim.asperities.wear:WEAR_LAWS", "law")]
+AnyYieldingLaw = Annotated[Any, KindOf("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
+
+
+def _is_kind_of(kind: object) -> bool:
+    return get_origin(kind) is Annotated and isinstance(get_args(kind)[1], KindOf)
+
+
+def _kind_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
+    of: KindOf = get_args(kind)[1]
+    module, _, name = of.registry.partition(":")
+
+    def structure(value: object, _: object) -> object:
+        kinds = getattr(import_module(module), name)
+        entry = {of.key: value} if of.alone and isinstance(value, str) else value
+        return kind_from_toml(converter, entry, kinds, of.key)
+
+    return structure
+
+
+@attrs.frozen
+class ColumnsOf:
+    """Validator of the columns of a file: which keys they need, and which they may have."""
+
+    needed: str
+    optional: str = ""
+
+    def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Mapping[str, object]) -> None:
+        """Check the keys."""
+        needed = self.needed.split()
+        known = [*needed, *self.optional.split()]
+        for key in value:
+            if key not in known:
+                raise misfit(f"unknown key; {nearest(key, known)}", attribute.name, key)
+        for key in needed:
+            if key not in value:
+                raise misfit("missing; expected a column", attribute.name, key)
+
+
+def _is_table(kind: object) -> bool:
+    return get_origin(kind) is dict
+
+
+def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, object], dict[str, object]]:
+    of = get_args(kind)[1]
+
+    def structure(value: object, _: object) -> dict[str, object]:
+        found = {}
+        for key, each in table(value).items():
+            with noted(key):
+                found[key] = each if of is Any else converter.structure(each, of)
+        return found
+
+    return structure
+
+
+_SCALARS = {bool: "true or false", int: "a whole number", float: "a number", str: "a string"}
+
+
+def _is_one_of_scalars(kind: object) -> bool:
+    members = set(get_args(kind)) - {NoneType}
+    return get_origin(kind) in {Union, UnionType} and len(members) > 1 and members <= _SCALARS.keys()
+
+
+def _scalar_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
+    members = set(get_args(kind)) - {NoneType}
+    number: Any = Annotated[float, Quantity("1")]
+
+    def structure(value: object, _: object) -> object:
+        of = float if type(value) is int and int not in members else type(value)
+        if of in members:
+            return converter.structure(value, number if of is float else of)
+        raise InputError(
+            f"{shown(value)}; expected {' or '.join(_SCALARS[each] for each in _SCALARS if each in members)}"
+        )
 
     return structure
 
@@ -102,6 +208,67 @@ def _is_array(kind: object) -> bool:
 def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
     of = get_args(kind)[0]
     return lambda value, _: array_of(value, lambda item: converter.structure(item, of))
+
+
+@contextmanager
+def noted(key: str) -> Iterator[None]:
+    """Note at an error raised inside that it belongs to a key, as cattrs does."""
+    try:
+        yield
+    except Exception as error:
+        error.add_note(AttributeValidationNote("", key, None))
+        raise
+
+
+def from_table(cls: Any, value: object, converter: Converter, *as_given: str) -> Any:  # noqa: ANN401 - a class, and one
+    """Return an instance of a class of a TOML table; some of its fields are taken as they are given."""
+    return _structure_of(cls, converter, as_given)(value, cls)
+
+
+@cache
+def _structure_of(cls: Hashable, converter: Converter, as_given: tuple[str, ...]) -> Callable[[object, object], object]:
+    plainly: dict[str, Any] = {name: override(struct_hook=lambda value, _: value) for name in as_given}
+    return table_hook(cast("Any", cls), converter, **plainly)
+
+
+def with_kinds(cls: Any, value: object, converter: Converter, *, in_turn: bool = False) -> Any:  # noqa: ANN401 - one
+    """Return an instance of a class of a table, whose further keys are names of kinds.
+
+    ``cls.by_kind`` says which field takes them, and of which registry they are. Of an event, or what else has a time
+    first, one value is a tuple of what it has beside it; a table is the event. With ``in_turn`` the value is an array.
+    """
+    field, kinds = cls.by_kind
+    entry, found = dict(table(value)), dict[str, Any]()
+    own = {each.name for each in attrs.fields(cls)} - {field}
+    for key in sorted(entry.keys() - own, key=[*kinds.own(), *entry].index):
+        if key == field:
+            raise misfit("unknown key", key)
+        if key in kinds:
+            with noted(key):
+                found[key] = _of_kind(kinds[key], entry.pop(key), converter, in_turn=in_turn)
+    return from_table(cls, {**entry, field: found}, converter, field)
+
+
+def type_of_one_value(kind: Any) -> tuple[Any, bool]:  # noqa: ANN401 - classes and their annotations
+    """Return the type of the one value that may stand for a kind, and whether the kind has a time before it."""
+    first, *others = attrs.fields(attrs.resolve_types(kind))
+    timed = first.name == "time"
+    return (others[0].type if timed else first.type), timed
+
+
+def _of_kind(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> object:  # noqa: ANN401 - of TOML
+    of, timed = type_of_one_value(kind)
+    if isinstance(value, dict):
+        return converter.structure({"time": 0.0, **value} if timed else value, kind)
+    if in_turn:
+        array: Any = Annotated[tuple[float, ...], Quantity(unit_in(of) or "1")]
+        return converter.structure(value, array)
+    values = (converter.structure(value, of),)
+    return values if timed else kind(*values)
+
+
+def _own_hook(cls: Any, converter: Converter) -> Callable[[object, object], object]:  # noqa: ANN401 - a class
+    return lambda value, _: cls.from_toml(value, converter)
 
 
 def table_hook(
@@ -176,13 +343,16 @@ def schema_converter() -> Converter:
     converter.register_structure_hook(str, text)
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
-    converter.register_structure_hook_func(
-        lambda kind: kind == (int | str),
-        lambda value, kind: text(value) if isinstance(value, str) else _integer(value, kind),
-    )
     converter.register_structure_hook_factory(attrs.has, table_hook)
-    converter.register_structure_hook_factory(_is_array, _array_hook)
-    converter.register_structure_hook_factory(_is_quantity, _quantity_hook)
+    for fits, hook in (
+        (lambda kind: hasattr(kind, "from_toml"), _own_hook),
+        (_is_array, _array_hook),
+        (_is_table, _table_of_hook),
+        (_is_one_of_scalars, _scalar_hook),
+        (_is_quantity, _quantity_hook),
+        (_is_kind_of, _kind_hook),
+    ):
+        converter.register_structure_hook_factory(fits, hook)
     return converter
 
 
@@ -197,7 +367,9 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
             for inner in error.exceptions:
                 yield from _problems(inner, above)
         case ForbiddenExtraKeysError():
-            known = [field.name for field in attrs.fields(error.cl)]
+            field, kinds = getattr(error.cl, "by_kind", ("", None))
+            known = [each.name for each in attrs.fields(error.cl) if each.name != field]
+            known += [] if kinds is None else kinds.own()
             for key in sorted(error.extra_fields):
                 yield f"{path_text((*above, key))}: unknown key; {nearest(key, known)}"
         case KeyError():

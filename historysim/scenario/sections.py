@@ -1,73 +1,53 @@
 """The sections of a scenario, one class for each: their keys, and what these must be."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
+from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     Force,
-    FractureToughness,
     Length,
     Number,
+    Numbers,
     Pressure,
-    Stiffness,
+    Quantity,
     SurfaceEnergy,
+    fields_of,
 )
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.scenario.law_sections import FrictionSection, WearSection
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import Loading
-from historysim.scenario.picture_kinds import Pictures
-from historysim.scenario.schema import given
+from historysim.scenario.schema import (
+    AnyFrictionLaw,
+    AnyWearLaw,
+    ColumnsOf,
+    from_table,
+    given,
+    table,
+    text,
+)
 from historysim.scenario.surface_kinds import SurfaceKind
+from historysim.tables import Column
 
 if TYPE_CHECKING:
     from historysim.contact.materials import Material, MaterialPair
+    from historysim.loads.friction_course import FrictionCourse, Over
+    from historysim.results.plots.pictures import Picture
     from historysim.scenario.grid import Grid
 
-
-@attrs.frozen
-class MaterialTable:
-    """A material that is not built in.
-
-    Attributes
-    ----------
-    name
-        What it is called.
-    youngs_modulus
-        Young's modulus E.
-    poissons_ratio
-        Poisson's ratio ν.
-    shear_modulus
-        Shear modulus G; by default E/(2 (1 + ν)).
-    surface_energy
-        Surface energy γ, from which the work of adhesion follows.
-    hardness
-        Hardness, for ``yielding`` and for the warning that asperities yield.
-    yield_stress
-        Yield stress, for the same.
-    fracture_toughness
-        K_Ic, as ``"0.75 MPa √m"``; for the warning that asperities crack.
-
-    Examples
-    --------
-    second = { name = "my glass", youngs_modulus = "64 GPa", poissons_ratio = 0.2 }
-    """
-
-    name: str
-    youngs_modulus: Pressure
-    poissons_ratio: Number
-    shear_modulus: Pressure | None = None
-    surface_energy: SurfaceEnergy | None = None
-    hardness: Pressure | None = None
-    yield_stress: Pressure | None = None
-    fracture_toughness: FractureToughness | None = None
+Pictures = tuple["Picture", ...]
+"""What ``[picture]`` says."""
 
 
-MaterialEntry = str | MaterialTable
+MaterialEntry = Annotated[Any, "material"]
+"""A `Material`, which is imported when there is one."""
 
 
 @attrs.frozen
@@ -120,57 +100,137 @@ class MaterialsSection:
         """Return the material pair."""
         from historysim.contact.materials import MaterialPair
 
-        if self.contact_modulus is not None:
-            with at("materials"):
-                return MaterialPair.from_moduli(**given(self))
-        first, second = _material("first", self.first), _material("second", self.second)
         with at("materials"):
-            return MaterialPair(first, second)
+            if self.first is None or self.second is None:
+                return MaterialPair.from_moduli(**given(self))
+            return MaterialPair(self.first, self.second)
 
 
-def _material(key: str, entry: MaterialEntry | None) -> "Material":
+def material_from_toml(converter: Converter, value: object, _: object) -> "Material":
+    """Return a built-in material by its name, or that of a table."""
     from historysim.contact.materials import Material, material
 
-    with at("materials", key):
-        if isinstance(entry, MaterialTable):
-            return Material(**given(entry))
-        return material(str(entry))
+    made: Material = from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
+    return made
 
 
-@attrs.frozen
-class InstrumentSection:
-    """``[instrument]``: what stands between the drive and the contact, and what it resolves.
+@attrs.frozen(kw_only=True)
+class Course:
+    """A course that stands in the scenario.
 
     Attributes
     ----------
-    lateral_stiffness
-        Stiffness in series with the contact. Tangential displacements of the loading are then those of the
-        drive: drive displacement = contact displacement + T/k_s.
-    displacement_resolution
-        What the instrument resolves. Changes no result: a run warns of what is below it.
-    load_resolution
-        Likewise, of loads.
+    time
+        Times of the coefficients; or ``distance``.
+    distance
+        Way of the tangential displacement, both directions counting; it must be controlled throughout.
+    coefficient
+        Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes
+        that of its time or distance, and acts on what comes behind it.
 
     Examples
     --------
-    [instrument]
-    lateral_stiffness = "334 mN/µm"
-    displacement_resolution = "1 nm"
+    [friction]
+    coefficient = 0.5
+
+    [friction.course]
+    distance = ["0 m", "1 mm", "20 mm"]
+    coefficient = [0.5, 0.35, 0.3]
     """
 
-    lateral_stiffness: Stiffness | None = None
-    displacement_resolution: Length | None = None
-    load_resolution: Force | None = None
+    time: Annotated[tuple[float, ...], Quantity("s")] | None = None
+    distance: Annotated[tuple[float, ...], Quantity("m")] | None = None
+    coefficient: Annotated[tuple[float, ...], Quantity("1")]
 
     def __attrs_post_init__(self) -> None:
-        """Check that it can be an instrument."""
-        if not given(self):
-            raise misfit("missing; expected a value", "lateral_stiffness")
-        self.instrument()
+        """Check that it goes with one thing, and can be a course."""
+        _course(given(self))
 
-    def instrument(self) -> Instrument:
-        """Return the instrument."""
-        return Instrument(**given(self))
+    @classmethod
+    def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - it, or a CourseFile
+        """Return the course of a table: with a file, or written out."""
+        if "file" in table(value):
+            return converter.structure(value, CourseFile)
+        return from_table(cls, value, converter)
+
+    def course(self, _: Path) -> "FrictionCourse":
+        """Return the course."""
+        return _course(given(self))
+
+
+@attrs.frozen(kw_only=True)
+class CourseFile(NumbersFile):
+    """A course from a file of numbers.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what: ``coefficient``, and ``time`` or ``distance``.
+    """
+
+    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it goes with one thing."""
+        with at("columns"):
+            _place(self.columns)
+
+    def course(self, folder: Path) -> "FrictionCourse":
+        """Return the course that the file has; its path is relative to the folder."""
+        rows = self.table(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}).columns
+        with at("file"):
+            try:
+                return _course(rows)
+            except InputError as error:
+                raise misfit(f"{self.name}: {error.args[0]}") from error
+
+
+def _place(course: Mapping[str, object]) -> "Over":
+    if ("time" in course) == ("distance" in course):
+        problem = "time and distance together" if "time" in course else "neither time nor distance"
+        raise InputError(f"{problem}; expected one of them, with which the coefficient goes")
+    return "time" if "time" in course else "distance"
+
+
+def _course(course: Mapping[str, Any]) -> "FrictionCourse":
+    from historysim.loads.friction_course import FrictionCourse
+
+    over = _place(course)
+    return FrictionCourse(over, course[over], course["coefficient"])
+
+
+@attrs.frozen
+class Coefficients:
+    """Of ``[friction]``: one coefficient and its course, or one for each asperity.
+
+    Attributes
+    ----------
+    coefficient
+        Coefficient of friction μ, or an array with one for each asperity.
+    course
+        A coefficient that changes over time or distance, as below.
+    """
+
+    coefficient: Numbers
+    course: Course | None = None
+
+    @classmethod
+    def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
+        """Return what ``[friction]`` says.
+
+        Raises InputError: no such law, or keys that are neither of a coefficient nor of the law.
+        """
+        entry = table(value)
+        if "law" in entry:
+            return converter.structure(entry, AnyFrictionLaw)
+        for key in sorted(entry.keys() - {"coefficient", "course"}):
+            from historysim.asperities.laws import LAWS
+
+            if any(key == field.name for law in LAWS.values() for field in fields_of(law)):
+                raise misfit(f"belongs to a law; expected law, one of {', '.join(LAWS)}", key)
+        if not entry:
+            raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
+        return from_table(cls, entry, converter)
 
 
 @attrs.frozen
@@ -199,7 +259,7 @@ class AdhesionSection:
         """Return the work of adhesion [J/m²]."""
         if self.work_of_adhesion is not None:
             return self.work_of_adhesion
-        from historysim.contact.adhesion import work_of_adhesion
+        from historysim.contact.materials import work_of_adhesion
 
         energies = [material.surface_energy for material in (pair.first, pair.second) if material]
         known = [energy for energy in energies if energy is not None]
@@ -452,10 +512,10 @@ class Sections:
     materials: MaterialsSection
     surface: SurfaceKind
     loading: Loading
-    friction: FrictionSection | None = None
-    wear: WearSection | None = None
+    friction: Coefficients | None = None
+    wear: AnyWearLaw | None = None
     adhesion: AdhesionSection | None = None
-    instrument: InstrumentSection | None = None
+    instrument: Instrument = RIGID
     record: RecordSection = RecordSection()
     fit: FitSection | None = None
     metadata: MetadataSection = MetadataSection()
@@ -465,6 +525,6 @@ class Sections:
     title: str = ""
 
     @property
-    def instrument_in_series(self) -> Instrument:
-        """The instrument in series with the contact, rigid where none is named."""
-        return self.instrument.instrument() if self.instrument else RIGID
+    def course(self) -> Course | None:
+        """The course of the coefficient of friction, where it has one."""
+        return self.friction.course if isinstance(self.friction, Coefficients) else None

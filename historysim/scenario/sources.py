@@ -2,14 +2,15 @@
 
 import abc
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
 import attrs
 
-from historysim.basics.file_kinds import is_log, is_netcdf
-from historysim.basics.notices import Teller
+from historysim.basics.files import is_log, is_netcdf
+from historysim.basics.notices import Notify
 from historysim.basics.targets import LOG, RESULT, Output
 from historysim.errors import InputError
 from historysim.loads.events import Event
@@ -30,12 +31,16 @@ class Source(abc.ABC):
         """The files that are read."""
 
     @abc.abstractmethod
-    def content(self, tell: Teller) -> tuple[LogHeader, list[Event], bytes]:
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
         """Return the header and the events of the log of such a run, and the last link of its chain."""
 
     @abc.abstractmethod
-    def log(self, output: Path, *, resume: bool, tell: Teller) -> LogFile:
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:
         """Open or make the log that a run writes; whoever has it is the only writer."""
+
+    def placed(self) -> AbstractContextManager[None]:
+        """Say of an event that cannot be carried out where it stands in what is replayed, if it has a place there."""
+        return nullcontext()
 
     def outputs(self, output: Path) -> tuple[Output, ...]:
         """Return the files that a run writes: a result and its log."""
@@ -48,20 +53,24 @@ class _ScenarioSource(Source):
 
     scenario: Scenario
 
+    def placed(self) -> AbstractContextManager[None]:
+        """See `Scenario.placed`."""
+        return self.scenario.placed()
+
     @property
     def files(self) -> tuple[Path, ...]:
         return self.scenario.files
 
-    def content(self, tell: Teller) -> tuple[LogHeader, list[Event], bytes]:
-        header, events = self._resolved(tell)
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
+        header, events = self._resolved(notify)
         return header, events, links_of(header, events)[-1]
 
-    def log(self, output: Path, *, resume: bool, tell: Teller) -> LogFile:
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:
         beside = log_beside(output)
         if not (resume and beside.exists()):
             if resume:
-                tell(f"{beside}: there is no log to resume from; the run starts at the beginning")
-            return LogFile.create(beside, *self._resolved(tell))
+                notify(f"{beside}: there is no log to resume from; the run starts at the beginning")
+            return LogFile.create(beside, *self._resolved(notify))
         file = LogFile(beside, write=True)
         if file.head.settings["scenario"] != self.scenario.text:
             file.close()
@@ -72,13 +81,11 @@ class _ScenarioSource(Source):
             )
         return file
 
-    def _resolved(self, tell: Teller) -> tuple[LogHeader, list[Event]]:
+    def _resolved(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
         loaded = self.scenario
         if loaded.sections.sweep is not None:
-            tell(
-                f"{loaded.path.name}: [sweep] is left to historysim sweep; this is the scenario as it stands without it"
-            )
-        built = loaded.build(tell)
+            notify(f"{loaded.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
+        built = loaded.build(notify)
         surface = built.surface
         shown, attributes = surface_group.contents(surface.summits, surface.surface, surface.solutions)
         header = LogHeader.of(
@@ -103,12 +110,12 @@ class _LogSource(Source):
     def files(self) -> tuple[Path, ...]:
         return (self.path,)
 
-    def content(self, tell: Teller) -> tuple[LogHeader, list[Event], bytes]:  # noqa: ARG002 - nothing is to be told
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - nothing is to be told
         with LogFile(self.path) as file:
             content = file.sound()
             return file.head, content.events, content.links[-1]
 
-    def log(self, output: Path, *, resume: bool, tell: Teller) -> LogFile:  # noqa: ARG002 - it is there already
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - it is there already
         return LogFile(self.path, write=True)
 
     def outputs(self, output: Path) -> tuple[Output, ...]:
@@ -126,11 +133,11 @@ class _ResultSource(Source):
     def files(self) -> tuple[Path, ...]:
         return (self.path,)
 
-    def content(self, tell: Teller) -> tuple[LogHeader, list[Event], bytes]:  # noqa: ARG002 - nothing is to be told
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - nothing is to be told
         header, content = embedded_log.read(self.path)
         return header, content.events, content.links[-1]
 
-    def log(self, output: Path, *, resume: bool, tell: Teller) -> LogFile:  # noqa: ARG002 - nothing is to be told
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - nothing is to be told
         beside = log_beside(output)
         header, content = embedded_log.read(self.path)
         if resume and beside.exists():

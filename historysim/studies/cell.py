@@ -1,29 +1,169 @@
-"""One cell of a sweep: a scenario at a point, replayed, and what is asked of its history."""
+"""One cell of a sweep: a scenario at a point, replayed, and the outputs that are read from its history."""
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
+from historysim.basics.places import misfit
+from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.recording.changes import Changes
-from historysim.scenario.input_files import files_of
+from historysim.recording.variables import known
+from historysim.results.analysis.each_asperity import nominal_pressure, total_mean_pressure
+from historysim.results.analysis.preliminary import (
+    critical_asperity,
+    drift,
+    preliminary_displacement,
+    presliding_work,
+)
+from historysim.results.history_drift import branch_drift
+from historysim.scenario.document import files_of
 from historysim.scenario.scenario import Scenario
-from historysim.studies.input_digests import stamp
-from historysim.studies.outputs import OF_ALL_SUMMITS, SUMMARIES, asks_for_each, chosen_outputs
+from historysim.studies.store import stamp
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.scenario.surface_kinds import BuiltSurface
 
+
+@attrs.frozen
+class Summary:
+    """One number that sums a history up."""
+
+    units: str
+    """UDUNITS text; "1" where dimensionless."""
+    long_name: str
+    of: "Callable[[xr.Dataset], float]"
+    """Takes a history in which the coordinates of all asperities stand, and returns the number."""
+
+
+def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
+    return history.isel(step=[int(history["total_normal_load"].values.argmax())])
+
+
+def _approach(history: "xr.Dataset") -> float:
+    heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
+    highest = heights.transpose(..., "asperity").values.max(axis=-1, initial=-np.inf)
+    return float((highest - history["separation"].values).max(initial=0.0))
+
+
+def _deviation(values: "xr.DataArray") -> float:
+    return float(values.values.std(ddof=1)) if values.size > 1 else math.nan
+
+
+def _initial_stiffness(peak: "xr.Dataset") -> float:
+    """Return Σ 8 G* a of the asperities that touch."""
+    depth = np.maximum(peak["summit_height"].values - peak["separation"].values, 0.0)
+    radius = np.sqrt(peak["summit_radius"].values * depth)
+    return float(8 * peak.attrs["shear_modulus"] * radius.sum())
+
+
+def _first(history: "xr.Dataset") -> int:
+    return int((history["contact_count"].values > 0).argmax())
+
+
+SUMMARIES = {
+    "peak_normal_load": Summary("N", "greatest normal load", lambda h: h["total_normal_load"].values.max()),
+    "peak_tangential_load": Summary(
+        "N", "greatest tangential load, of either sign", lambda h: np.abs(h["total_tangential_load"].values).max()
+    ),
+    "preliminary_displacement": Summary(
+        "m",
+        "preliminary displacement at the greatest normal load",
+        lambda h: preliminary_displacement(_at_peak(h)).values[0],
+    ),
+    "drift": Summary(
+        "m",
+        "change of the preliminary displacement between the first step in contact and the last step, either way",
+        lambda h: drift(h, _first(h), -1),
+    ),
+    "branch_drift": Summary(
+        "m",
+        "branch drift between the first step in contact and the last step, without sign",
+        lambda h: branch_drift(h, _first(h), -1),
+    ),
+    "critical_asperity": Summary(
+        "1",
+        "asperity that is the last to slide at the greatest normal load",
+        lambda h: critical_asperity(_at_peak(h)).values[0],
+    ),
+    "peak_contact_count": Summary(
+        "1", "greatest number of asperities in contact", lambda h: h["contact_count"].values.max()
+    ),
+    "peak_contact_area": Summary("m2", "greatest real contact area", lambda h: h["real_contact_area"].values.max()),
+    "peak_approach": Summary(
+        "m",
+        "greatest approach of the highest summit from first touch",
+        _approach,
+    ),
+    "final_dissipated_energy": Summary(
+        "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
+    ),
+    "presliding_work": Summary(
+        "J",
+        "mechanical work of pre-sliding at the greatest normal load, closed loop between ±δ",
+        lambda h: presliding_work(_at_peak(h)).values[0],
+    ),
+    "peak_mean_pressure": Summary(
+        "Pa",
+        "greatest mean pressure over the real contact area",
+        lambda h: total_mean_pressure(h).values.max(),
+    ),
+    "peak_nominal_pressure": Summary(
+        "Pa", "greatest normal load over the nominal area", lambda h: nominal_pressure(h).values.max()
+    ),
+    "initial_stiffness": Summary(
+        "N m-1",
+        "tangential stiffness at the greatest normal load, before anything slips",
+        lambda h: _initial_stiffness(_at_peak(h)),
+    ),
+    "mean_summit_height": Summary("m", "mean height of all summits", lambda h: h["summit_height"].values.mean()),
+    "mean_summit_radius": Summary("m", "mean radius of all summits", lambda h: h["summit_radius"].values.mean()),
+    "summit_height_deviation": Summary(
+        "m", "standard deviation of the heights of all summits", lambda h: _deviation(h["summit_height"])
+    ),
+    "summit_radius_deviation": Summary(
+        "m", "standard deviation of the radii of all summits", lambda h: _deviation(h["summit_radius"])
+    ),
+    "summit_count": Summary("1", "number of all summits", lambda h: h.sizes["asperity"]),
+}
+"""Numbers that sum a history up, by name."""
+
+OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
+"""Those that are of all summits, whether they touch or not."""
+DEFAULT_OUTPUTS = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
+"""Outputs of a sweep that names none: all that any contact has, also one of patches, or without areas."""
+
+OF_EACH = frozenset(variable.name for variable in known() if "asperity" in variable.dimensions)
+"""Variables of each asperity along ``step``, by name."""
+ROWS = frozenset(variable.name for variable in known()) - OF_EACH
+"""Totals along ``step``, by name."""
+
+
+def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
+    """Return the outputs of these names, `DEFAULT_OUTPUTS` where there are none; an unknown name is an InputError."""
+    names = tuple(names)
+    names_known = (*SUMMARIES, *sorted(ROWS), *sorted(OF_EACH))
+    for index, name in enumerate(names):
+        if name not in names_known:
+            raise misfit(f"{shown(name)}; {nearest(str(name), names_known)}", "outputs", index)
+    return tuple(dict.fromkeys(names)) or DEFAULT_OUTPUTS
+
+
+def asks_for_each(outputs: Sequence[str]) -> bool:
+    """Return whether rows of single asperities are asked for."""
+    return not OF_EACH.isdisjoint(outputs)
+
+
 SURFACES_KEPT = 2
 """Surfaces that a process keeps, so that cells which stand on the same one do not make it again."""
 
 
 def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> "xr.Dataset":
-    """Return what a scenario gives at one point of a sweep.
+    """Return the outputs of a scenario at one point of a sweep, for any engine that computes cells.
 
     It depends on its arguments, and the files that the scenario names, alone: any process gives the same bits.
 
@@ -34,13 +174,13 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
         Values of its keys, as ``{"friction.coefficient": 0.3, "surface.seed": 7}``.
     outputs : sequence of str
         Names of summaries, of totals along ``step``, or of variables of each asperity along ``step`` and ``asperity``;
-        `historysim.studies.outputs.UNASKED` by default.
+        by default `DEFAULT_OUTPUTS`.
 
     Returns
     -------
     xarray.Dataset
-        The outputs; where some have rows, with the coordinate ``time``. The attribute ``validity`` tells which
-        assumptions of the model do not hold, as in a history.
+        The outputs; where some have rows, with the coordinate ``time``. The attribute ``validity`` has the assumptions
+        of the model that do not hold, as in a history.
 
     Raises
     ------
@@ -88,10 +228,12 @@ def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
         )
     # cells are computed by as many processes as there are processors
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
-    if each or attrs.evolve(job.changes, friction_differs=False) != Changes():
-        return job.dataset()
-    # totals cost the same whatever the number of asperities; of these only what the summaries read is put beside them
-    history = attrs.evolve(job, record="totals").dataset()
+    whole = each or not job.changes.steady
+    with loaded.placed():
+        # totals cost the same whatever the number of asperities; of these only what summaries read is put beside them
+        history = (job if whole else attrs.evolve(job, record="totals")).dataset()
+    if whole:
+        return history
     own = job.ensemble.coordinates
     beside = {name: ("asperity", own[name]) for name in ("summit_height", "summit_radius", "friction") if name in own}
     return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})

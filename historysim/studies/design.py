@@ -1,4 +1,4 @@
-"""The inverse of a sweep: the value of a key at which a history gives what is wanted, and how far that is chance."""
+"""The inverse of a sweep: the value of a key at which a history has a wanted output, and its spread over seeds."""
 
 import math
 import os
@@ -10,50 +10,44 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim._version import __version__
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.display import Lines
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at
 from historysim.basics.progress import progress_bar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
-from historysim.recording.provenance import CONVENTIONS, KEYWORDS, made_with
-from historysim.results.sweeps import CONTENT
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
-from historysim.studies.cell import cell
-from historysim.studies.gathering import FAILURE, swept_coordinates, unit_of
-from historysim.studies.outputs import SUMMARIES
+from historysim.studies.cell import SUMMARIES, cell
+from historysim.studies.sweep_table import FAILURE, swept_coordinates, table_attributes, unit_of
 from historysim.studies.workers import AHEAD, executor_for, outcomes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCANNED = 9
-"""Values between the ends, both among them, at which the output is looked at before a root is sought."""
-CLOSE = 1e-9
-"""Of the value that is found: how near it is to the root."""
-JUMPS = 1e-3
-"""Of the target: how far the output may be from it where a root was found; beyond it the output jumps there."""
-MOST_NOTES = 10
-"""Notes on single points that are told."""
-
-QUANTILE = 0.95
-"""Share of the points at which an output is below, or above, a limit, where nothing else is said."""
+SCANNED_VALUES = 9
+"""Values from one end to the other at which the output is computed before a root is sought."""
+ROOT_TOLERANCE = 1e-9
+"""Relative accuracy of the value that is found."""
+LARGEST_JUMP = 1e-3
+"""Difference of the output at a root from the target, over the target, beyond which it jumps there."""
+MOST_NOTICES = 10
+DEFAULT_QUANTILE = 0.95
+"""Fraction of the points at which an output is below, or above, a limit."""
 Limit = Literal["below", "above"]
 T = TypeVar("T")
 
 
 @attrs.frozen
 class Problem:
-    """What is sought: the value of a key between two ends at which an output is a target; numbers are SI.
+    """The value of a key, between low and high, at which an output is a target, in SI.
 
-    With a limit it is the value at which the output is below or above the target in a share of the points.
+    With a limit it is the value at which the output is below or above the target in a fraction of the points.
     """
 
     scenario: Scenario
@@ -63,7 +57,7 @@ class Problem:
     output: str
     target: float
     limit: Limit | None = None
-    quantile: float = QUANTILE
+    quantile: float = DEFAULT_QUANTILE
 
     def output_at(self, point: Point, value: float) -> float:
         """Return the output at a point, for a value of the key."""
@@ -101,7 +95,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     workers: int = 1,
     executor: object = None,
     progress: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> "xr.Dataset":
     """Find the value of a key at which a scenario gives what is wanted, such as the finish for a drift.
 
@@ -109,33 +103,31 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     ----------
     scenario : Scenario or path
     key : str, optional
-        The key that is free, one that takes any number: ``"surface.rms_height"``. By default, and with it all that
-        follows up to `over`, what ``[design]`` of the scenario says.
+        The key that is free, of a number: ``"surface.rms_height"``. By default it and all up to `over` are those of
+        ``[design]`` in the scenario.
     between : sequence of two
         The least and the greatest value of the key, in SI or with a unit.
     target : float or str
-        What the output shall be, in SI or with a unit.
+        The wanted output, in SI or with a unit.
     output : str
-        The name of a number that sums a history up, see `historysim.studies.outputs.SUMMARIES`.
+        The name of a number that sums a history up, see the page on sweeps.
     over : dict, optional
-        Keys with values for each of which a value is found, such as ``{"surface.seed": range(20)}``: they tell how far
-        it is chance.
+        Keys with values for each of which a value is found, such as ``{"surface.seed": range(20)}``.
     below, above : float or str, optional
-        In place of the target a limit, in SI or with a unit: the output shall be below it, or above it.
+        In place of the target a limit, in SI or with a unit: the output is to be below it, or above it.
     quantile : float, optional
-        With a limit, in which share of the points of `over` it shall be so, .5 or more; .95 by default.
-    workers, executor, progress, tell
+        With a limit, the fraction of the points of `over` in which it is to be kept, .5 or more; .95 by default.
+    workers, executor, progress, notify
         As for `historysim.sweep`; one search is one task.
 
     Returns
     -------
     xarray.Dataset
-        Along the keys of `over`: the value of the key that was found, called by the key with ``_`` for all but letters
-        and digits; the output there; and ``OUTPUT_at_median``, the output if all had the median of these values, which
-        is how far one finish lets it spread. With a limit that is ``OUTPUT_at_quantile``, of the value at which the
-        output is below the limit, or above it, in that share of the points; the attribute ``chosen`` is this value.
-        Where there is no such value, NaN, and ``failure`` says why. Where the output crosses the target more than once,
-        the least value counts, which is told.
+        Along the keys of `over`: the value of the key, under its name with ``_`` for all but letters and digits; the
+        output there; and ``OUTPUT_at_median``, the output if all had the median of these values. With a limit that is
+        ``OUTPUT_at_quantile``, of the value at which the output keeps the limit in that fraction of the points; the
+        attribute ``chosen`` is this value. Where there is no such value, NaN, and ``failure`` says why. Where the
+        output crosses the target more than once, the least value counts, and a notice says so.
 
     Raises
     ------
@@ -144,7 +136,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
 
     Notes
     -----
-    The output is looked at for nine values over the range, evenly or, where both ends are positive, evenly in their
+    The output is computed for nine values over the range, evenly or, where both ends are positive, evenly in their
     logarithm; where it crosses the target between two of them the root is found by Brent's method (scipy).
     """
     scenario = as_scenario(scenario)
@@ -161,9 +153,8 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         roots = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
         values = np.array([one.value for one in roots])
         if not np.isfinite(values).any():
-            # what keeps all points from a value is told once
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
-        _tell_of(problem, points, roots, tell)
+        _notify_of(problem, points, roots, notify)
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
         beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
@@ -171,10 +162,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
 
 
 def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
-    """Return what a section, by default that of the scenario, asks for, in SI, and the grid over which it is sought.
-
-    No section, or a key or a value that cannot be used, is an InputError.
-    """
+    """Return the problem of a section, by default that of the scenario, and the grid over which it is solved."""
     section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
         if section is None:
@@ -194,12 +182,12 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
         with at(limit or "target"):
             wanted = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
-    share = QUANTILE if section.quantile is None else section.quantile
+    share = DEFAULT_QUANTILE if section.quantile is None else section.quantile
     return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
 
 
-def _tell_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root], tell: Teller) -> None:
-    """Tell at which points no value was found, and why, and where it is not the only one."""
+def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root], notify: Notify) -> None:
+    """Notify at which points no value was found, and why, and where it is not the only one."""
     notes = []
     for point, one in zip(points, roots, strict=True):
         where = ", ".join(f"{name} = {value}" for name, value in point.items()) or problem.scenario.path.name
@@ -208,24 +196,21 @@ def _tell_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root], t
         if one.others:
             more = counted(one.others, "more value", "more values")
             notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
-    for note in notes[:MOST_NOTES]:
-        tell(note)
-    if len(notes) > MOST_NOTES:
-        tell(f"… and {len(notes) - MOST_NOTES:,} more notes of this kind")
+    for note in notes[:MOST_NOTICES]:
+        notify(note)
+    if len(notes) > MOST_NOTICES:
+        notify(f"… and {len(notes) - MOST_NOTICES:,} more notes of this kind")
     limit = quantity_text(problem.target, SUMMARIES[problem.output].units)
     for side in ("below", "above"):
         count = sum(problem.limit is not None and one.throughout == side for one in roots)
         if count:
-            tell(
+            notify(
                 f"{problem.output} stays {side} {limit} over the whole of between at {count:,} of {len(roots):,} points"
             )
 
 
 def _limited(problem: Problem, roots: Sequence[Root]) -> float:
-    """Return the value at which the output keeps its limit in the wanted share of the points.
-
-    An InputError where none does, or the output rises with the key at some points and falls at others.
-    """
+    """Return the value at which the output keeps its limit in the wanted fraction of the points."""
     known = [one for one in roots if math.isfinite(one.value)]
     if len({one.rises for one in known}) > 1:
         raise InputError(
@@ -254,7 +239,7 @@ def _limited(problem: Problem, roots: Sequence[Root]) -> float:
 def _each(
     function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], executor: Executor, count: int, *, progress: bool
 ) -> list[T]:
-    """Carry tasks out, and return their results in their order."""
+    """Return the results of tasks, in their order."""
     results: dict[int, T] = {}
     numbered = [(index, function, task) for index, task in enumerate(tasks)]
     with progress_bar(progress, "search", len(tasks), leave=False) as done:
@@ -280,7 +265,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     from scipy.optimize import brentq
 
     space = np.geomspace if problem.low > 0 else np.linspace
-    values = space(problem.low, problem.high, SCANNED)
+    values = space(problem.low, problem.high, SCANNED_VALUES)
     outputs = np.array([problem.output_at(point, value) for value in values])
     missing = outputs - problem.target
     rises = bool(outputs[-1] > outputs[0])
@@ -302,12 +287,12 @@ def _crossing(problem: Problem, point: Point) -> Root:
             lambda value: problem.output_at(point, value) - problem.target,
             values[first],
             values[first + 1],
-            xtol=CLOSE * abs(values[first]) or CLOSE * abs(values[first + 1]),
-            rtol=CLOSE,
+            xtol=ROOT_TOLERANCE * abs(values[first]) or ROOT_TOLERANCE * abs(values[first + 1]),
+            rtol=ROOT_TOLERANCE,
         )
     )
     output = problem.output_at(point, root)
-    if abs(output - problem.target) > JUMPS * abs(problem.target):
+    if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
         unit = SUMMARIES[problem.output].units
         reached = quantity_text(output, unit)
         return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
@@ -315,7 +300,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
 
 
 def _why_none(problem: Problem, outputs: Floats) -> str:
-    """Return why nothing can change an output, where that is known."""
+    """Return why the key does not change an output, where that is known."""
     if problem.output.endswith("drift") and not np.any(outputs):
         return ": the history has no two normal loads for it to change between; expected loads that differ"
     return "; expected a key that changes it"
@@ -355,36 +340,16 @@ def _dataset(
         data[FAILURE] = xr.Variable(
             dims, reasons, {"long_name": "why there is no value, empty where there is"}, {"dtype": "S1"}
         )
-    return xr.Dataset(
-        data,
-        swept_coordinates(problem.scenario, grid),
-        {
-            "Conventions": CONVENTIONS,
-            "title": problem.scenario.title or f"Design of {problem.scenario.path.name}",
-            "summary": f"The {problem.key} at which a frictional contact has the {problem.output} that is wanted.",
-            "keywords": KEYWORDS,
-            **problem.scenario.metadata,
-            "content": CONTENT,
-            "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
-            "historysim_version": __version__,
-            "made_with": made_with(),
-            "scenario": problem.scenario.text,
-            "swept_keys": " ".join(key for axis in grid.axes for key in axis.keys),
-            "design_key": problem.key,
-            "design_output": problem.output,
-            "target": problem.target,
-            **(
-                {"median": middle}
-                if problem.limit is None
-                else {"limit": problem.limit, "quantile": problem.quantile, "chosen": middle}
-            ),
-            "complete": np.int8(1),
-        },
-    )
+    text = f"The {problem.key} at which a frictional contact has the {problem.output} that is wanted."
+    attributes = table_attributes(problem.scenario, grid, "Design", text)
+    attributes |= {"design_key": problem.key, "design_output": problem.output, "target": problem.target}
+    limited = {"limit": problem.limit, "quantile": problem.quantile, "chosen": middle}
+    attributes |= {"median": middle} if problem.limit is None else limited
+    return xr.Dataset(data, swept_coordinates(problem.scenario, grid), attributes)
 
 
 def summary(table: "xr.Dataset") -> Lines:
-    """Return in a few lines what a design has found."""
+    """Return lines of (label, text) of a design."""
     key, output = str(table.attrs["design_key"]), str(table.attrs["design_output"])
     name = variable_name(key)
     unit, wanted = str(table[name].attrs["units"]), str(table[output].attrs["units"])
@@ -417,7 +382,7 @@ def _limited_lines(table: "xr.Dataset", key: str, output: str, unit: str, wanted
     limit, target = str(table.attrs["limit"]), table.attrs["target"]
     beside = table[f"{output}_at_quantile"].values.ravel()
     known = beside[np.isfinite(beside)]
-    kept = known <= target * (1 + CLOSE) if limit == "below" else known >= target * (1 - CLOSE)
+    kept = known <= target * (1 + ROOT_TOLERANCE) if limit == "below" else known >= target * (1 - ROOT_TOLERANCE)
     least, most = np.quantile(known, (0.05, 0.95))
     asked = f"{output} {limit} {quantity_text(target, wanted)}"
     return [

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, replacing
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
-from historysim.scenario.figure import draw_figure, drawable
+from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.scenario import Scenario, load
 from historysim.studies.workers import executor_for, outcomes
 
@@ -49,7 +49,7 @@ def gallery(
     workers: int = 1,
     scripts: bool = False,
     progress: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> str:
     """Return the pictures of all scenarios in a folder, and in those below it, as one self-contained HTML page.
 
@@ -72,7 +72,7 @@ def gallery(
         if there is one, is a table, its first row the heading. A script may do whatever its user may.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
-    tell : callable, optional
+    notify : callable, optional
         Takes notices for the user: what has failed, and why.
 
     Returns
@@ -102,7 +102,7 @@ def gallery(
     entries = [by_path[path] for path in paths]
     for path, entry in zip(paths, entries, strict=True):
         if entry.failure:
-            tell(f"{path}: {entry.failure}")
+            notify(f"{path}: {entry.failure}")
     sections = _told_apart([entry.section for entry in entries])
     groups: dict[str, list[Section]] = {}
     for section in sections:
@@ -165,7 +165,7 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
 
     from historysim.results.report.others import sweep_pictures
     from historysim.results.report.page import picture, table
-    from historysim.scenario.plot import plot
+    from historysim.verbs import plot
 
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text.splitlines())
@@ -201,7 +201,7 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
 
 def _adhesion(scenario: Scenario) -> list[str]:
     from historysim.results.report.page import picture
-    from historysim.scenario.plot import plot
+    from historysim.verbs import plot
 
     if scenario.sections.adhesion is None:
         return []
@@ -216,7 +216,7 @@ def _figure(what: "Scenario | xr.Dataset") -> list[str]:
     if not pictures:
         return []
     title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    return [picture(draw_figure(what, pictures), title)]
+    return [picture(draw_scenario_figure(what, pictures), title)]
 
 
 def _run(scenario: Scenario) -> list[str]:

@@ -1,9 +1,8 @@
-"""A folder of cells, one file for each, that outlives whatever ends the sweep.
+"""A folder of cells, one file each, that outlives whatever ends the sweep.
 
-A cell is called by the digest of all that decides what stands in it: the scenario at its point, the contents of the
-files that it names, the outputs, and what computes. So a folder serves any number of sweeps, also several at a time,
-and never gives a cell of something else. A file is written under another name, is on the disk before it gets its own,
-and has checksums; one that is damaged counts as none.
+The name of a cell is the digest of all that decides its content: the scenario at its point, the contents of the files
+that it names, the outputs, and the versions that compute. So a folder serves any number of sweeps, also at one time. A
+file is written under another name, is on the disk before it gets its own, and has checksums; a damaged one is ignored.
 """
 
 import contextlib
@@ -12,6 +11,7 @@ import hashlib
 import io
 import json
 import os
+import re
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,40 +22,67 @@ import attrs
 import numpy as np
 
 from historysim._version import __version__
-from historysim.basics.files import is_file, own_file, replacing
+from historysim.basics.files import UNFINISHED, is_file, is_own, own_file, replacing
+from historysim.basics.limits import check_archive
 from historysim.basics.system import lock_byte
 from historysim.recording.provenance import made_with
-from historysim.scenario.input_files import files_of
-from historysim.scenario.overriding import with_values
+from historysim.scenario.document import files_of
+from historysim.scenario.grid import with_values
 from historysim.scenario.scenario import Scenario
-from historysim.studies.input_digests import content_digest
 
 if TYPE_CHECKING:
     import xarray as xr
 
 FORM = 1
 ENDING = ".cell"
+_UNFINISHED = re.compile(rf"\.([0-9a-f]{{64}}){re.escape(ENDING)}{UNFINISHED.pattern}")
 DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""What reading a damaged cell raises: of its parts, of the archive, and of forms of it that Python does not know."""
+"""Errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
-SAYS_NOTHING = ("title", "sweep", "design", "fit", "metadata", "picture")
-"""Sections that do not change what comes out of a cell."""
+IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
+"""Sections that do not change the content of a cell."""
+
+
+Stamp = tuple[str, int, int]
+"""Path, size and time of change of a file, as far as it exists."""
+
+
+def stamp(path: Path) -> Stamp:
+    """Return the stamp of a file, which changes when the file does."""
+    try:
+        status = path.stat()
+    except OSError:
+        return str(path), -1, -1
+    return str(path), status.st_size, status.st_mtime_ns
+
+
+@functools.lru_cache(maxsize=256)
+def _content_digest(of: Stamp) -> str:
+    """Return the SHA-256 of the content of a file; a string of its own where it cannot be read."""
+    path = Path(of[0])
+    try:
+        if is_file(path):
+            with path.open("rb") as stream:
+                return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError:
+        pass
+    return "cannot be read"
 
 
 def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str]) -> str:
-    """Return the digest of all that decides what stands in a cell, as hexadecimal digits."""
+    """Return the digest of all that decides the content of a cell, as hexadecimal digits."""
     document = with_values(scenario.document, point)
     read = sorted(set(files_of(document, scenario.path.parent)))
-    decides = {
+    content = {
         "form": FORM,
         "historysim_version": __version__,
         "made_with": _made_with(),
-        "scenario": {key: value for key, value in document.items() if key not in SAYS_NOTHING},
-        "files": {os.path.relpath(path, scenario.path.parent): content_digest(path) for path in read},
+        "scenario": {key: value for key, value in document.items() if key not in IRRELEVANT},
+        "files": {os.path.relpath(path, scenario.path.parent): _content_digest(stamp(path)) for path in read},
         "outputs": sorted(outputs),
     }
     # a date would be refused by the scenario before
-    text = json.dumps(decides, sort_keys=True, ensure_ascii=False, default=str)
+    text = json.dumps(content, sort_keys=True, ensure_ascii=False, default=str)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
@@ -66,39 +93,28 @@ def _made_with() -> str:
 
 @attrs.frozen
 class Store:
-    """The cells in a folder.
-
-    Parameters
-    ----------
-    folder : Path
-        It is made where there is none.
-    """
+    """The cells in a folder."""
 
     folder: Path
 
     def read(self, name: str) -> "xr.Dataset | None":
         """Return the cell of a digest; None where there is none, or one that is damaged."""
+        path = self._path(name)
         try:
-            path = self._path(name)
             return unpacked(path.read_bytes()) if is_file(path) else None
-        except FileNotFoundError:
-            return None
-        except DAMAGE:
+        except (FileNotFoundError, *DAMAGE):
             return None
 
     def write(self, name: str, cell: "xr.Dataset") -> None:
-        """Keep a cell: when this returns, it is on the disk; an OSError where it cannot be."""
+        """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
         with replacing(self._path(name)) as unfinished:
             unfinished.write_bytes(packed(cell))
 
     @contextlib.contextmanager
     def claimed(self, name: str, *, wait: bool) -> Iterator[bool]:
-        """Claim a cell, so that no other process computes it, too; yield whether it is, or wait until it is.
-
-        The system gives it back however this process ends.
-        """
-        # a byte of one file for each cell: nothing is left behind, and shared disks know such locks; where one does
-        # not, a cell is computed twice at worst
+        """Claim a cell, so that no other process computes it, too; yield whether it is claimed, or wait until it is."""
+        # a byte of one file for each cell, which the system gives back however this process ends; nothing is left
+        # behind, and shared disks know such locks; where one does not, a cell is computed twice at worst
         handle = own_file(self.folder / "lock", shared=True)
         try:
             yield lock_byte(handle, int(name[:15], 16), wait=wait)
@@ -106,10 +122,12 @@ class Store:
             os.close(handle)
 
     def tidy(self) -> None:
-        """Remove what processes that were ended have left unfinished."""
+        """Remove files that killed processes have left unfinished."""
         for path in self.folder.glob(f".*{ENDING}.*.part"):
-            name = path.name[1:].partition(".")[0]
-            with self.claimed(name, wait=False) as free:
+            known = _UNFINISHED.fullmatch(path.name)
+            if known is None or not is_own(path.lstat()):
+                continue
+            with self.claimed(known[1], wait=False) as free:
                 if free:
                     path.unlink(missing_ok=True)
 
@@ -136,9 +154,10 @@ def packed(cell: "xr.Dataset") -> bytes:
 
 
 def unpacked(content: bytes) -> "xr.Dataset":
-    """Return the cell that stands in the bytes of a file; damaged ones raise what is in `DAMAGE`."""
+    """Return the cell in the bytes of a file; damaged ones raise an error of `DAMAGE`."""
     import xarray as xr
 
+    check_archive(io.BytesIO(content))
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         header = json.loads(file[HEADER].tobytes())
         if header["form"] != FORM:

@@ -1,4 +1,4 @@
-"""Sweeps: a scenario at many points, each a cell that is computed once, kept, and put together with all others."""
+"""Sweeps: a scenario at many points, each a cell that is computed once and kept, gathered in one Dataset."""
 
 import logging
 import os
@@ -8,18 +8,17 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at
 from historysim.basics.progress import progress_bar
 from historysim.errors import HistorySimError, InputError
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
-from historysim.studies.cell import cell
-from historysim.studies.gathering import gathered, swept_coordinates, unlike
-from historysim.studies.outputs import chosen_outputs
+from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
-from historysim.studies.workers import AHEAD, BrokenError, check_workers, ending, executor_for, outcomes, processes
+from historysim.studies.sweep_table import gathered, swept_coordinates, unlike
+from historysim.studies.workers import AHEAD, BrokenError, Processes, check_workers, ending, executor_for, outcomes
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -28,11 +27,12 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MOST_AT_ONCE = 16
-"""Cells that a worker is given in one go, at most: handing over costs some tenths of a millisecond."""
-TURNS = 8
-"""Goes that each worker has at least, so that all end at about the same time."""
-ENDED = "the process that computed it was killed, perhaps for lack of memory"
+MOST_CELLS_IN_A_BATCH = 16
+"""A task costs some tenths of a millisecond beside its cells."""
+FEWEST_BATCHES_OF_A_WORKER = 8
+"""So that all workers end at about the same time."""
+MOST_NOTICES = 10
+KILLED = "the process that computed it was killed, perhaps for lack of memory"
 
 
 def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
@@ -45,7 +45,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     workers: int = 1,
     executor: object = None,
     progress: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> "xr.Dataset":
     """Replay a scenario at all points of a grid, and return what comes out as one Dataset.
 
@@ -58,22 +58,21 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     together : sequence of sequence of str
         Keys that go through their values together, as one dimension; any other two are crossed.
     outputs : sequence of str
-        Names of what is kept of each cell, see `historysim.studies.outputs`; by default what the scenario says, else
-        the numbers that sum a history up.
+        Names of what is kept of each cell, see the page on sweeps; by default those of the scenario, else the numbers
+        that sum a history up.
     store : path, optional
-        A folder in which cells are kept as they end. A sweep that was ended goes on there and computes no cell
-        again; several sweeps, also at one time, may share it, and share their cells. Workers write to it themselves:
-        those of another machine need it under the same name.
+        A folder in which cells are kept as they end. A sweep that was killed goes on there and computes no cell
+        again; several sweeps may share it, also at one time. Workers on another machine need it under the same name.
     workers : int
-        Processes on this machine; with 1 the cells are computed in this one. They do not change a bit of what comes
-        out. A script that asks for more needs ``if __name__ == "__main__":`` around what it does.
+        Processes on this machine; with 1 the cells are computed in this one. They do not change a bit of the result.
+        A script that asks for more needs ``if __name__ == "__main__":`` around its statements.
     executor : optional
-        Who computes in their place, and is not ended: an executor of concurrent.futures or mpi4py.futures, or a client
+        Computes in their place, and is not shut down: an executor of concurrent.futures or mpi4py.futures, or a client
         of dask.distributed.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
-    tell : callable, optional
-        Takes notices for the user: which cells have failed, and why; they are tried again the next time.
+    notify : callable, optional
+        Callback(str) for notices: which cells have failed, and why; they are tried again the next time.
 
     Returns
     -------
@@ -101,32 +100,36 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     else:
         with at("sweep"):
             grid, outputs = grid_of(over, together), chosen_outputs(outputs)
-        # what the scenario does not take is told before anything is computed
+        # a key or a value that is wrong is an error before anything is computed
         swept_coordinates(scenario, grid)
     check_workers(workers)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
     kept = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
     logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", kept)
-    if executor is None and workers > 1:
-        plan.carry_out(None, workers, progress=progress)
-    else:
-        with executor_for(workers, executor) as (chosen, count):
-            plan.carry_out(chosen, count, progress=progress)
+    try:
+        if executor is None and workers > 1:
+            plan.carry_out(None, workers, progress=progress)
+        else:
+            with executor_for(workers, executor) as (chosen, count):
+                plan.carry_out(chosen, count, progress=progress)
+    except KeyboardInterrupt as error:
+        there = f"{len(plan.cells):,} of {len(plan.points):,} cells"
+        kept = (
+            f"{store} keeps {there}, and the same sweep goes on there" if store else f"{there} are lost without a store"
+        )
+        raise KeyboardInterrupt(f"interrupted; {kept}") from error
     plan.leave_out(unlike(plan.cells))
     for number, (index, reason) in enumerate(plan.reasons.items()):
-        if number == 10:
-            tell(f"… and {len(plan.reasons) - 10:,} more cells have failed")
+        if number == MOST_NOTICES:
+            notify(f"… and {len(plan.reasons) - MOST_NOTICES:,} more cells have failed")
             break
         point = ", ".join(f"{key} = {value}" for key, value in plan.points[index].items())
-        tell(f"cell {index} ({point}) failed: {reason}")
+        notify(f"cell {index} ({point}) failed: {reason}")
     return gathered(scenario, grid, [plan.cells.get(index) for index in range(len(grid))], plan.reasons)
 
 
 def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
-    """Return grid and outputs that the ``[sweep]`` of a scenario says, or other outputs where some are given.
-
-    No ``[sweep]``, or an output, a key or a value that cannot be, is an InputError that names the file.
-    """
+    """Return grid and outputs of the ``[sweep]`` of a scenario, or other outputs; InputError names file and key."""
     section = scenario.sections.sweep
     with reported(scenario.path.name):
         if section is None:
@@ -193,7 +196,7 @@ def _attempt(batch: Batch, point: Point) -> "xr.Dataset | FailedCell":
 
 @attrs.define
 class _Plan:
-    """What is to be computed, and what is there already."""
+    """The cells of a sweep: those that are kept already, and those that are to be computed."""
 
     scenario: Scenario
     grid: Grid
@@ -243,7 +246,7 @@ class _Plan:
             for index in left
         }
         left.sort(key=lambda index: (rank[index], index))
-        size = max(1, min(MOST_AT_ONCE, len(left) // (workers * TURNS)))
+        size = max(1, min(MOST_CELLS_IN_A_BATCH, len(left) // (workers * FEWEST_BATCHES_OF_A_WORKER)))
         return [self._batch(left[first : first + size]) for first in range(0, len(left), size)]
 
     def _batch(self, indices: Sequence[int]) -> Batch:
@@ -272,7 +275,7 @@ class _Plan:
             return passed_over
         while batches:
             try:
-                with ending(processes(min(workers, len(batches)))) as own:
+                with ending(Processes(min(workers, len(batches)))) as own:
                     for batch, cells in outcomes(computed, batches, own, AHEAD * workers):
                         take(batch, cells)
                 batches = []
@@ -291,7 +294,7 @@ def _single(batch: Batch) -> list[Batch]:
 def _alone(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
     """Compute a cell in a process of its own, since one of its kind has brought down others."""
     try:
-        with ending(processes(1)) as own:
+        with ending(Processes(1)) as own:
             return [each for _, outcome in outcomes(computed, [batch], own, 1) for each in outcome]
     except BrokenError:
-        return [FailedCell(ENDED)]
+        return [FailedCell(KILLED)]

@@ -1,16 +1,23 @@
-"""A scenario checked without running it."""
+"""A scenario checked without recording it."""
 
 from collections.abc import Mapping
 from pathlib import Path
+from time import monotonic
 from typing import Any
 
 from historysim.basics.display import Lines
+from historysim.basics.limits import most
+from historysim.errors import InputError, LoadError
+from historysim.scenario.grid import Point
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.scenario_summary import summary
 
 
 def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None = None) -> Lines:
-    """Check a scenario and the files that it names, without running it.
+    """Check a scenario, the files that it names, and whether the contact can carry its loads, without recording them.
+
+    Loads are replayed for a few seconds; where that is not enough a line says how far. Of a sweep the first and the
+    last cell are replayed, too; a line of ``warning`` says why one of them would stay empty.
 
     Parameters
     ----------
@@ -27,6 +34,8 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     ------
     InputError
         What is wrong, where, and how to mend it.
+    LoadError
+        Loads that the contact cannot carry; the message names the waypoint, or the line of the file.
 
     Examples
     --------
@@ -38,12 +47,31 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     recorded asperities  touching
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
+    seconds, begin = most("SECONDS_OF_VALIDATION"), monotonic()
+    ends: dict[int, Point] = {}
     if loaded.sections.sweep is not None:
         from historysim.studies.sweep import sweep_of
 
-        sweep_of(loaded)
+        ends = sweep_of(loaded)[0].ends()
     if loaded.sections.design is not None:
         from historysim.studies.design import problem_of
 
         problem_of(loaded)
-    return Lines(summary(loaded))
+    lines = summary(loaded, walk=seconds)
+    for number, point in ends.items():
+        # a cell that takes long is left to the sweep
+        if (left := begin + seconds - monotonic()) > 0 and (problem := _problem(loaded, point, left)):
+            where = ", ".join(f"{key} = {value}" for key, value in point.items())
+            lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {problem}"))
+    return Lines(lines)
+
+
+def _problem(scenario: Scenario, point: Point, seconds: float) -> str:
+    """Return why a cell of a sweep cannot be computed; empty where it can."""
+    try:
+        cell = scenario.at(point)
+        with cell.placed():
+            cell.build().walk(seconds)
+    except (InputError, LoadError) as error:
+        return str(error)
+    return ""

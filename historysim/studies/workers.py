@@ -5,6 +5,7 @@ import multiprocessing
 import multiprocessing.connection
 import os
 import signal
+import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
@@ -34,50 +35,76 @@ class InlineExecutor(Executor):
         return future
 
 
-def processes(count: int) -> ProcessPoolExecutor:
-    """Return an executor of so many processes on this machine, which end when this one does, however it ends."""
-    # a fork of a process with threads may hang; new ones import what they need once each
-    context = multiprocessing.get_context("spawn")
-    return ProcessPoolExecutor(count, mp_context=context, initializer=_begin)
+@final
+class Processes(ProcessPoolExecutor):
+    """Processes on this machine, which end when this one does, however it ends, or gives them up."""
+
+    def __init__(self, count: int) -> None:
+        # a fork of a process with threads may hang; new ones import what they need once each
+        context = multiprocessing.get_context("spawn")
+        self._given_up, self._alive = context.Pipe(duplex=False)
+        super().__init__(count, mp_context=context, initializer=_begin, initargs=(self._given_up,))
+
+    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
+        """Submit a task; an interrupt is for this process alone, also while others start."""
+        with _without_interrupts():
+            return super().submit(fn, *args, **kwargs)
+
+    def give_up(self) -> None:
+        """End the processes at once."""
+        self._alive.close()
 
 
-def _begin() -> None:
-    """Make a process end with the one that started it, and leave it to that one to hear an interrupt."""
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Have an interrupt wait, for this thread and for processes that it starts."""
+    if sys.platform == "win32":
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _begin(given_up: multiprocessing.connection.Connection) -> None:
+    """Let a process end with the one that started it, which alone takes interrupts."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     parent = multiprocessing.parent_process()
     if parent is not None:
-        threading.Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
+        threading.Thread(target=_end_with, args=(parent.sentinel, given_up), daemon=True).start()
 
 
-def _end_with(sentinel: int) -> None:
-    multiprocessing.connection.wait([sentinel])
+def _end_with(*sentinels: "int | multiprocessing.connection.Connection") -> None:
+    multiprocessing.connection.wait(sentinels)
     os._exit(1)
 
 
 WORKERS_OF_ANY = 256
-"""Workers that an executor is taken to have, where it does not tell how many."""
+"""Workers that are assumed for an executor without a number of them."""
 
 
 def check_workers(workers: int) -> None:
-    """Refuse a number of workers that is not a whole number of 1 or more."""
+    """Check that a number of workers is a whole number of 1 or more."""
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
 
 
 @contextlib.contextmanager
 def executor_for(workers: int, given: object = None) -> Iterator[tuple[Executor, int]]:
-    """Yield who computes, and how many: whoever is given, this process, or processes that end with the block."""
+    """Yield an executor and its number of workers: the given one, this process, or processes of the block."""
     check_workers(workers)
     if given is not None:
-        yield as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
+        yield _as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
     elif workers == 1:
         yield InlineExecutor(), 1
     else:
-        with ending(processes(workers)) as own:
+        with ending(Processes(workers)) as own:
             yield own, workers
 
 
-def as_executor(given: object) -> Executor:
+def _as_executor(given: object) -> Executor:
     """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one."""
     if isinstance(given, Executor):
         return given
@@ -93,10 +120,12 @@ def as_executor(given: object) -> Executor:
 
 @contextlib.contextmanager
 def ending(executor: Executor) -> Iterator[Executor]:
-    """End an executor with the block; where that ends with an error, tasks that have not begun are given up."""
+    """Shut an executor down with the block: after an error without tasks that wait, after an interrupt at once."""
     try:
         yield executor
-    except BaseException:
+    except BaseException as error:
+        if isinstance(executor, Processes) and not isinstance(error, Exception):
+            executor.give_up()
         executor.shutdown(wait=True, cancel_futures=True)
         raise
     executor.shutdown()
@@ -105,10 +134,7 @@ def ending(executor: Executor) -> Iterator[Executor]:
 def outcomes(
     function: Callable[[T], Any], tasks: Iterable[T], executor: Executor, at_once: int
 ) -> Iterator[tuple[T, Any]]:
-    """Carry tasks out and yield each with its result, as they end.
-
-    A `BrokenError` has the tasks that were under way when a process was ended from outside.
-    """
+    """Yield each task with its result, as they end; `BrokenError` where a process was killed."""
     waiting, running = deque(tasks), dict[Future[Any], T]()
     while waiting or running:
         try:
@@ -124,19 +150,12 @@ def outcomes(
 
 
 class BrokenError(HistorySimError):
-    """A process that carried out tasks was ended from outside.
-
-    Attributes
-    ----------
-    suspects : list
-        Tasks that were under way.
-    waiting : list
-        Tasks that had not begun.
-    """
+    """A process that carried out tasks was killed."""
 
     def __init__(self, suspects: list[Any], waiting: list[Any]) -> None:
         super().__init__(suspects, waiting)
         self.suspects, self.waiting = suspects, waiting
+        """suspects and waiting: the tasks that were under way, and those that had not begun."""
 
     def __str__(self) -> str:
         return "a process that computed was killed, perhaps for lack of memory; take fewer workers"

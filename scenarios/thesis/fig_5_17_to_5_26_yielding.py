@@ -53,10 +53,10 @@ def calculated(seeds: int = 4) -> xr.Dataset:
 def drawn(found: xr.Dataset) -> list[object]:
     """Return a figure for each order of loads, at the roughness at which summits yield most."""
     return [
-        hs.plot_swept(
+        hs.plots.curve(
             found.isel(rms_height=-1).sel(run=run),
-            "preliminary_displacement",
-            "normal_load",
+            quantity="preliminary_displacement",
+            over="normal_load",
             each="law",
             title=f"Fig. {number}, Rq 1 µm: preliminary displacement of each level, the load {word}",
         )

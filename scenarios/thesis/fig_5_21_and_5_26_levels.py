@@ -45,10 +45,10 @@ def calculated(seeds: int = 4) -> xr.Dataset:
 def drawn(found: xr.Dataset) -> list[object]:
     """Return both figures."""
     return [
-        hs.plot_swept(
+        hs.plots.curve(
             found.sel(run=run),
-            "preliminary_displacement",
-            "normal_load",
+            quantity="preliminary_displacement",
+            over="normal_load",
             each="ball",
             title=f"Fig. {number}: preliminary displacement of each level, the load {run} without release",
         )

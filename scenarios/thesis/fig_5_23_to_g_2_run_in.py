@@ -66,16 +66,16 @@ def drawn(found: xr.Dataset) -> list[object]:
     surface = hs.random_surface((128, 128), 1e-6, RMS_HEIGHT, 20e-6, seed=1)
     after, _ = run_in(surface, pair, [Pass(5.0)] * 4, friction=FRICTION, yielding="kogut-etsion")
     return [
-        hs.plot_swept(
+        hs.plots.curve(
             found.drop_vars("elastic_displacement"),
-            "preliminary_displacement",
-            "pass",
+            quantity="preliminary_displacement",
+            over="pass",
             each="normal_load",
             title="Run in: preliminary displacement before each pass",
         ),
-        hs.plot_summit_scatter(
+        hs.plots.summits(
             [each.summits(rule=9) for each in (surface, after)],
-            ("as it comes", "after four passes of 5 N"),
+            labels=("as it comes", "after four passes of 5 N"),
             title="Fig. G.2, calculated: radius over height of the summits, before and after",
         ),
     ]

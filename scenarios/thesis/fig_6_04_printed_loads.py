@@ -36,7 +36,9 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> object:
     """Return the figure."""
     title = "Fig. 6.4 with the printed loads: preliminary displacement over the number of contacts"
-    return hs.plot_swept(found, "preliminary_displacement", "count", each="law", logarithmic=False, title=title)
+    return hs.plots.curve(
+        found, quantity="preliminary_displacement", over="count", each="law", logarithmic=False, title=title
+    )
 
 
 if __name__ == "__main__":

@@ -37,7 +37,7 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> object:
     """Return the figure."""
     title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
-    return hs.plot_swept(found, "drift", "change", each="start", logarithmic=False, title=title)
+    return hs.plots.curve(found, quantity="drift", over="change", each="start", logarithmic=False, title=title)
 
 
 if __name__ == "__main__":

@@ -49,7 +49,7 @@ def calculated(radius: str = "0.5 µm", count: int = 11) -> xr.Dataset:
 def drawn(found: xr.Dataset) -> object:
     """Return the figure."""
     title = "Fig. 6.6 b: drift over the difference of the normal load, alumina on zirconia"
-    return hs.plot_swept(found, "drift", "change", each="line", title=title)
+    return hs.plots.curve(found, quantity="drift", over="change", each="line", title=title)
 
 
 if __name__ == "__main__":

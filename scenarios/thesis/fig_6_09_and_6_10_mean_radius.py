@@ -78,8 +78,8 @@ def drawn(found: xr.Dataset) -> list[object]:
     figures = []
     for own, title in titles.items():
         ends = {"x": (f"{own}_radius_low", f"{own}_radius_high"), "y": (f"{own}_low", f"{own}_high")}
-        names = (f"{own}_displacement", f"{own}_mean_summit_radius")
-        figures.append(hs.plot_swept(found, *names, each="radii", ends=ends, title=title))
+        names = {"quantity": f"{own}_displacement", "over": f"{own}_mean_summit_radius"}
+        figures.append(hs.plots.curve(found, **names, each="radii", ends=ends, title=title))
     return figures
 
 

@@ -44,7 +44,7 @@ def calculated() -> xr.Dataset:
 def drawn(found: xr.Dataset) -> list[object]:  # noqa: ARG001 - the clouds, and not their means
     """Return the four panels."""
     return [
-        hs.plot_summit_scatter([_summits(rms) for rms in row], CASES, title=f"Fig. G.2 {name}")
+        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, title=f"Fig. G.2 {name}")
         for name, row in PANELS.items()
     ]
 

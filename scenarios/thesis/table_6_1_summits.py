@@ -63,7 +63,7 @@ def drawn(found: xr.Dataset) -> list[object]:
     """Return radius and height over β."""
     titles = {"mean_summit_radius": "mean summit radius", "mean_summit_height": "mean summit height"}
     return [
-        hs.plot_swept(found, name, title=f"Table 6.1: {text} over autocorrelation length")
+        hs.plots.curve(found, quantity=name, title=f"Table 6.1: {text} over autocorrelation length")
         for name, text in titles.items()
     ]
 

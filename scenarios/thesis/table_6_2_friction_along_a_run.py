@@ -59,7 +59,7 @@ def rows(found: xr.Dataset) -> list[list[str]]:
 def drawn(found: xr.Dataset) -> object:
     """Return δ over the distance."""
     title = "Table 6.2: preliminary displacement along a run with measured friction, 5 N"
-    return hs.plot_swept(found, "preliminary_displacement", "distance", logarithmic=False, title=title)
+    return hs.plots.curve(found, quantity="preliminary_displacement", over="distance", logarithmic=False, title=title)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.each_run import each_run
-from historysim.tables.clock import one_clock
+from historysim.tables.clocks import one_clock
 from historysim.tables.columns import Part
 
 SCENARIO = """

@@ -8,9 +8,9 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.recording.named_states import named_states
-from historysim.results import sweeps
-from historysim.scenario.figure import draw_figure, drawable
+from historysim.recording.provenance import named_states
+from historysim.results.tables import sweep_rows
+from historysim.scenario.figure import draw_scenario_figure, drawable
 
 BALL = """
 title = "Fig. 1: a ball"
@@ -105,7 +105,7 @@ def test_a_run_has_its_panels_side_by_side(write, tmp_path):
     again = hs.plot(tmp_path / "s.nc", size=(150, 80))
     assert again.get_size_inches() * 25.4 == pytest.approx([150, 80])
     (loops,) = (picture for picture in drawable(hs.run(path)) if picture.title == "a")
-    assert len(draw_figure(hs.run(path), [loops]).axes) == 1
+    assert len(draw_scenario_figure(hs.run(path), (loops,)).axes) == 1
 
 
 def test_a_sweep_has_curves_bars_and_loops(write):
@@ -144,7 +144,7 @@ seed = 1""",
     ("text", "message"),
     [
         ('[picture]\nkind = "lops"\n', "picture.kind: the text 'lops'; did you mean 'loops'"),
-        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of bars, contact-map, curve"),
+        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of adhesion-map, bars, contact-map"),
         ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
         ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
@@ -195,22 +195,32 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         ["a.nc", "b.nc", "--labels", "one,two"],
         ["a.nc", "b.nc", "--picture", "traction", "--steps", "K,-1", "--across", "diameter"],
         ["a.nc", "--picture", "loops", "--steps", "K"],
+        ["a.nc", "--picture", "traction", "--with", "steps=K,-1", "--with", "limit=false", "--with", "asperity=0"],
+        ["a.nc", "--picture", "loops", "--with", "first_loading=20 mN", "--with", "loads=true"],
     ):
         done = call(main, ["plot", *arguments, "-o", "p.png"])
         assert done.exit_code == 0, done.output
     for arguments, message in (
-        (["a.nc", str(path)], "is no result of historysim run; expected results alone"),
+        (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
         (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, traction"),
-        (["a.nc", "b.nc", "--step", "3"], "step: belongs to one file"),
+        (["a.nc", "b.nc", "--step", "3"], "step does not apply to the picture loops; did you mean 'steps'"),
         (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
-        (["a.nc", "--picture", "slip-map", "--steps", "K"], "takes none; expected with loops, slip-fronts, traction"),
+        (
+            ["a.nc", "--picture", "slip-map", "--steps", "K"],
+            "steps does not apply to the picture slip-map; it applies to loops, slip-fronts, traction",
+        ),
         (
             ["a.nc", "--picture", "traction", "--step", "K"],
             "step K: the picture traction takes several; expected steps",
         ),
-        (["a.nc", "--picture", "traction", "--steps", "K,,L"], "--steps 'K,,L': expected texts with a comma"),
+        (
+            ["a.nc", "--picture", "traction", "--steps", "K,,L"],
+            "steps: expected values with one comma",
+        ),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
-        ([str(path), "--steps", "K"], "steps: .* has no such lines"),
+        ([str(path), "--steps", "K"], "steps does not apply to the picture surface"),
+        (["a.nc", "--picture", "traction", "--with", "limit=no"], "limit is 'no'; expected true or false"),
+        (["a.nc", "--picture", "traction", "--with", "limit"], "expected OPTION=VALUE"),
         (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite what it is made from"),
         (["a.nc", "b.nc", "-o", "p.gif"], "a moving picture"),
     ):
@@ -222,7 +232,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
 
 def test_loops_of_a_sweep_leave_as_a_table(write):
     found = hs.sweep(write(BALL + SWEPT))
-    heading, *rows = sweeps.rows(found)
+    heading, *rows = sweep_rows(found)
     assert heading[:2] == ["friction_coefficient", "step"]
     assert len(rows) == 3 * 21
-    assert rows[21][:2] == [0.2, 0]
+    assert rows[21][:2] == (0.2, 0)

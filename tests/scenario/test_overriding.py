@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.scenario.overriding import place_of, text_with_values, with_values
+from historysim.scenario.grid import place_of, text_with_values, with_values
 
 SCENARIO = """\
 # one ball
@@ -135,7 +135,7 @@ def test_a_scenario_with_other_values(tmp_path):
     path = tmp_path / "ball.toml"
     path.write_text(SCENARIO, encoding="utf-8")
     changed = hs.load(path, {"friction.coefficient": 0.3, "surface.radius": "1 mm"})
-    assert changed.sections.friction.friction == 0.3
+    assert changed.sections.friction.coefficient == 0.3
     assert changed.ensemble().summit_radius == pytest.approx([1e-3])
     written = tmp_path / "changed.toml"
     written.write_text(changed.text, encoding="utf-8")

@@ -128,10 +128,10 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
             {"form": "plane", "channel": 0},
             "form, channel: .*r.nc is a result of historysim run; expected a hei",
         ),
-        ("r.nc", {"adhesion": True}, "adhesion: .*r.nc is no scenario; expected a scenario with"),
-        ("l.nc", {"step": 1}, "step 1: .*l.nc has no steps; expected a result"),
-        ("s.toml", {"step": 1}, "step 1: .*s.toml has no steps"),
-        ("s.toml", {"asperity": 1}, "asperity 1: expected with adhesion"),
+        ("r.nc", {"adhesion": True}, "adhesion does not apply to the picture history"),
+        ("l.nc", {"step": 1}, "step does not apply to the picture loop-trends"),
+        ("s.toml", {"step": 1}, "step does not apply to the picture surface"),
+        ("s.toml", {"asperity": 1}, "asperity 1: of a scenario it needs adhesion"),
         ("s.toml", {"adhesion": True, "asperity": 1}, "asperity 1 does not touch; expected one that does: 0 carries"),
         ("r.history", {}, "r.history has no picture"),
         ("none", {}, "there is no such file"),
@@ -151,5 +151,5 @@ def test_what_has_no_picture_is_told(what):
 def test_reading_options_are_for_files(history):
     with pytest.raises(InputError, match="expected with the path of a height map alone"):
         hs.plot(history, form="plane")
-    with pytest.raises(InputError, match="step 1: this Surface has no steps"):
+    with pytest.raises(InputError, match="step does not apply to the picture surface"):
         hs.plot(hs.Surface(np.eye(4), 1.0), step=1)

@@ -8,7 +8,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.scenario.scenario_summary import summary
-from historysim.surfaces.outliers import outliers, spikes
+from historysim.surfaces.filters import outliers, spikes
 from historysim.surfaces.random import random_surface
 
 RANDOM = {"kind": "random", **ROUGH, "shape": [64, 64], "pixel_size": 1e-6, "autocorrelation_length": 8e-6}

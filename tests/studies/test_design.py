@@ -81,7 +81,7 @@ def test_where_there_is_none_it_says_why(ball):
     told = []
     over = {"friction.coefficient": [0.1, 0.2]}
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
-    found = hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, tell=told.append)
+    found = hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, notify=told.append)
     assert found.surface_radius.isnull().values.tolist() == [True, False]
     told_range = f"drift is from {1e11 * most:.4g} pm to {1e9 * most:.4g} nm in the range of surface.radius"
     assert told == [f"friction.coefficient = 0.1: {told_range}; widen between"]
@@ -97,7 +97,7 @@ def test_points_that_keep_a_limit_over_the_whole_range_are_told_in_one_line(ball
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
     over = {"friction.coefficient": [0.05, 0.1, 0.2]}
     limit = {"below": 1.5 * most, "quantile": 0.9}
-    hs.design(ball, "surface.radius", ["1 mm", "1 m"], over=over, tell=told.append, **limit)
+    hs.design(ball, "surface.radius", ["1 mm", "1 m"], over=over, notify=told.append, **limit)
     assert told == [f"drift stays below {1.5e9 * most:.4g} nm over the whole of between at 2 of 3 points"]
 
 
@@ -105,7 +105,7 @@ def test_many_points_without_a_value_are_cut_short(ball):
     told = []
     most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
     over = {"friction.coefficient": [*np.linspace(0.05, 0.1, 13), 0.2]}
-    hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, tell=told.append)
+    hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, notify=told.append)
     assert len(told) == 11
     assert told[-1] == "… and 3 more notes of this kind"
 
@@ -116,7 +116,7 @@ def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     ball.write_text(BALL[:last] + "]", encoding="utf-8")
     told = []
     swing = (ball, "loading.waypoints[1].tangential_displacement", ["-4 nm", "3.9 nm"], "2 mN")
-    found = hs.design(*swing, output="peak_tangential_load", tell=told.append)
+    found = hs.design(*swing, output="peak_tangential_load", notify=told.append)
     assert told == [
         "ball.toml: the least value counts; 1 more value of loading.waypoints[1].tangential_displacement would do, too"
     ]
@@ -193,7 +193,7 @@ def test_what_nothing_can_change_is_told_once(ball):
     told = []
     with pytest.raises(hs.InputError, match=r"drift is 0 m whatever surface\.radius is: the history has no two normal"):
         hs.design(
-            ball, "surface.radius", [1e-3, 1], "2 nm", over={"friction.coefficient": [0.1, 0.2]}, tell=told.append
+            ball, "surface.radius", [1e-3, 1], "2 nm", over={"friction.coefficient": [0.1, 0.2]}, notify=told.append
         )
     assert told == []
 

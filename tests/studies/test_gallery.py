@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.studies.gallery import EXAMPLE
+from historysim.studies.gallery import EXAMPLE, files_of_gallery
 
 BALL = """# A ball is loaded.
 #
@@ -76,7 +76,7 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     (folder / "none.py").write_text("# historysim gallery: example\nX = 1\n", encoding="utf-8")
     (folder / "wrong.py").write_text("# historysim gallery: example\n1 / 0\n", encoding="utf-8")
     told = []
-    text = hs.gallery(folder, scripts=True, tell=told.append)
+    text = hs.gallery(folder, scripts=True, notify=told.append)
     found = sections(text)
     assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "none.py", "wrong.py", "below/03_script.py"]
     # loop, loads and states; traction
@@ -100,28 +100,25 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
 
 def test_the_command_writes_the_page(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["gallery", str(folder), "--workers", "1"])
-    assert done.exit_code == 0, done.output
-    assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 2
-    # the page of before is replaced
-    done = CliRunner().invoke(main, ["gallery", str(folder), "--workers", "1", "--scripts"])
-    assert done.exit_code == 0, done.output
-    assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == 3
+    below = folder / "below"
+    (below / "04_sweep.toml").write_text(SWEPT, encoding="utf-8")
+    # the page of the first run is replaced
+    for options, count in ([], 1), (["--scripts"], 2):
+        done = CliRunner().invoke(main, ["gallery", str(below), "--workers", "1", *options])
+        assert done.exit_code == 0, done.output
+        assert len(sections((tmp_path / "gallery.html").read_text(encoding="utf-8"))) == count
 
 
 @pytest.mark.parametrize("scripts", [False, True])
-def test_no_script_is_carried_out_that_does_not_say_that_it_is_an_example(folder, tmp_path, scripts):
+def test_scripts_without_the_line_and_hidden_files_are_left_out(folder, scripts):
     (folder / ".git").mkdir()
-    ran = tmp_path / "ran"
-    harm = f"open({str(ran)!r}, 'w')\n"
     for name in ("setup.py", "conftest.py"):
-        (folder / name).write_text(harm, encoding="utf-8")
+        (folder / name).write_text("1 / 0\n", encoding="utf-8")
     for name in (".hidden.py", ".git/hook.py"):
-        (folder / name).write_text(f"{EXAMPLE}\n{harm}", encoding="utf-8")
+        (folder / name).write_text(f"{EXAMPLE}\n1 / 0\n", encoding="utf-8")
     (folder / "a.py").symlink_to("a.py")
-    found = sections(hs.gallery(folder, scripts=scripts))
-    assert list(found) == ["01_ball.toml", "02_sweep.toml", *(["below/03_script.py"] if scripts else [])]
-    assert not ran.exists()
+    found = [path.relative_to(folder).as_posix() for path in files_of_gallery(folder, scripts=scripts)]
+    assert found == ["01_ball.toml", "02_sweep.toml", *(["below/03_script.py"] if scripts else [])]
 
 
 def test_a_folder_without_scenarios_is_refused(tmp_path, monkeypatch):
@@ -141,7 +138,7 @@ DRAWN = (
 def drawn(found):
     import historysim as hs
 
-    return [hs.plot_swept(found, "square"), hs.plot_swept(found, "square", fit="power")]
+    return [hs.plots.curve(found, quantity="square"), hs.plots.curve(found, quantity="square", fit="power")]
 
 
 def rows(found):
@@ -160,7 +157,7 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     (tmp_path / "2_sweep.toml").write_text(SWEPT + PICTURE, encoding="utf-8")
     (tmp_path / "3_run.toml").write_text(BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8")
     told = []
-    found = sections(hs.gallery(tmp_path, scripts=True, tell=told.append))
+    found = sections(hs.gallery(tmp_path, scripts=True, notify=told.append))
     assert told == []
     assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])

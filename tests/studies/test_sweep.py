@@ -19,7 +19,7 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.scenario.grid import grid_of
 from historysim.studies import sweep as sweeping
-from historysim.studies.outputs import SUMMARIES
+from historysim.studies.cell import SUMMARIES
 
 
 @pytest.fixture
@@ -177,7 +177,7 @@ def test_cells_whose_rows_go_over_something_else_are_left_out(ball):
     ball.write_text(SLIDING.replace(FRICTION, law), encoding="utf-8")
     told = []
     over = {"friction.load": ["own", "total"]}
-    found = hs.sweep(ball, over, outputs=["present_friction", "drift"], tell=told.append)
+    found = hs.sweep(ball, over, outputs=["present_friction", "drift"], notify=told.append)
     why = "present_friction has the dimensions step, and in cells before step and asperity; sweep them separately"
     assert told == [f"cell 1 (friction.load = total) failed: {why}"]
     assert found.drift.isnull().values.tolist() == [False, True]
@@ -201,8 +201,8 @@ def test_a_scenario_says_its_own_sweep(ball):
     alone = hs.sweep(ball, {"materials.first": ["silica"], "friction.coefficient": [0.2], "surface.radius": ["2 mm"]})
     assert alone.preliminary_displacement.item() == found.preliminary_displacement[1, 1]
     told = []
-    hs.run(ball, tell=told.append)
-    assert told == ["ball.toml: [sweep] is left to historysim sweep; this is the scenario as it stands without it"]
+    hs.run(ball, notify=told.append)
+    assert told == ["ball.toml: ignoring [sweep]; use `historysim sweep` to run it"]
 
 
 def test_a_sweep_is_written_and_read_again(ball, tmp_path):
@@ -225,7 +225,7 @@ def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
     told = []
     # a load that friction does not hold, and a coefficient that is none
     ball.write_text(BALL.replace('tangential_displacement = "5 nm"', 'tangential_load = "8 mN"'), encoding="utf-8")
-    found = hs.sweep(ball, {"friction.coefficient": [0.1, -0.2, 0.2]}, tell=told.append)
+    found = hs.sweep(ball, {"friction.coefficient": [0.1, -0.2, 0.2]}, notify=told.append)
     assert found.preliminary_displacement.isnull().values.tolist() == [True, True, False]
     assert found.preliminary_displacement[2] == pytest.approx(displacement(70e-3, 0.2, 2.5e-3), rel=1e-12)
     assert "beyond the friction limit" in str(found.failure[0].values)
@@ -330,10 +330,12 @@ def test_a_damaged_cell_is_computed_again_and_leftovers_go(rough, tmp_path, coun
     cells[1].write_bytes(b"")
     middle = len(content) // 2
     cells[2].write_bytes(content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :])
-    (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d.part").write_bytes(content[:100])
+    (tmp_path / "cells" / f".{cells[3].name}.0a1b2c3d-1-0123456789abcdef.part").write_bytes(content[:100])
+    others = tmp_path / "cells" / ".letters.cell.mine.part"
+    others.write_text("of somebody else", encoding="utf-8")
     assert first.identical(hs.sweep(rough, OVER, store=tmp_path / "cells"))
     assert len(counted) == 8 + 3
-    assert sorted((tmp_path / "cells").iterdir()) == [*cells, tmp_path / "cells" / "lock"]
+    assert sorted((tmp_path / "cells").iterdir()) == [others, *cells, tmp_path / "cells" / "lock"]
 
 
 HOLDS = """
@@ -386,8 +388,8 @@ def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatc
     here = hs.sweep(rough, OVER)
     monkeypatch.setattr(sweeping, "computed", dying.computed_unless_3)
     found = hs.sweep(rough, OVER, workers=2)
-    assert (found.failure == sweeping.ENDED).sum() == 2
-    assert (found.failure.sel(surface_seed=3) == sweeping.ENDED).all()
+    assert (found.failure == sweeping.KILLED).sum() == 2
+    assert (found.failure.sel(surface_seed=3) == sweeping.KILLED).all()
     alive = {"surface_seed": slice(0, 3)}
     assert found.drop_vars("failure").isel(alive).equals(here.isel(alive))
 

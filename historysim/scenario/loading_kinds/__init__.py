@@ -1,27 +1,67 @@
-"""The kinds of ``[loading]`` in a scenario: waypoints, blocks of them, or a measured file, and the events they make."""
+"""The kinds of ``[loading]`` in a scenario, and the events they make. A kind is a file here."""
 
+import abc
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, ClassVar
+
+import attrs
 from cattrs import Converter
 
+from historysim.basics.limits import at_most, most
+from historysim.basics.notices import Notify, silent
+from historysim.basics.places import misfit
+from historysim.basics.registry import Registry
+from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.scenario.loading_kinds.channels import channel_hooks
-from historysim.scenario.loading_kinds.from_file import MeasuredLoading
-from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading
-from historysim.scenario.loading_kinds.written import Blocks, Waypoints, waypoint_hooks
+from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
-__all__ = [
-    "LOADINGS",
-    "Blocks",
-    "Loading",
-    "MeasuredLoading",
-    "Waypoints",
-    "channel_hooks",
-    "loading_from_toml",
-    "waypoint_hooks",
-]
-
-NAMED_BY_A_KEY = (Waypoints.kind, Blocks.kind, MeasuredLoading.kind)
+NAMED_BY_A_KEY = ("waypoints", "blocks", "file")
 """Kinds whose name is a key of their own, so that no ``kind`` is needed."""
+
+LOADINGS: Registry[type["Loading"]] = Registry(
+    "historysim.loadings", f"{__name__}:Loading", "kind of loading", __name__
+)
+"""The kinds of ``[loading]`` by their names."""
+
+
+@attrs.frozen(kw_only=True)
+class Loading(abc.ABC):
+    """What every kind of loading has.
+
+    Attributes
+    ----------
+    substeps
+        Steps that are recorded from one event to the next; they do not change the result.
+    saturate
+        ``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is
+        an error.
+    """
+
+    registry: ClassVar[Registry[Any]] = LOADINGS
+    kind: ClassVar[str]
+
+    substeps: int = 1
+    saturate: bool = False
+
+    def __attrs_post_init__(self) -> None:
+        """Check the substeps."""
+        if not 1 <= self.substeps <= most("STEPS"):
+            raise misfit(f"{shown(self.substeps)}; expected an integer from 1 on, {at_most('STEPS')}", "substeps")
+
+    @abc.abstractmethod
+    def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
+        """Return the events, in time order; paths are relative to the folder, and what the user should know is told."""
+
+    def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - for those who know more
+        """Return where one of the events stands, as the scenario writes it; folder as for `events`."""
+        return "loading"
+
+    @property
+    def names(self) -> dict[str, float]:
+        """The times [s] of waypoints that have a name."""
+        return {}
 
 
 def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
@@ -32,9 +72,9 @@ def loading_from_toml(converter: Converter, value: object, _: object) -> Loading
     entry = table(value)
     given = [key for key in NAMED_BY_A_KEY if key in entry]
     if "kind" not in entry and len(given) != 1:
-        came = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
+        problem = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
         others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
         more = f", or kind, one of {others}" if others else ""
-        raise InputError(f"{came} given; expected exactly one of waypoints, blocks and file{more}")
+        raise InputError(f"{problem} given; expected exactly one of waypoints, blocks and file{more}")
     loading: Loading = kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)
     return loading

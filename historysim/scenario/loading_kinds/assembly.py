@@ -1,7 +1,7 @@
 """From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected as asked for."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -9,14 +9,18 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.limits import LARGEST, SIZE
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured import conditioning, correction, reduction
+from historysim.loads.events import Event
+from historysim.measured import correction, reduction
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
-from historysim.scenario.loading_kinds.channels import (
+from historysim.scenario.loading_kinds import LOADINGS, Loading
+from historysim.scenario.loading_kinds.measured import (
     COMBINED,
     EACH,
     FILE_REMARK,
@@ -28,8 +32,8 @@ from historysim.scenario.loading_kinds.channels import (
 )
 from historysim.scenario.schema import given
 from historysim.tables import Column, MissingValueError, Table
-from historysim.tables.clock import one_clock
-from historysim.tables.column_units import fitting
+from historysim.tables.clocks import one_clock
+from historysim.tables.columns import fitting
 
 MOST_SAMPLES = 10_000_000
 MOST_TOLD = 12
@@ -55,6 +59,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
         clocked = _within(section, clocked, remarks)
         clocked = _without_missing(section, clocked, remarks)
         _check_one_run(clocked)
+        _check_sizes(clocked.time, clocked)
         _check_gaps(section.max_gap, clocked)
     if section.interval is not None:
         clocked = _evenly(name, section.interval, clocked)
@@ -64,9 +69,9 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
             dead_band = getattr(section.dead_band, key) or 0.0
-            values[group, key] = _in_si(
-                channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed
-            )
+            in_si = _in_si(channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed)
+            _check_sizes(in_si, clocked)
+            values[group, key] = in_si
             digit = _digit(clocked.values.get((group, key)), values[group, key])
             _tell_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
     _close_free_play(channels, values, remarks)
@@ -310,6 +315,13 @@ def _check_one_run(clocked: _Clocked) -> None:
         ) from error
 
 
+def _check_sizes(values: Floats, clocked: _Clocked) -> None:
+    """Check numbers in SI, one for each sample."""
+    beyond = np.flatnonzero(np.abs(values) > LARGEST)
+    if beyond.size:
+        raise InputError(f"{clocked.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
+
+
 def _check_gaps(max_gap: float | None, clocked: _Clocked) -> None:
     if max_gap is None:
         return
@@ -346,10 +358,9 @@ def _close_free_play(
     for place, channel in channels.items():
         if isinstance(channel, LengthChannel) and channel.free_play:
             load = next(array for (_, name), array in values.items() if name == "tangential_load")
-            closed = correction.remove_free_play(
+            values[place] = correction.remove_free_play(
                 values[place], load, channel.free_play, closing_load=channel.closing_load
             )
-            values[place] = closed.values
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
@@ -369,7 +380,7 @@ def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    hums = [hum for hum in conditioning.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
+    hums = [hum for hum in correction.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
     if hums:
         lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in hums[:3])
         notches = ", ".join(f"{hum.frequency:.4g}" for hum in hums[:3])
@@ -378,19 +389,18 @@ def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit
         remarks.append((HUM_REMARK, f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"))
 
 
-def _conditioned(channel: Channel, clocked: _Clocked, values: Floats) -> correction.Correction:
+def _conditioned(channel: Channel, clocked: _Clocked, values: Floats) -> Floats:
     """Return a channel after its median, its notches and its low-pass, in this order."""
-    left = values
     if channel.median is not None:
         with at("median"):
-            left = conditioning.running_median(left, channel.median).values
+            values = correction.running_median(values, channel.median)
     for frequency in channel.notches:
         with at("notch"):
-            left = conditioning.notch(clocked.time, left, frequency).values
+            values = correction.notch(clocked.time, values, frequency)
     if channel.low_pass is not None:
         with at("low_pass"):
-            left = conditioning.low_pass(clocked.time, left, channel.low_pass).values
-    return correction.Correction(left, values - left)
+            values = correction.low_pass(clocked.time, values, channel.low_pass)
+    return values
 
 
 def _in_si(
@@ -407,30 +417,31 @@ def _in_si(
     if constant is not None:
         return np.full(clocked.time.size, constant)
     scale, offset = channel.scale * (_area(channel) or 1.0), getattr(channel, "offset", 0.0)
-    values = correction.rescale(clocked.values[key], scale, offset).values
+    values = scale * clocked.values[key] + offset
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
     if channel.median is not None or channel.notches or channel.low_pass is not None:
         conditioned = _conditioned(channel, clocked, values)
-        values, removed[key[1]] = conditioned.values, conditioned.removed
-        rms = quantity_text(float(np.sqrt(np.mean(conditioned.removed**2))), unit, 3)
-        most = quantity_text(conditioned.largest, unit, 3)
+        off = removed[key[1]] = values - conditioned
+        values = conditioned
+        rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
+        most = quantity_text(float(np.abs(off).max()), unit, 3)
         remarks.append((f"{name}: conditioning took off", f"{rms} rms, {most} at most"))
     if isinstance(channel, LengthChannel) and channel.backlash:
         with at("backlash"):
             check_order(clocked.time, clocked.place, rising=True)
-            values = correction.remove_backlash(clocked.time, values, channel.backlash, dead_band=dead_band).values
+            values = correction.remove_backlash(clocked.time, values, channel.backlash, dead_band=dead_band)
         remarks.append((f"{name}: backlash taken up", quantity_text(channel.backlash, "m")))
     if channel.drift_free:
         with at("drift_free"):
             check_order(clocked.time, clocked.place, rising=True)
             drift = correction.drift_of_cycles(clocked.time, values, dead_band=dead_band)
-        values = correction.remove_drift(clocked.time, values, drift.value).values
+        values = values - drift.value * (clocked.time - clocked.time[0])
         error = quantity_text(drift.standard_error, unit)
         remarks.append((f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s"))
     if channel.centred:
         with at("centred"):
             offset = correction.offset_of_cycles(values, dead_band=dead_band)
-        values = correction.remove_offset(values, offset.value).values
+        values = values - offset.value
         error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
         remarks.append((f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}"))
     if isinstance(channel, ForceChannel) and channel.negative_as_zero:
@@ -438,3 +449,45 @@ def _in_si(
         values = np.maximum(values, 0.0)
         remarks.append((f"{name}: negative, taken as 0", _samples(negative)))
     return values
+
+
+@LOADINGS.register
+@attrs.frozen(kw_only=True)
+class MeasuredLoading(MeasuredFile, Loading):
+    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint."""
+
+    kind = "file"
+
+    def __attrs_post_init__(self) -> None:
+        """Check what the types leave open."""
+        MeasuredFile.__attrs_post_init__(self)
+        Loading.__attrs_post_init__(self)
+
+    def measurement(self, folder: Path) -> "Measurement":
+        """Return what was measured, read from the file and made ready.
+
+        Raises InputError: a file that cannot be read, missing samples or gaps that are refused, or a correction that
+        cannot be made.
+        """
+        with at("loading"):
+            return assembled(folder, self)
+
+    def place(self, folder: Path, index: int) -> str:
+        """Return the line of the file that an event comes from."""
+        measurement = self.measurement(folder)
+        sample = int(measurement.kept()[index // len(measurement.channels)])
+        return f"loading.file: {self.name}: {measurement.place(sample)}"
+
+    def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
+        """Return the events of the file, and tell how it was read where that is not what it says."""
+        measurement = self.measurement(folder)
+        for label, notice in measurement.remarks:
+            if label in {FILE_REMARK, HUM_REMARK}:
+                notify(f"{self.name}: {notice}")
+        if noise := measurement.false_reversals():
+            notify(f"{self.name}: {noise}")
+        with at("loading", "file"):
+            try:
+                return measurement.events()
+            except InputError as error:
+                raise InputError(f"{self.name}: {error}") from error

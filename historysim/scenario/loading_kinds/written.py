@@ -1,43 +1,26 @@
 """``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
 
-from collections.abc import Mapping, Sequence
+import abc
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, ClassVar, Self, cast
 
 import attrs
 from cattrs import Converter
-from cattrs.errors import AttributeValidationNote
 
-from historysim.basics.fields import NOT_NEGATIVE, Force, Length, Lengths, Numbers, Quantity, Time
-from historysim.basics.notices import Teller, silent
+from historysim.basics.fields import NOT_NEGATIVE, Time
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError, path_text
-from historysim.loads.events import EVENT_KINDS, EVENTS, LOAD_KINDS, Event, LoadEvent
-from historysim.scenario.loading_kinds.loading_kind import LOADINGS, Loading, one_of_each
-from historysim.scenario.schema import table
+from historysim.loads.events import EVENTS, Event, LoadEvent
+from historysim.scenario.loading_kinds import LOADINGS, Loading
+from historysim.scenario.schema import with_kinds
 
+Changes = dict[str, "Event | tuple[Any, ...]"]
+"""What is reached at a waypoint, by the names of the events: what each has beside its time, or the event."""
 MOST_EVENTS = 10_000_000
-
-
-@attrs.frozen
-class GeometryTable:
-    """Other heights and radii of summits, of all or of some asperities.
-
-    Attributes
-    ----------
-    summit_height
-        Heights over the same datum.
-    summit_radius
-        Radii.
-    asperities
-        Which ones; without it all, by as many summits.
-    """
-
-    summit_height: Lengths | None = None
-    summit_radius: Lengths | None = None
-    asperities: tuple[int, ...] | None = None
 
 
 @attrs.frozen
@@ -50,21 +33,6 @@ class Waypoint:
         When; or ``after``.
     after
         Time since the waypoint before it.
-    normal_load
-        Normal load that is reached.
-    normal_displacement
-        Approach of the highest summit that is reached.
-    tangential_load
-        Tangential load that is reached.
-    tangential_displacement
-        Tangential displacement that is reached.
-    friction
-        Coefficient from then on.
-    friction_ramp
-        Coefficient reached then, to which friction has gone straight since its last such waypoint, or since the
-        event before the first.
-    geometry
-        Other summits from then on, as below. Each that changes is a new contact.
     asperities
         Whose friction changes; without it that of all.
     name
@@ -80,63 +48,42 @@ class Waypoint:
     ]
     """
 
+    by_kind: ClassVar = ("changes", EVENTS)
+
     time: Time | None = None
     after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    normal_load: Force | None = None
-    normal_displacement: Length | None = None
-    tangential_load: Force | None = None
-    tangential_displacement: Length | None = None
-    friction: Numbers | None = None
-    friction_ramp: Numbers | None = None
-    geometry: GeometryTable | None = None
     asperities: tuple[int, ...] | None = None
     name: str | None = None
-    others: dict[str, Any] = attrs.Factory(dict)
+    changes: Changes = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
         """Check that it has one time, and something to reach."""
         if (self.time is None) == (self.after is None):
             given = "neither time nor after" if self.time is None else "both time and after"
             raise InputError(f"{given}; expected either the time itself, or the time after the waypoint before it")
-        one_of_each(self)
-        if self.asperities is not None and self.friction is None:
+        _check_channels(self.changes)
+        if self.asperities is not None and "friction" not in self.changes:
             raise misfit("without friction; expected both, or asperities in geometry", "asperities")
         if not self.changes:
-            raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENT_KINDS)}")
+            raise InputError(f"nothing to reach; expected one or more of {', '.join(EVENTS.own())}")
 
-    @property
-    def changes(self) -> dict[str, Any]:
-        """What is reached, by the name of its key: what its event has beside the time, or of others the event."""
-        named = {key: getattr(self, key) for key in EVENT_KINDS}
-        changes: dict[str, Any] = {key: (value,) for key, value in named.items() if value is not None}
-        if self.friction is not None:
-            changes["friction"] = (self.friction, self.asperities)
-        if self.geometry is not None:
-            new = self.geometry
-            changes["geometry"] = (new.asperities, new.summit_height, new.summit_radius)
-        return changes | self.others
+    @classmethod
+    def from_toml(cls, value: object, converter: Converter) -> Self:
+        """Return the waypoint of a table, each of whose other keys is the name of an event."""
+        made: Self = with_kinds(cls, value, converter)
+        change = made.changes.get("friction")
+        if made.asperities is not None and isinstance(change, tuple):
+            made = attrs.evolve(made, changes={**made.changes, "friction": (*change, made.asperities)})
+        return made
 
 
-def waypoint_hooks(converter: Converter) -> None:
-    """Teach a converter that a waypoint may have events of other packages, each a table under its name."""
-    table_of = converter.get_structure_hook(Waypoint)
-
-    def structure(value: object, cls: object) -> object:
-        entry = dict(table(value))
-        own = attrs.fields_dict(Waypoint)
-        others = {key: entry.pop(key) for key in list(entry) if key not in own and key in EVENTS}
-        events = {}
-        for key, fields in others.items():
-            try:
-                events[key] = converter.structure({"time": 0.0, **table(fields)}, EVENTS[key])
-            except Exception as error:
-                error.add_note(AttributeValidationNote("", key, None))
-                raise
-        if "others" in entry:
-            raise misfit("unknown key; expected events by their names", "others")
-        return table_of({**entry, "others": events}, cls)
-
-    converter.register_structure_hook(Waypoint, structure)
+def _check_channels(keys: Iterable[str]) -> None:
+    """Check that each channel is controlled in one way; a load and a displacement of one are an InputError."""
+    of = [(EVENTS[key].channel, key) for key in keys if EVENTS[key].channel is not None]
+    for index, (channel, key) in enumerate(of):
+        for other, before in of[:index]:
+            if other == channel:
+                raise InputError(f"{before} and {key} together; expected one of them: the other follows from it")
 
 
 Place = tuple[str | int, ...]
@@ -150,37 +97,41 @@ class _Timeline:
     """Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said."""
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
+    places: list[Place] = attrs.Factory(list)
+    """Where each event stands in the scenario."""
     standing: dict[str, LoadEvent] = attrs.Factory(dict)
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
     """By channel, when and where a waypoint came first since its own last one, that does not name it."""
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
     """What was reached in this way: the place, the event before and the one after."""
 
-    def reach(self, time: float, changes: Mapping[str, Any], *place: str | int) -> None:
+    def reach(self, time: float, changes: Changes, *place: str | int) -> None:
         for key, change in changes.items():
             with at(key):
                 event = (
-                    change.of(time, change.contents())
+                    attrs.evolve(cast("Any", change), time=time)
                     if isinstance(change, Event)
-                    else EVENT_KINDS[key].of(time, change)
+                    else EVENTS[key].of(time, change)
                 )
             self.events.append(event)
+            self.places.append(place)
             if isinstance(event, LoadEvent):
                 self._look_back(event)
                 self.standing[event.channel] = event
         self.now = time
         if self.holds:
-            self.hold()
+            self.hold(*place)
         for channel, event in self.standing.items():
             if event.time < time:
                 self.passed.setdefault(channel, (time, place))
 
-    def hold(self) -> None:
+    def hold(self, *place: str | int) -> None:
         """Let every channel stay where it stands until now."""
         for channel, event in self.standing.items():
             if event.time < self.now:
                 held = attrs.evolve(event, time=self.now)
                 self.events.append(held)
+                self.places.append(place)
                 self.standing[channel] = held
                 self.passed.pop(channel, None)
 
@@ -191,13 +142,13 @@ class _Timeline:
         if before is not None and time < event.time and (before.name, before.value) != (event.name, event.value):
             self.drifts.append((place, before, event))
 
-    def tell_drifts(self, tell: Teller) -> None:
+    def tell_drifts(self, notify: Notify) -> None:
         """Tell where a channel goes on at waypoints that do not name it, unless that is what the loading says."""
         if not self.drifts or self.holds is not None:
             return
         place, before, after = self.drifts[0]
         more = f", and so in {counted(len(self.drifts) - 1, 'other place', 'other places')}" if self.drifts[1:] else ""
-        tell(
+        notify(
             f"{path_text(place)}: {before.name} is not named here, and goes on from {_reached(before)} to "
             f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false if this is meant"
         )
@@ -218,6 +169,20 @@ class Written(Loading):
     """
 
     hold: bool | None = None
+
+    @abc.abstractmethod
+    def timeline(self) -> _Timeline:
+        """Return the events with their places."""
+
+    def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
+        """Return the events, and tell where a channel runs on unnamed."""
+        line = self.timeline()
+        line.tell_drifts(notify)
+        return line.events
+
+    def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - as for `events`
+        """Return the waypoint that an event comes from."""
+        return path_text(self.timeline().places[index])
 
 
 @LOADINGS.register
@@ -253,8 +218,8 @@ class Waypoints(Written):
                 times[waypoint.name] = time
         return times
 
-    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
-        """Return the events, and tell where a channel runs on unnamed."""
+    def timeline(self) -> _Timeline:
+        """Return the events with their places."""
         line = _Timeline(self.hold)
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
@@ -262,56 +227,46 @@ class Waypoints(Written):
                 if line.events and time < line.now:
                     raise misfit(f"{time:g} s comes after {line.now:g} s; expected times that do not decrease", "time")
                 line.reach(time, waypoint.changes, "loading", "waypoints", index)
-        line.tell_drifts(tell)
-        return line.events
-
-
-IN_TURN = (*LOAD_KINDS, "friction")
+        return line
 
 
 @attrs.frozen
 class Each:
-    """Values to reach in turn; the waypoints of the block run at each of them.
+    """Arrays of values to reach in turn, by the keys of a waypoint that take one value, such as ``normal_load``.
+
+    The waypoints of the block run at each of them.
 
     Attributes
     ----------
     after
         Time to reach each value.
-    normal_load
-        Normal loads.
-    normal_displacement
-        Approaches of the highest summit.
-    tangential_load
-        Tangential loads.
-    tangential_displacement
-        Tangential displacements.
-    friction
-        Coefficients.
     """
 
+    by_kind: ClassVar = ("values", EVENTS)
+
     after: Time = attrs.field(validator=NOT_NEGATIVE)
-    normal_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
-    normal_displacement: Annotated[tuple[float, ...], Quantity("m")] | None = None
-    tangential_load: Annotated[tuple[float, ...], Quantity("N")] | None = None
-    tangential_displacement: Annotated[tuple[float, ...], Quantity("m")] | None = None
-    friction: Annotated[tuple[float, ...], Quantity("1")] | None = None
+    values: Mapping[str, tuple[float, ...]] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
         """Check that there are values, as many of one as of the other."""
-        one_of_each(self)
-        lengths = {key: len(value) for key in IN_TURN if (value := getattr(self, key)) is not None}
+        _check_channels(self.values)
+        lengths = {key: len(value) for key, value in self.values.items()}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
-            counted = ", ".join(f"{count} of {key}" for key, count in lengths.items())
-            raise InputError(
-                f"{counted or 'no'} values; expected arrays of one length, of one or more of {', '.join(IN_TURN)}"
-            )
+            counts = ", ".join(f"{count} of {key}" for key, count in lengths.items())
+            names = ", ".join(name for name, kind in EVENTS.own().items() if len(attrs.fields(cast("Any", kind))) < 4)
+            raise InputError(f"{counts or 'no'} values; expected arrays of one length, of one or more of {names}")
+
+    @classmethod
+    def from_toml(cls, value: object, converter: Converter) -> Self:
+        """Return the values of a table, each of whose other keys is the name of an event."""
+        made: Self = with_kinds(cls, value, converter, in_turn=True)
+        return made
 
     @property
-    def turns(self) -> list[dict[str, tuple[Any, ...]]]:
+    def turns(self) -> list[Changes]:
         """What is reached in each turn."""
-        keys = [key for key in IN_TURN if getattr(self, key) is not None]
-        each = zip(*(getattr(self, key) for key in keys), strict=True)
-        return [{key: (value,) for key, value in zip(keys, values, strict=True)} for values in each]
+        each = zip(*self.values.values(), strict=True)
+        return [{key: (value,) for key, value in zip(self.values, values, strict=True)} for values in each]
 
 
 @attrs.frozen
@@ -362,7 +317,7 @@ class WaypointBlock:
         return len(self.turns) * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
     @property
-    def turns(self) -> Sequence[dict[str, tuple[Any, ...]]]:
+    def turns(self) -> Sequence[Changes]:
         """What is reached before each run of the repeated waypoints."""
         return self.each.turns if self.each else [{}]
 
@@ -374,11 +329,11 @@ class WaypointBlock:
         """
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
         for turn in self.turns:
-            line.hold()
+            line.hold(*place)
             if self.each:
                 with at("each"):
                     line.reach(line.now + self.each.after, turn, *place, "each")
-                line.hold()
+                line.hold(*place, "each")
             for _ in range(self.repeat):
                 for index, (after, changes) in enumerate(run):
                     with at("waypoints", index):
@@ -400,8 +355,8 @@ class Blocks(Written):
 
     blocks: tuple[WaypointBlock, ...]
 
-    def events(self, folder: Path, tell: Teller = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
-        """Return the events, and tell where a channel runs on unnamed."""
+    def timeline(self) -> _Timeline:
+        """Return the events with their places."""
         count = sum(block.count() for block in self.blocks)
         if count > MOST_EVENTS:
             problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
@@ -410,5 +365,4 @@ class Blocks(Written):
         for index, block in enumerate(self.blocks):
             with at("loading", "blocks", index):
                 block.extend(line, "loading", "blocks", index)
-        line.tell_drifts(tell)
-        return line.events
+        return line

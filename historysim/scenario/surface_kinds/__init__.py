@@ -1,79 +1,97 @@
-"""The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives."""
+"""The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives. A kind is a file here."""
+
+import abc
+import importlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
-from cattrs import Converter
 
-from historysim.basics.fields import Number
-from historysim.basics.places import misfit
-from historysim.basics.wording import shown
-from historysim.errors import InputError
-from historysim.scenario.schema import kind_from_toml, table
-from historysim.scenario.surface_kinds.any_surface import ChangedSurface, SurfaceKeys
-from historysim.scenario.surface_kinds.map_kinds import HeightMap
-from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
+from historysim.basics.registry import Registry
 
-__all__ = [
-    "SURFACES",
-    "BuiltSurface",
-    "ChangedSurface",
-    "HeightMap",
-    "SurfaceKind",
-    "channel_from_toml",
-    "map_from_toml",
-    "prune_from_toml",
-    "surface_from_toml",
-]
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-DEEPEST = 20
-"""Sums within sums that are followed."""
+    from historysim.asperities.yielding import YieldingLaw
+    from historysim.interaction.solutions import NormalSolutions
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
+
+SURFACES: Registry[type["SurfaceKind"]] = Registry(
+    "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
+)
+"""The kinds of ``[surface]`` by their names."""
+CHANGES = ("height_scale", "interaction", "yielding", "passes")
+"""Keys that a surface of any kind may have: the fields of `ChangedSurface`."""
 
 
-def surface_from_toml(converter: Converter, value: object, _: object) -> SurfaceKind:
-    """Return the surface that ``[surface]`` says.
+def __getattr__(name: str) -> Any:  # noqa: ANN401 - any name
+    if name == "HeightMap":
+        # with what it imports, which other kinds do not need
+        return importlib.import_module(f"{__name__}.map_kinds").HeightMap
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
-    Raises InputError: an unknown kind, keys that do not fit it, or sums within sums without end.
+
+@attrs.frozen(eq=False)
+class BuiltSurface:
+    """What a ``[surface]`` gives.
+
+    Attributes
+    ----------
+    summits : Summits, optional
+        The summits that become asperities; None where a normal curve is given.
+    surface : Surface, optional
+        The height map that they were found on.
+    friction : array (summit), optional
+        Their friction coefficients, where the surface has its own.
+    notices : tuple of str
+        What the user should know about how it was made.
+    interacts : bool
+        Whether the contact is that of the whole map, whose parts press on one another, and not of its summits.
+    solutions : NormalSolutions, optional
+        Those of the map, once they are there.
+    curve : tuple of array, optional
+        A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
+    ball_radius : float, optional
+        Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
+    yielding : YieldingLaw, optional
+        How the summits yield.
+    passes : Passes of `changes`, optional
+        By which the map is still to be run in.
+    find : callable, optional
+        Finds the summits of a map as those here were found.
     """
-    level, depth = _parts(value), 0
-    while level:
-        level, depth = [part for entry in level for part in _parts(entry)], depth + 1
-        if depth > DEEPEST:
-            raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    entry = dict(table(value))
-    changes = {key: entry.pop(key) for key in attrs.fields_dict(SurfaceKeys) if key in entry}
-    keys = converter.structure(changes, SurfaceKeys)
-    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    return ChangedSurface(of=surface, **attrs.asdict(keys, recurse=False)) if changes else surface
+
+    summits: "Summits | None"
+    surface: "Surface | None" = None
+    friction: Any = None
+    notices: tuple[str, ...] = ()
+    interacts: bool = False
+    solutions: "NormalSolutions | None" = None
+    curve: tuple[Any, Any, Any] | None = None
+    ball_radius: float | None = None
+    yielding: "YieldingLaw | None" = None
+    passes: Any = None
+    find: "Callable[[Surface], Summits] | None" = None
 
 
-def map_from_toml(converter: Converter, value: object, _: object) -> HeightMap:
-    """Return a surface that has to be a height map; errors as for `surface_from_toml`."""
-    for key in ("rule", "prune", "ball_radius"):
-        if key in table(value):
-            raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
-    surface: HeightMap = kind_from_toml(converter, value, SURFACES, among=HeightMap)
-    return surface
+class SurfaceKind(abc.ABC):
+    """A kind of ``[surface]``: an attrs class, whose fields are its keys, registered under its name."""
 
+    registry: ClassVar[Registry[Any]] = SURFACES
+    kind: ClassVar[str]
 
-def _parts(entry: object) -> list[object]:
-    """Return the two surfaces of what may be a sum."""
-    return [entry[key] for key in ("first", "second") if key in entry] if isinstance(entry, dict) else []
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":
+        """Return the class that the keys of a section belong to, where a kind has several."""
+        del entry
+        return cls
 
+    @abc.abstractmethod
+    def build(self, folder: Path) -> BuiltSurface:
+        """Return the summits, with the map that they were found on; paths are relative to the folder."""
 
-def channel_from_toml(converter: Converter, value: object, _: object) -> int | str | None:
-    """Return the number or name of a channel; anything else is an InputError."""
-    if isinstance(value, bool) or not isinstance(value, int | str | None):
-        raise InputError(f"{shown(value)}; expected the number of a channel, from 0, or its name")
-    return converter.structure(value, int) if isinstance(value, int) else value
-
-
-def prune_from_toml(converter: Converter, value: object, _: object) -> bool | float | None:
-    """Return whether summits are pruned, or below which share of the height range.
-
-    Raises InputError: anything but true, false, or a share from 0 to 1.
-    """
-    if value is None or isinstance(value, bool):
-        return value
-    share: float = converter.structure(value, Number)
-    if not 0 <= share < 1:
-        raise InputError(f"{share:g}; expected true, or a share of the height range, from 0 to less than 1")
-    return share
+    def unprepared(self) -> "SurfaceKind | None":
+        """Return the same with its map as it comes, and all its summits; None where nothing prepares it."""
+        return None

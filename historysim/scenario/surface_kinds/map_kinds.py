@@ -1,40 +1,39 @@
 """Surfaces given by a height map: random, measured, or the sum of two."""
 
 import abc
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import attrs
 
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
-from historysim.basics.places import at, misfit
-from historysim.basics.wording import counted
+from historysim.basics.notices import Notify, silent
+from historysim.basics.places import at
 from historysim.errors import InputError
-from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
+from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
+from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
-PREPARATION = (
-    "crop_x",
-    "crop_y",
-    "spikes",
-    "outliers",
-    "s_filter",
-    "resolution",
-    "l_filter",
-    "robust",
-    "prune",
-)
-"""Keys that prepare a map, beside its form."""
-
 Angle = Annotated[float, Quantity("rad")]
 
-_DEVIATIONS = Key(lambda number: number > 0, "a number of standard deviations, greater than 0")
+_SHARE = Key(
+    lambda share: isinstance(share, bool) or 0 <= share < 1,
+    "true, or a share of the height range, from 0 to less than 1",
+)
 
 
-@attrs.frozen(kw_only=True)
+def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs.Attribute[Any]]":
+    """Give a kind of map the keys of the steps that prepare it, beside its own."""
+    names = {field.name for field in fields}
+    keys = keys_of(steps_for(getattr(kind, "kind", None), kind.preparations))  # type: ignore[attr-defined] # of a HeightMap
+    return [*fields, *(key for key in keys if key.name not in names)]
+
+
+@attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class HeightMap(SurfaceKind):
     """What every kind with a height map has.
 
@@ -42,14 +41,6 @@ class HeightMap(SurfaceKind):
     ----------
     rule
         Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
-    s_filter
-        Keeps what is longer than this cut-off, two pixels or more (ISO 16610-21).
-    l_filter
-        Takes off what is longer than this cut-off.
-    robust
-        Both filters by ISO 16610-71.
-    resolution
-        Pixel size on which the map is laid after ``s_filter``, by splines.
     prune
         ``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz,
         or by that share.
@@ -57,42 +48,44 @@ class HeightMap(SurfaceKind):
         Lays the map on a ball, its centre on top, after all that prepares it.
     """
 
+    preparations: ClassVar[tuple[type[Preparation], ...]] = own_steps()
+
     rule: int = 9
-    s_filter: Length | None = None
-    l_filter: Length | None = None
-    robust: bool = False
-    resolution: Lengths | None = None
-    prune: bool | float | None = None
+    prune: bool | float | None = attrs.field(default=None, validator=_SHARE)
     ball_radius: Length | None = None
 
-    @abc.abstractmethod
-    def surface(self, folder: Path) -> "Surface":
-        """Return the map."""
+    @classmethod
+    def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
+        """Return this class, with the keys of the steps of other packages where an entry has a key beside its own."""
+        # those are looked for then only, since that takes time
+        if entry.keys() <= {*attrs.fields_dict(cls), "kind"}:
+            return cls
+        everything = {"preparations": tuple(PREPARATIONS.values())}
+        return attrs.frozen(kw_only=True, field_transformer=_with_steps)(type(cls.__name__, (cls,), everything))
 
-    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Return the map, and nothing that the user should know."""
-        return self.surface(folder), ()
+    @abc.abstractmethod
+    def made(self, folder: Path, notify: Notify) -> "Surface":
+        """Return the map before its preparation; ``notify`` takes what the user should know."""
+
+    def surface(self, folder: Path, notify: Notify = silent) -> "Surface":
+        """Return the map, prepared."""
+        surface = self.made(folder, notify)
+        for step in steps_for(self.kind, self.preparations):
+            keys = {key: getattr(self, key) for key in attrs.fields_dict(step)}
+            surface = step(**keys).prepare(surface, lambda notice: notify(f"{self.source}{notice}"))
+        return surface
+
+    @property
+    def source(self) -> str:
+        """What stands before a notice on the map."""
+        return ""
 
     def unprepared(self) -> "HeightMap | None":
         """Return the same kind with its map as it comes, and all its summits; None where this is that."""
-        default = {field.name: field.default for field in attrs.fields(type(self)) if field.name in PREPARATION}
-        plain = attrs.evolve(self, **default)
+        steps = [step for step in steps_for(self.kind, self.preparations) if step.compared]
+        defaults: dict[str, Any] = {key.name: key.default for key in keys_of(steps)}
+        plain = attrs.evolve(self, **defaults, prune=None)
         return None if plain == self else plain
-
-    def filtered(self, surface: "Surface") -> "Surface":
-        """Return a map after its S-filter, on the points of the resolution that is asked for, after its L-filter."""
-        if self.robust and self.s_filter is None and self.l_filter is None:
-            raise misfit("there is no filter; expected s_filter or l_filter beside it", "robust")
-        if self.s_filter is not None:
-            with at("s_filter"):
-                surface = surface.smoothed(self.s_filter, robust=self.robust)
-        if self.resolution is not None:
-            with at("resolution"):
-                surface = surface.at_resolution(self.resolution)
-        if self.l_filter is not None:
-            with at("l_filter"):
-                surface = surface.roughness(self.l_filter, robust=self.robust)
-        return surface
 
     def found_summits(self, surface: "Surface") -> "Summits":
         """Return the summits, without those that rise less than a share of the height range."""
@@ -107,8 +100,9 @@ class HeightMap(SurfaceKind):
         """Return the summits of the map, and the map."""
         from historysim.basics.arguments import representable
 
+        notices: list[str] = []
         with representable():
-            surface, notices = self.noticed(folder)
+            surface = self.surface(folder, notices.append)
             if self.ball_radius is not None:
                 with at("ball_radius"):
                     surface = surface.on_ball(self.ball_radius)
@@ -119,22 +113,11 @@ class HeightMap(SurfaceKind):
                 f"the {self.rule}-point rule finds no summit among {points} points; expected a point with lower ones "
                 "all around, none of them missing or beyond the border"
             )
-        return BuiltSurface(summits, surface, notices=notices, ball_radius=self.ball_radius)
-
-
-def _cropped(
-    surface: "Surface", x: "float | tuple[float, ...] | None", y: "float | tuple[float, ...] | None"
-) -> "Surface":
-    """Return the points of a map between two positions along x and along y, their heights as they are."""
-    for key, ends in (("x", x), ("y", y)):
-        if ends is not None:
-            with at(f"crop_{key}"):
-                surface = surface.cropped(**{key: ends})
-    return surface
+        return BuiltSurface(summits, surface, notices=tuple(notices), ball_radius=self.ball_radius)
 
 
 @SURFACES.register
-@attrs.frozen(kw_only=True)
+@attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class RandomMap(HeightMap):
     """Random heights with an autocorrelation function.
 
@@ -156,10 +139,6 @@ class RandomMap(HeightMap):
         Of the heights.
     kurtosis
         Of the heights; 3 is Gaussian.
-    crop_x
-        The points between two positions along x.
-    crop_y
-        Likewise along y.
 
     Examples
     --------
@@ -182,14 +161,12 @@ class RandomMap(HeightMap):
     autocorrelation: str = "exponential"
     skewness: Number = 0.0
     kurtosis: Number = 3.0
-    crop_x: Lengths | None = None
-    crop_y: Lengths | None = None
 
-    def surface(self, folder: Path) -> "Surface":  # noqa: ARG002 - it needs no file
+    def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
         from historysim.surfaces.random import random_surface
 
-        made = random_surface(
+        return random_surface(
             self.shape,  # type: ignore[arg-type] # its length is checked there
             self.pixel_size,
             self.rms_height,
@@ -199,11 +176,10 @@ class RandomMap(HeightMap):
             skewness=self.skewness,
             kurtosis=self.kurtosis,
         )
-        return self.filtered(_cropped(made, self.crop_x, self.crop_y))
 
 
 @SURFACES.register
-@attrs.frozen(kw_only=True)
+@attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class MeasuredMap(HeightMap):
     """A measured height map.
 
@@ -219,23 +195,6 @@ class MeasuredMap(HeightMap):
         Unit of coordinates, likewise.
     channel
         Number, from 0, or name of the channel of a file that has several.
-    crop_x
-        The points between two positions along x; the first point is at 0.
-    crop_y
-        Likewise along y.
-    spikes
-        Points that stand off the median of the 24 around them by more than so many robust standard deviations
-        become missing.
-    form
-        Taken off: ``"mean"``, ``"plane"``, ``"quadratic"``, ``"polynomial"`` or ``"sphere"``.
-    degree
-        Of ``"polynomial"``, 0 to 12.
-    outliers
-        Points farther from the median height than so many robust standard deviations become missing.
-    rms_height
-        The heights are stretched to it, after the filters.
-    mirrored
-        ``true`` reverses x.
 
     Examples
     --------
@@ -254,58 +213,33 @@ class MeasuredMap(HeightMap):
     height_unit: str | None = None
     lateral_unit: str | None = None
     channel: int | str | None = None
-    crop_x: Lengths | None = None
-    crop_y: Lengths | None = None
-    spikes: Number | None = attrs.field(default=None, validator=_DEVIATIONS)
-    form: str = "plane"
-    degree: int | None = None
-    outliers: Number | None = attrs.field(default=None, validator=_DEVIATIONS)
-    rms_height: Length | None = None
-    mirrored: bool = False
 
-    def surface(self, folder: Path) -> "Surface":
-        """Return the map of the file, prepared."""
-        return self.noticed(folder)[0]
+    @property
+    def source(self) -> str:
+        """The file."""
+        return f"{self.file}: "
 
-    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Return the map of the file, prepared, and what the user should know about it."""
-        from historysim.surfaces.outliers import outliers, spikes
-        from historysim.surfaces.quantisation import quantisation_notice
-
-        measured = _cropped(self._read(folder), self.crop_x, self.crop_y)
-        coarse = quantisation_notice(measured) if self.s_filter is None else None
-        notices = [f"{self.file}: {coarse}"] if coarse else []
-        if self.spikes is not None:
-            wrong = spikes(measured.heights, self.spikes)
-            measured = measured.without(wrong)
-            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as spikes")
-        with at("form"):
-            measured = measured.detrended(self.form, self.degree)
-        if self.outliers is not None:
-            wrong = outliers(measured.heights, self.outliers)
-            measured = measured.without(wrong)
-            notices.append(f"{self.file}: {counted(int(wrong.sum()), 'point', 'points')} taken off as outliers")
-        measured = self.filtered(measured)
-        if self.rms_height is not None:
-            with at("rms_height"):
-                measured = measured.scaled(self.rms_height)
-        return measured.mirrored() if self.mirrored else measured, tuple(notices)
-
-    def _read(self, folder: Path) -> "Surface":
+    def made(self, folder: Path, notify: Notify) -> "Surface":
+        """Return the map of the file, and notice where its heights are too coarse for radii."""
+        from historysim.surfaces.inspection import quantisation_notice
         from historysim.surfaces.reading import read_surface
 
         with at("file"):
-            return read_surface(
+            measured = read_surface(
                 folder / self.file,
                 pixel_size=self.pixel_size,  # type: ignore[arg-type] # its length is checked there
                 height_unit=self.height_unit,
                 lateral_unit=self.lateral_unit,
                 channel=self.channel,
             )
+        unfiltered = getattr(self, "s_filter", None) is None
+        if unfiltered and (notice := quantisation_notice(measured)):
+            notify(f"{self.source}{notice}")
+        return measured
 
 
 @SURFACES.register
-@attrs.frozen(kw_only=True)
+@attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class SumOfMaps(HeightMap):
     """Two rough surfaces against each other, as the sum of both against a flat.
 
@@ -353,29 +287,21 @@ class SumOfMaps(HeightMap):
     rotation: Angle = 0.0
     interpolation: str = "spline"
 
-    def surface(self, folder: Path) -> "Surface":
-        """Return the sum of both maps."""
-        return self.noticed(folder)[0]
-
-    def noticed(self, folder: Path) -> "tuple[Surface, tuple[str, ...]]":
-        """Return the sum of both maps, and what splines take from the second one."""
-        from historysim.surfaces.smoothing import smoothing_notice
+    def made(self, folder: Path, notify: Notify) -> "Surface":
+        """Return the sum of both maps, and notice what splines take from the second one."""
+        from historysim.surfaces.inspection import smoothing_notice
 
         with at("first"):
-            first, notices = self.first.noticed(folder)
+            first = self.first.surface(folder, notify)
         with at("second"):
-            second, more = self.second.noticed(folder)
-        total = first.combined(
+            second = self.second.surface(folder, notify)
+        if self.interpolation == "spline" and (
+            notice := smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
+        ):
+            notify(f"second surface of the sum: {notice}")
+        return first.combined(
             second,
             shift=self.shift,
             rotation=self.rotation,
             interpolation=self.interpolation,  # type: ignore[arg-type] # its value is checked there
-        )
-        smoothed = None
-        if self.interpolation == "spline":
-            smoothed = smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
-        return self.filtered(total), (
-            *notices,
-            *more,
-            *([f"second surface of the sum: {smoothed}"] if smoothed else []),
         )

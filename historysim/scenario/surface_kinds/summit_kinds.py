@@ -1,4 +1,4 @@
-"""Surfaces given by their summits: one, a list, a table of them, or a regular array."""
+"""Surfaces given by their summits: one, a list, a table of them, a regular array; or by a normal curve."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,8 +10,8 @@ from historysim.basics.fields import Length, Lengths, Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
+from historysim.scenario.schema import ColumnsOf, given
+from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 
@@ -93,31 +93,6 @@ class InlineSummits(SurfaceKind):
         return BuiltSurface(Summits(height, self.radius, self.x, self.y))
 
 
-@attrs.frozen
-class SummitColumns:
-    """Which column of the summit table holds what.
-
-    Attributes
-    ----------
-    height
-        Column of the heights.
-    radius
-        Column of the radii.
-    x
-        Column of the positions along x.
-    y
-        Column of the positions along y.
-    friction
-        Column of the friction coefficients.
-    """
-
-    height: Column
-    radius: Column
-    x: Column | None = None
-    y: Column | None = None
-    friction: Column | None = None
-
-
 @attrs.frozen(kw_only=True)
 class SummitTable(NumbersFile, SurfaceKind):
     """Summits from a table.
@@ -125,7 +100,7 @@ class SummitTable(NumbersFile, SurfaceKind):
     Attributes
     ----------
     columns
-        Which column holds what.
+        Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``.
 
     Examples
     --------
@@ -135,14 +110,14 @@ class SummitTable(NumbersFile, SurfaceKind):
     columns = { height = { column = "height_nm", unit = "nm" }, radius = { column = "radius_um", unit = "µm" } }
     """
 
-    columns: SummitColumns
+    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("height radius", "x y friction"))
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
         from historysim.surfaces.summits import Summits
 
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
-        rows = self.table(folder, given(self.columns), units)
+        rows = self.table(folder, self.columns, units)
         columns = rows.columns
         for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
             for row, value in enumerate(columns.get(key, ())):
@@ -201,13 +176,13 @@ class Textured(SurfaceKind):
         import math
 
         from historysim.basics.arguments import representable
-        from historysim.surfaces.textured import LAWS, split, textured_summits
+        from historysim.surfaces.distribution import LAWS, textured_summits
 
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
                 raise misfit(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
-            radius = float(split(radius, max(math.prod(self.count), 1), self.scaling))
+            radius *= max(math.prod(self.count), 1) ** LAWS[self.scaling]
         with representable():
             summits = textured_summits(
                 self.count,  # type: ignore[arg-type] # its length is checked there
@@ -218,3 +193,25 @@ class Textured(SurfaceKind):
                 seed=self.seed,
             )
         return BuiltSurface(summits)
+
+
+@SURFACES.register
+@attrs.frozen(kw_only=True)
+class NormalCurveTable(NumbersFile, SurfaceKind):
+    """A normal curve from a table, such as an indentation.
+
+    Attributes
+    ----------
+    columns
+        Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
+        is known ``area``, that of the contact.
+    """
+
+    kind = "normal_curve"
+
+    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
+
+    def build(self, folder: Path) -> BuiltSurface:
+        """Read the curve."""
+        columns = self.table(folder, self.columns, {"approach": "m", "load": "N", "area": "m2"}).columns
+        return BuiltSurface(None, curve=(columns["approach"], columns["load"], columns.get("area")))

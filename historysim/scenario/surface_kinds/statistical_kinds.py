@@ -11,8 +11,8 @@ from historysim.basics.fields import Length, Lengths, Numbers, Quantity
 from historysim.basics.places import misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import given
-from historysim.scenario.surface_kinds.surface_kind import SURFACES, BuiltSurface, SurfaceKind
+from historysim.scenario.schema import ColumnsOf
+from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
@@ -112,10 +112,10 @@ def _tabulated(  # one of height and gap is None
     return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
 
 
-def _height_or_gap(self: "InlineDistribution | DensityColumns") -> None:
-    if (self.height is None) == (self.gap is None):
-        came = "neither height nor gap" if self.height is None else "both height and gap"
-        raise InputError(f"{came}; expected one of them")
+def _height_or_gap(height: object, gap: object, *place: str) -> None:
+    if (height is None) == (gap is None):
+        problem = "neither height nor gap" if height is None else "both height and gap"
+        raise misfit(f"{problem}; expected one of them", *place)
 
 
 @attrs.frozen(kw_only=True)
@@ -148,34 +148,11 @@ class InlineDistribution(DistributedSummits):
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
-        _height_or_gap(self)
+        _height_or_gap(self.height, self.gap)
 
     def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""
         return _tabulated(self.height, self.gap, self.density)
-
-
-@attrs.frozen
-class DensityColumns:
-    """Which column of the table of a density holds what.
-
-    Attributes
-    ----------
-    density
-        Column of the density.
-    height
-        Column of the heights; or ``gap``.
-    gap
-        Column of the gaps.
-    """
-
-    density: Column
-    height: Column | None = None
-    gap: Column | None = None
-
-    def __attrs_post_init__(self) -> None:
-        """Check that the density is of one thing."""
-        _height_or_gap(self)
 
 
 @attrs.frozen(kw_only=True)
@@ -185,15 +162,19 @@ class DistributionTable(NumbersFile, DistributedSummits):
     Attributes
     ----------
     columns
-        Which column holds what.
+        Which column holds what: ``density``, and ``height`` or ``gap``.
     """
 
-    columns: DensityColumns
+    columns: dict[str, Column] = attrs.field(validator=ColumnsOf("density", "height gap"))
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the density is of one thing."""
+        _height_or_gap(self.columns.get("height"), self.columns.get("gap"), "columns")
 
     def distribution(self, folder: Path) -> "HeightDistribution":
         """Return the distribution of the heights, read from the file."""
         units = {"height": "m", "gap": "m", "density": "1"}
-        columns = self.table(folder, given(self.columns), units).columns
+        columns = self.table(folder, self.columns, units).columns
         try:
             return _tabulated(columns.get("height"), columns.get("gap"), columns["density"])
         except InputError as error:

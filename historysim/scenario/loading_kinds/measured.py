@@ -1,7 +1,7 @@
-"""A measured record in a scenario: which column is which channel, and what is done to it before it is replayed."""
+"""``loading.file``, a measured record: which column is which channel, and what is done to it before it is replayed."""
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import attrs
 from cattrs import Converter
@@ -23,8 +23,7 @@ from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.loading_kinds.loading_kind import one_of_each
-from historysim.scenario.schema import given
+from historysim.scenario.schema import from_table, given
 from historysim.tables import REFUSE_OR_DROP, Column
 
 if TYPE_CHECKING:
@@ -127,6 +126,18 @@ class Channel:
             raise misfit(f"{count} given; expected {expected}", way)
         if alone := chosen & {"occurrence", "index"}:
             raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
+
+    @classmethod
+    def from_toml(cls, value: object, converter: Converter) -> Self:
+        """Return the channel of a table, or of the name of its column alone."""
+        if isinstance(value, str):
+            value = {"column": value}
+        if not isinstance(value, dict):
+            raise InputError(f"{shown(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
+        if "column" in value:
+            Column(value["column"])
+        made: Self = from_table(cls, value, converter)
+        return made
 
     @property
     def notches(self) -> tuple[float, ...]:
@@ -252,7 +263,10 @@ class LoadColumns(Channels):
     def __attrs_post_init__(self) -> None:
         """Check that there is a load."""
         super().__attrs_post_init__()
-        one_of_each(self)
+        for channel in ("normal", "tangential"):
+            if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
+                both = f"{channel}_load and {channel}_displacement together"
+                raise InputError(f"{both}; expected one of them: the other follows from it")
         if not any(getattr(self, key) for key in LOAD_KINDS):
             raise InputError(
                 f"{'only time' if self.time else 'nothing'}; expected one or more of {', '.join(LOAD_KINDS)}"
@@ -394,20 +408,3 @@ class MeasuredFile(NumbersFile):
             group = "columns" if self.columns.tangential_displacement else "response"
             problem = "needs the tangential load, which tells where the clearance is open; expected a column for it"
             raise misfit(problem, group, "tangential_displacement", "free_play")
-
-
-def channel_hooks(converter: Converter) -> None:
-    """Teach a converter that a channel may be the name of its column alone."""
-    for kind in (ForceChannel, LengthChannel):
-        table_of = converter.get_structure_hook(kind)
-
-        def structure(value: object, cls: object, table_of: Callable[[object, object], object] = table_of) -> object:
-            if isinstance(value, str):
-                value = {"column": value}
-            if not isinstance(value, dict):
-                raise InputError(f"{shown(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
-            if "column" in value:
-                Column(value["column"])
-            return table_of(value, cls)
-
-        converter.register_structure_hook(kind, structure)

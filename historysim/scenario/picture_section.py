@@ -1,0 +1,105 @@
+"""``[picture]``: what a scenario's figure shows, and what pictures draw of a scenario."""
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from cattrs import Converter
+
+from historysim.basics.places import misfit
+from historysim.errors import InputError
+from historysim.recording import surface_group
+from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, Picture
+from historysim.results.plots.swept import WORDS
+from historysim.scenario.schema import array_of, kind_from_toml, table
+from historysim.scenario.sections import Pictures
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import xarray as xr
+
+    from historysim.asperities.adhering import AdheringAsperities
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.summits import Summits
+
+# what reads scenarios imports this module: it knows one by its methods
+Scenario = Any
+IN_SCENARIOS = {HISTORY, SWEEP, SCENARIO}
+
+
+def pictures_from_toml(converter: Converter, value: object, _: object) -> Pictures:
+    """Return the pictures that ``[picture]``, or each ``[[picture]]``, asks for.
+
+    Raises InputError: an unknown kind, or keys that do not fit it.
+    """
+    structured = partial(_picture_from_toml, converter)
+    pictures = array_of(value, structured) if isinstance(value, list) else (structured(value),)
+    for index, each in enumerate(pictures):
+        if len(pictures) > 1 and each.alone:
+            raise misfit(f"{each.kind!r} fills a figure of its own; expected it alone", index, "kind")
+    return pictures
+
+
+def _picture_from_toml(converter: Converter, value: object) -> Picture:
+    if "kind" not in table(value):
+        known = [name for name, kind in PICTURES.items() if IN_SCENARIOS & {*kind.of}]
+        raise misfit(f"missing; expected one of {', '.join(known)}", "kind")
+    picture: Picture = kind_from_toml(converter, value, PICTURES)
+    if not IN_SCENARIOS & {*picture.of}:
+        raise misfit(f"{picture.kind!r} is not of a scenario, its result or its sweep", "kind")
+    return picture
+
+
+def picture_data(scenario: Scenario, kind: str) -> object:
+    """Return the surface, the summits, the record or the adhering asperities that a picture is of."""
+    return DATA[kind](scenario) if kind in DATA else scenario
+
+
+def _surface(scenario: Scenario) -> "xr.Dataset":
+    built = scenario.surface()
+    return surface_group.dataset(built.summits, built.surface)
+
+
+def _heights(scenario: Scenario) -> "Surface":
+    surface: Surface | None = scenario.surface().surface
+    if surface is None:
+        raise InputError(f"{scenario.path.name}: picture: the surface is no height map; expected one for the kind map")
+    return surface
+
+
+def _summits(scenario: Scenario) -> "dict[str, Summits]":
+    """Return the summits of the surface, or of those of the sweep, by what each is called."""
+    section = scenario.sections.sweep
+    points: list[Mapping[str, Any]] = [{}] if section is None else list(section.grid().points())
+    by_name: dict[str, Summits] = {}
+    for point in points:
+        summits = scenario.at(point).surface().summits
+        if summits is None:
+            raise InputError(f"{scenario.path.name}: picture: the surface has no summits; expected one that has")
+        by_name[", ".join(_label(key, value) for key, value in point.items()) or "summits"] = summits
+    return by_name
+
+
+def _label(key: str, value: object) -> str:
+    words, sign = WORDS.get(key.rsplit(".", 1)[-1], (key, ""))
+    return f"{sign} = {value}" if sign else f"{words} {value}"
+
+
+def adhering_of(scenario: Scenario) -> "AdheringAsperities":
+    """Return the asperities of a scenario with ``[adhesion]``."""
+    contact: AdheringAsperities | None = scenario.build().adhering()
+    if contact is None:
+        raise InputError(
+            f"{scenario.path}: has no [adhesion], or nothing touches; expected both to draw how adhesive it is"
+        )
+    return contact
+
+
+DATA: "dict[str, Callable[[Scenario], Any]]" = {
+    "adhesion-map": adhering_of,
+    "map": _heights,
+    "record": lambda scenario: scenario.measurement(),
+    "summits": _summits,
+    "surface": _surface,
+}
+"""What pictures of a scenario are made of, by their names; of others, such as those of other packages, it is whole."""

@@ -1,0 +1,297 @@
+"""The Dataset of a sweep: cells along the swept quantities, the spread over one of them, and the drift along one."""
+
+import warnings
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Any
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+import xarray as xr
+
+from historysim._version import __version__
+from historysim.basics import findings
+from historysim.basics.fields import unit_in
+from historysim.basics.places import at
+from historysim.basics.units import quantity
+from historysim.basics.wording import counted, nearest
+from historysim.errors import InputError
+from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
+from historysim.results.tables import SWEEP
+from historysim.scenario.grid import Grid, place_of, variable_name
+from historysim.scenario.scenario import Scenario
+from historysim.scenario.schema import reported, type_of_one_value
+from historysim.scenario.sections import Sections
+
+FAILURE = "failure"
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+LABELS = ("critical_asperity",)
+"""Numbers of a sweep that only name something, so that a mean of them says nothing."""
+
+
+def gathered(
+    scenario: Scenario, grid: Grid, cells: Sequence[xr.Dataset | None], reasons: Mapping[int, str]
+) -> xr.Dataset:
+    """Return the cells of a grid, in the order of its points, as one Dataset; InputError where all have failed.
+
+    A cell that has failed is None, with its reason by position. Steps that a cell does not have are filled with NaN;
+    the rows of an asperity stand under its label.
+    """
+    there = [cell for cell in cells if cell is not None]
+    if not there:
+        first = min(reasons)
+        raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first]}")
+    swept = swept_coordinates(scenario, grid)
+    labels = _labels(there)
+    # some surfaces alone have positions, say
+    names = dict.fromkeys(str(name) for cell in there for name in cell.variables if name not in labels)
+    variables = {name: _stacked(name, grid, cells, labels) for name in names}
+    own = [name for name in names if any(name in cell.coords for cell in there)]
+    steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
+    data = {name: variable for name, variable in variables.items() if name not in own}
+    if reasons:
+        texts = np.array([reasons.get(index, "") for index in range(len(cells))]).reshape(grid.shape)
+        data[FAILURE] = xr.Variable(
+            _dimensions(grid), texts, {"long_name": "why the cell has failed, empty where it has not"}, {"dtype": "S1"}
+        )
+    coordinates = swept | steps | {name: variables[name] for name in own}
+    histories = counted(len(grid), "load history", "load histories")
+    attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
+    history = f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
+    validity = findings.written(_worst_findings(there))
+    return xr.Dataset(data, coordinates, attributes | {"history": history, VALIDITY: validity})
+
+
+def unlike(cells: Mapping[int, xr.Dataset]) -> dict[int, str]:
+    """Return by position why cells cannot stand beside the first: one of their quantities has other dimensions."""
+    if not cells:
+        return {}
+    over = {name: variable.dims for name, variable in cells[min(cells)].variables.items()}
+    return {
+        index: (
+            f"{name} has the dimensions {_words(own)}, and in cells before {_words(over[name])}; sweep them separately"
+        )
+        for index, cell in sorted(cells.items())
+        for name, variable in cell.variables.items()
+        if (own := variable.dims) != over.get(name, own)
+    }
+
+
+def _words(dims: Sequence[Hashable]) -> str:
+    return " and ".join(map(str, dims)) or "nothing"
+
+
+def _dimensions(grid: Grid) -> tuple[str, ...]:
+    return tuple(axis.name for axis in grid.axes)
+
+
+def _labels(there: Sequence[xr.Dataset]) -> dict[Any, Any]:
+    """Return the labels of all asperities of which there are rows."""
+    own = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
+    return {"asperity": np.unique(np.concatenate(own))} if own else {}
+
+
+def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: Mapping[Any, Any]) -> xr.Variable:
+    """Return a variable of all cells; a coordinate that is the same in all has no dimension of the grid."""
+    there = {index: cell for index, cell in enumerate(cells) if cell is not None}
+    own = {index: cell.variables[name] for index, cell in there.items() if name in cell.variables}
+    first = min(own)
+    model = own[first]
+    longest = map(max, zip(*(variable.shape for variable in own.values()), strict=True))
+    shape = tuple(
+        labels[dim].size if dim in labels else length for dim, length in zip(model.dims, longest, strict=True)
+    )
+    everywhere = len(own) == len(there)
+    if name in there[first].coords and everywhere and _same(list(own.values())):
+        return model
+    whole = len(own) == len(cells) and all(variable.shape == shape for variable in own.values())
+    # what is filled up needs a NaN
+    values = np.full((len(cells), *shape), 0 if whole else np.nan, dtype=model.dtype if whole else np.float64)
+    for index, variable in own.items():
+        where = (
+            np.searchsorted(labels[dim], there[index][dim].values) if dim in labels else np.arange(length)
+            for dim, length in zip(variable.dims, variable.shape, strict=True)
+        )
+        values[index, ...][np.ix_(*where)] = variable.values
+    dims = (*_dimensions(grid), *map(str, model.dims))
+    # flags have the type of what they are flags of
+    flags = {key: value.astype(values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
+    return xr.Variable(
+        dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
+    )
+
+
+def _same(variables: Sequence[xr.Variable]) -> bool:
+    return all(np.array_equal(variables[0].values, other.values) for other in variables[1:])
+
+
+def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
+    """Return the swept quantities, with units, along the dimensions of a grid; InputError names a key that is wrong."""
+    sections = scenario.at(next(grid.points())).sections
+    coordinates: dict[str, xr.Variable] = {}
+    for axis in grid.axes:
+        for key, *written in zip(axis.keys, *axis.values, strict=True):
+            unit = unit_of(sections, key)
+            with reported(scenario.path.name), at(*place_of(key)):
+                values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
+            attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
+            coordinates[variable_name(key)] = xr.Variable(axis.name, _column(values), attributes, {"_FillValue": None})
+    return coordinates
+
+
+def _column(values: list[Any]) -> npt.NDArray[Any]:
+    """Return the values of a coordinate: numbers, or else strings."""
+    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
+        return np.array(values)
+    return np.array([value if isinstance(value, str) else _text(value) for value in values])
+
+
+def _text(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(f'{key} = {_text(item)}' for key, item in value.items())} }}"
+    return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
+
+
+def unit_of(sections: Sections, key: str) -> str:
+    """Return the SI unit of a key, empty where it has none."""
+    here: Any = sections
+    unit = ""
+    for step in place_of(key):
+        if isinstance(step, int):
+            here = here[step]
+            continue
+        # a surface may have keys that change it, and friction may be a law
+        while step not in _fields(here) and "of" in _fields(here):
+            here = here.of
+        if step not in _fields(here) and step in getattr(here, "by_kind", ("", ()))[1]:
+            # of a waypoint: what an event has beside its time
+            held, kinds = here.by_kind
+            unit, here = unit_in(type_of_one_value(kinds[step])[0]), getattr(here, held).get(step)
+            continue
+        if step not in _fields(here):
+            return ""
+        unit = unit_in(_fields(here)[step].type)
+        here = getattr(here, step)
+    return unit
+
+
+def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:  # noqa: ANN401 - a section, or a value
+    return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
+
+
+def table_attributes(scenario: Scenario, grid: Grid, what: str, summary: str) -> dict[str, Any]:
+    """Return the attributes of a sweep, or of another table along a grid."""
+    return {
+        "Conventions": CONVENTIONS,
+        "title": scenario.title or f"{what} of {scenario.path.name}",
+        "summary": summary,
+        "keywords": KEYWORDS,
+        **scenario.metadata,
+        "content": SWEEP,
+        "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
+        "historysim_version": __version__,
+        "made_with": made_with(),
+        "scenario": scenario.text,
+        "swept_keys": " ".join(key for axis in grid.axes for key in axis.keys),
+        "complete": np.int8(1),
+    }
+
+
+def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[findings.Finding, ...]:
+    """Return the assumptions that do not hold in some cells: each at its worst, with the number of cells."""
+    by_name: dict[str, list[findings.Finding]] = {}
+    for cell in cells:
+        for finding in findings.read(cell.attrs.get(VALIDITY, "[]")):
+            by_name.setdefault(finding.name, []).append(finding)
+    worst = [(max(own, key=_excess), len(own)) for own in by_name.values()]
+    return tuple(
+        attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
+        for finding, count in worst
+    )
+
+
+def _excess(finding: findings.Finding) -> float:
+    """Return how far beyond its limit, above or below, a finding is."""
+    low, high = sorted((abs(finding.value), abs(finding.limit)))
+    return high / low if low else np.inf
+
+
+def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:
+    """Return how the numbers of a sweep spread over one of its dimensions, mostly seeds.
+
+    Parameters
+    ----------
+    found : xarray.Dataset
+        From `historysim.sweep`.
+    along : str
+        The dimension.
+    quantiles : sequence of float
+        Each from 0 to 1; between two cells they are interpolated linearly.
+
+    Returns
+    -------
+    xarray.Dataset
+        For each variable with the dimension, in its own unit: ``NAME_mean``, ``NAME_standard_deviation`` (of the
+        population, from n - 1), ``NAME_quantile`` along ``quantile``, and ``NAME_count``, the number of cells n. Cells
+        that have failed are left out; where none is left all are NaN, and with one the standard deviation.
+
+    Raises
+    ------
+    InputError
+        The sweep has no such dimension, or a quantile is none.
+
+    Examples
+    --------
+    >>> over = {"surface.seed": range(3)}
+    >>> found = hs.sweep("scenarios/18_texture_tolerances.toml", {**over, "surface.height_scatter": ["10 nm"]})
+    >>> "preliminary_displacement_mean" in hs.spread(found, "surface_seed")
+    True
+    """
+    _check_dimension(found, along)
+    share = np.array(quantiles, dtype=float)
+    if share.ndim != 1 or not ((share >= 0) & (share <= 1)).all():
+        raise InputError(f"quantiles are {quantiles!r}; expected numbers from 0 to 1")
+    result: dict[str, xr.DataArray] = {}
+    for name, values in found.data_vars.items():
+        if along not in values.dims or values.dtype.kind not in "fi" or name in LABELS:
+            continue
+        numbers, text = values.astype(float), str(values.attrs.get("long_name", name))
+        with warnings.catch_warnings():
+            # where no cell is left, or one for a deviation, the answer is NaN
+            warnings.simplefilter("ignore", RuntimeWarning)
+            statistics = {
+                "mean": (numbers.mean(along), "mean"),
+                "standard_deviation": (numbers.std(along, ddof=1), "standard deviation"),
+                "quantile": (numbers.quantile(share, along).transpose(..., "quantile"), "quantiles"),
+            }
+        for suffix, (made, word) in statistics.items():
+            made.attrs = {"long_name": f"{word} of: {text}", "units": values.attrs.get("units", "1")}
+            result[f"{name}_{suffix}"] = made
+        count = numbers.notnull().sum(along)
+        count.attrs = {"long_name": f"number of cells with: {text}", "units": "1"}
+        result[f"{name}_count"] = count
+    return xr.Dataset(result, attrs={**found.attrs, "spread_along": along})
+
+
+def drift_along(found: xr.Dataset, along: str, name: str = "preliminary_displacement") -> xr.DataArray:
+    """Return how far a number drifts along a swept quantity: its change from the first value on, without sign.
+
+    The dimension is that of a load, a friction coefficient, a radius, …; InputError: the sweep has no such dimension or
+    number.
+    """
+    _check_dimension(found, along)
+    if name not in found or along not in found[name].dims:
+        known = [str(key) for key, values in found.data_vars.items() if along in values.dims]
+        raise InputError(f"{name!r} is no number of this sweep along {along}; {nearest(name, known)}")
+    changed = abs(found[name] - found[name].isel({along: 0}, drop=True))
+    text = found[name].attrs.get("long_name", name)
+    changed.attrs = {"long_name": f"drift along {along} of: {text}", "units": found[name].attrs.get("units", "1")}
+    return changed.rename(f"{name}_drift")
+
+
+def _check_dimension(table: xr.Dataset, along: str) -> None:
+    if along not in table.dims:
+        dims = [str(dim) for dim in table.dims]
+        raise InputError(f"{along!r} is no dimension of this sweep; {nearest(along, dims)}")

@@ -1,0 +1,173 @@
+"""`validate` walks the loads: what it calls valid can be run, and what cannot be is named where it stands."""
+
+import json
+import re
+
+import pytest
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+
+BALL = """
+title = "a ball"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+"""
+PRESSED = '{ time = 0, normal_load = "50 mN" }'
+
+REFUSED = {
+    "beyond the limit": (
+        f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "18 mN" }}]',
+        "waypoints[1]: event 1",
+    ),
+    "never pressed": ('waypoints = [{ time = 0, tangential_load = "18 mN" }]', "waypoints[0]: event 0"),
+    "held while friction falls": (
+        (
+            f'hold = true\nwaypoints = [{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}, '
+            '{ after = 1, normal_load = "60 mN" }, { after = 1, friction = 0.1 }, { after = 1, normal_load = "70 mN" }]'
+        ),
+        "waypoints[3]: event 5",
+    ),
+    "held while friction goes down": (
+        (
+            f'waypoints = [{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}, {{ after = 1, friction_ramp = 0.2 }}, '
+            "{ after = 1, friction_ramp = 0.1 }]"
+        ),
+        "waypoints[3]: event 3",
+    ),
+    "held while unloaded": (
+        (
+            f'hold = true\nwaypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, '
+            '{ time = 2, normal_load = "10 mN" }]'
+        ),
+        "waypoints[2]: event 4",
+    ),
+    "on the way to a lower load": (
+        f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, {{ time = 2, normal_load = "10 mN" }}]',
+        "waypoints[1]: event 1",
+    ),
+    "lifted by displacement": (
+        (
+            f'hold = true\nwaypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, '
+            '{ time = 2, normal_displacement = "-1 nm" }]'
+        ),
+        "waypoints[2]: event 4",
+    ),
+    "other summits": (
+        (
+            'waypoints = [{ time = 0, normal_displacement = "200 nm" }, { time = 1, tangential_load = "8 mN" }, '
+            '{ time = 2, geometry = { summit_radius = "1 nm" } }]'
+        ),
+        "waypoints[2]: event 2",
+    ),
+    "a turn of a block": (
+        (
+            '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN" }]\n[[loading.blocks]]\n'
+            'each = { after = 1, normal_load = ["90 mN", "50 mN"] }\nrepeat = 3\n'
+            'waypoints = [{ after = 1, tangential_load = "5 mN" }, { after = 1, tangential_load = "-18 mN" }, '
+            "{ after = 1, tangential_load = 0 }]"
+        ),
+        "blocks[1].waypoints[1]: event 15",
+    ),
+    "each of a block": (
+        (
+            '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN", tangential_load = "8 mN" }]\n'
+            '[[loading.blocks]]\neach = { after = 1, normal_load = ["90 mN", "10 mN"] }\n'
+            'waypoints = [{ after = 1, normal_load = "95 mN" }]'
+        ),
+        "blocks[1].each: event 7",
+    ),
+    "a line of a file": (
+        'file = "loads.csv"\ncolumns = { time = "t", normal_load = "N", tangential_load = "T" }',
+        "file: loads.csv: line 4: event 5",
+    ),
+}
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    (tmp_path / "loads.csv").write_text("t,N,T\n0,0.05,0\n1,0.05,0.008\n2,0.05,0.018\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def scenario(folder, loading, more=""):
+    path = folder / "s.toml"
+    path.write_text(f"{BALL}[loading]\n{loading}\n{more}", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("loading", "place"), REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_carried_is_named_where_it_stands(folder, loading, place):
+    path = scenario(folder, loading)
+    for ask in (hs.validate, hs.run, lambda path: hs.run(path, "out.nc")):
+        with pytest.raises(hs.LoadError, match=rf"^s\.toml: loading\.{re.escape(place)} at t = .*friction limit of"):
+            ask(path)
+    hs.validate(path, {"loading.saturate": True})
+    for command in (["validate", "s.toml"], ["run", "s.toml"]):
+        done = CliRunner().invoke(main, command)
+        assert done.exit_code == 1
+        assert f"loading.{place}" in done.stderr
+
+
+def test_a_course_of_friction_is_named(folder):
+    loading = (
+        f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, {{ time = 2, normal_load = "60 mN" }}]'
+    )
+    path = scenario(folder, loading)
+    text = path.read_text(encoding="utf-8").replace(
+        "coefficient = 0.2",
+        "coefficient = 0.2\n[friction.course]\ntime = [0, 1, 2]\ncoefficient = [0.2, 0.2, 0.05]",
+    )
+    path.write_text(text, encoding="utf-8")
+    for ask in (hs.validate, hs.run):
+        with pytest.raises(hs.LoadError, match=r"^s\.toml: (friction\.course|loading\.waypoints\[2\]): event \d at"):
+            ask(path)
+
+
+@pytest.mark.parametrize("more", ["[instrument]\nlateral_stiffness = 1e5", "[record]\nsliding = true"])
+def test_what_can_be_carried_is_valid_whatever_it_is_recorded_with(folder, more):
+    loading = f'substeps = 50\nwaypoints = [{PRESSED}, {{ time = 1, tangential_displacement = "90 nm" }}]'
+    path = scenario(folder, loading, more)
+    assert "note" not in dict(hs.validate(path))
+    hs.run(path)
+
+
+def test_long_loads_are_walked_as_far_as_the_time_goes(folder, monkeypatch):
+    block = (
+        f"[[loading.blocks]]\nwaypoints = [{PRESSED.replace('time', 'after')}]\n[[loading.blocks]]\nrepeat = 3000\n"
+        'waypoints = [{ after = 1, tangential_load = "8 mN" }, { after = 1, tangential_load = "-8 mN" }]\n'
+        '[[loading.blocks]]\nwaypoints = [{ after = 1, tangential_load = "18 mN" }]'
+    )
+    path = scenario(folder, block)
+    with pytest.raises(hs.LoadError, match=r"loading\.blocks\[2\]\.waypoints\[0\]: event 6\d\d\d at t = 6001 s"):
+        hs.validate(path)
+    monkeypatch.setattr("historysim.scenario.built.monotonic", iter(range(0, 100, 2)).__next__)
+    notes = [text for label, text in hs.validate(path) if label == "note"]
+    assert notes == [
+        (
+            "the loads were walked up to t = 511 s within 3 s, and not beyond; the environment variable "
+            "HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
+        )
+    ]
+
+
+def test_the_ends_of_a_sweep_are_walked(folder):
+    loading = f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}]'
+    over = '[sweep.over]\n"friction.coefficient" = [0.1, 0.2, 0.3]'
+    path = scenario(folder, loading, over)
+    warnings = [text for label, text in hs.validate(path) if label == "warning"]
+    assert len(warnings) == 1
+    place = "s.toml: loading.waypoints[1]: event 1 at t = 1 s: "
+    assert warnings[0].startswith(f"cell 0 of the sweep (friction.coefficient = 0.1) stays empty: {place}")
+    assert dict(json.loads(CliRunner().invoke(main, ["validate", "s.toml", "--json"]).stdout))
+    found = hs.sweep(path)
+    assert str(found.failure.values[0]).startswith(place)
+    assert [bool(text) for text in found.failure.values] == [True, False, False]
