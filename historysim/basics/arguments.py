@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.array_types import Floats
+from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import UNIT_OF, has_unit, in_si
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -128,25 +129,26 @@ def one_per(
     return array
 
 
-def workable(name: str, values: npt.ArrayLike) -> None:
-    """Check that powers of numbers, and their products with others, stay within what floats hold.
+def workable(name: str, values: npt.ArrayLike, *, smallest: float = 0.0) -> Floats:
+    """Return floats, checked that their powers and products with others stay within what floats hold.
 
     Raises
     ------
     InputError
-        One is beyond any contact: larger than `LARGEST`, or smaller than its reciprocal and not 0.
+        One is larger than `LARGEST`, or smaller than ``smallest``, which is `SMALLEST` for what gives others their
+        scale.
     """
-    sizes = np.abs(np.asarray(values, dtype=np.float64))
-    wrong = (sizes > LARGEST) | ((sizes < 1 / LARGEST) & (sizes > 0))
+    numbers: Floats = np.asarray(values)
+    sizes = np.abs(numbers)
+    wrong = (sizes > LARGEST) | (sizes < smallest)
     if wrong.any():
+        where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if numbers.ndim else ""
+        least = f", and at least {smallest:g}" if smallest else ""
         raise InputError(
-            f"{name} is {sizes[wrong].flat[0]:g}; expected a number of a size between {1 / LARGEST:g} and {LARGEST:g}, "
-            "in SI: powers of others are beyond what floats hold"
+            f"{name}{where} is {numbers[wrong][0]:g}; expected {SIZE}{least}, in SI: powers of others are beyond what "
+            "floats hold"
         )
-
-
-LARGEST = 1e60
-"""The largest length, modulus or load that is computed with; its reciprocal is the smallest."""
+    return numbers
 
 
 @contextmanager

@@ -35,10 +35,14 @@ def _compiles(name: str) -> bool:
     return subprocess.run(asked, input=b"#include <math.h>\n", capture_output=True, check=False).returncode == 0
 
 
-def own_options() -> list[str]:
-    """Return the environment's ``CFLAGS`` and ``LDFLAGS``, but for what would change the bits of results."""
-    said = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
-    return [option for option in said if not OTHER_BITS.fullmatch(option)]
+def options() -> list[str]:
+    """Return the environment's ``CFLAGS`` and ``LDFLAGS``, without what would change the bits of results, and -O3.
+
+    Distributions set a level of optimisation for all they build, so only ``-O0``, which somebody means, is kept.
+    """
+    given = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
+    level = [] if "-O0" in given else ["-O3"]
+    return [option for option in given if not OTHER_BITS.fullmatch(option)] + level
 
 
 def compile_shared(command: Sequence[str], sources: Sequence[str], library: Path, *, windows: bool) -> None:

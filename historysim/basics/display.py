@@ -1,7 +1,6 @@
 """Lines and tables of texts: in columns for a terminal, as HTML for a notebook."""
 
 from collections.abc import Iterable, Sequence
-from html import escape
 from typing import Any
 from unicodedata import category
 
@@ -43,6 +42,8 @@ def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> st
 
 
 def _cells(tag: str, texts: Iterable[str]) -> str:
+    from html import escape
+
     return "".join(f'<{tag} style="text-align: left">{escape(text)}</{tag}>' for text in texts)
 
 

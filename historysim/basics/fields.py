@@ -8,6 +8,7 @@ from typing import Annotated, Any, get_args, get_origin
 
 import attrs
 
+from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.places import misfit
 from historysim.basics.units import is_number
 from historysim.basics.wording import shown
@@ -16,9 +17,13 @@ from historysim.errors import InputError
 
 @attrs.frozen
 class Quantity:
-    """Marks a field as a number in this SI unit, or a text with a unit that converts to it."""
+    """Marks a field as a number in this SI unit, or a string with a unit that converts to it.
+
+    Of an array, ``alone`` says that one number may stand for an array of one.
+    """
 
     unit: str
+    alone: bool = False
 
 
 Number = Annotated[float, Quantity("1")]
@@ -44,7 +49,8 @@ class AtLeast:
 
     def __call__(self, of: object, attribute: "attrs.Attribute[float]", value: Any) -> None:
         """Check a value."""
-        fits = is_number(value) and math.isfinite(value) and (value > self.least if self.above else value >= self.least)
+        fits = is_number(value) and is_workable(value, SMALLEST if self.above and self.least == 0 else 0.0)
+        fits = fits and (value > self.least if self.above else value >= self.least)
         if not fits:
             wanted = (
                 f"above {self.least:g}"
@@ -53,7 +59,10 @@ class AtLeast:
                 if self.least == -math.inf
                 else f"of {self.least:g} or more"
             )
-            raise InputError(f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number {wanted}")
+            raise InputError(
+                f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number {wanted}, and of at most "
+                f"{LARGEST:g} in size"
+            )
 
     @property
     def text(self) -> str:

@@ -1,28 +1,37 @@
-"""Files that are there, and files that are on the disk whole or not at all."""
+"""Files that are there, what they are by their first bytes, and files that are on the disk whole or not at all."""
 
 import errno
 import os
 import re
-import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from historysim.basics import system
 from historysim.errors import InputError
 
-_UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
+UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
 """What is added to the name of a file while it is written: who writes it, and what nobody can guess."""
+
+
+SQLITE = b"SQLite format 3\x00"
+_NETCDF = (b"\x89HDF\r\n\x1a\n", b"CDF\x01", b"CDF\x02", b"CDF\x05")
+
+_KINDS = {
+    SQLITE: "is the log of a run, or another SQLite database",
+    **dict.fromkeys(_NETCDF, "is a netCDF or HDF5 file, such as a result"),
+    **dict.fromkeys((b"\x89PNG", b"%PDF", b"\xff\xd8\xff", b"GIF8"), "is a picture"),
+    b"PK\x03\x04": "is a ZIP archive, such as a workbook or NPZ",
+}
 
 
 @contextmanager
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """Yield the name of an empty file that takes the place of another when the block ends without an error.
 
-    Until then the other stays as it is; where the block ends with an error, it stays for good, and the new file is
-    removed. The new one is on the disk before it gets its name, and its name before this returns. What processes that
-    were killed have left of the same target is removed.
+    It is hidden beside the other, with a name that cannot be guessed. It is on the disk before it gets its name, and
+    its name before this returns. What killed processes have left of the same target is removed.
 
     Parameters
     ----------
@@ -30,12 +39,6 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
         The file to write; it need not exist.
     ending : str
         The ending of the name until then, for those who look at it.
-
-    Yields
-    ------
-    Path
-        The file to write to instead, beside the other, hidden, of a name that cannot be guessed. It has the permissions
-        that the umask gives.
 
     Raises
     ------
@@ -46,7 +49,7 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """
     check_replaceable(path)
     tidy(path)
-    token = f"{system.host()}-{os.getpid()}-{secrets.token_hex(8)}"
+    token = f"{system.host()}-{os.getpid()}-{os.urandom(8).hex()}"
     beside = path.with_name(f".{path.name}.{token}.part{ending}")
     try:
         os.close(os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
@@ -67,22 +70,16 @@ def tidy(path: Path) -> None:
     """Remove what processes of this machine that are gone have left unfinished of a target."""
     with suppress(OSError):
         for other in os.scandir(path.parent):
-            told = _UNFINISHED.match(other.name, len(path.name) + 1)
-            if told is None or not other.name.startswith(f".{path.name}.") or told["host"] != system.host():
+            found = UNFINISHED.match(other.name, len(path.name) + 1)
+            if found is None or not other.name.startswith(f".{path.name}.") or found["host"] != system.host():
                 continue
             with suppress(OSError):
-                if is_own(other.stat(follow_symlinks=False)) and not system.is_running(int(told["process"])):
+                if is_own(other.stat(follow_symlinks=False)) and not system.is_running(int(found["process"])):
                     os.unlink(other.path)  # noqa: PTH108 - of an entry
 
 
 def check_replaceable(path: Path) -> None:
-    """Check that what stands under a name, if anything, is a regular file, which may be replaced.
-
-    Raises
-    ------
-    InputError
-        A folder, a link, a device, a FIFO or a socket.
-    """
+    """Check that what stands under a name, if anything, is a regular file or a folder; else it is an InputError."""
     if path.is_symlink():
         raise InputError(f"{path}: is a link; expected the name of a file to write, such as that to which it leads")
     try:
@@ -90,29 +87,14 @@ def check_replaceable(path: Path) -> None:
     except (OSError, ValueError):
         return
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-        raise InputError(f"{path}: is {_called(mode)}; expected the name of a file to write")
+        raise InputError(f"{path}: is {_kind(mode)}; expected the name of a file to write")
 
 
-def own_file(path: Path, *, shared: bool = False) -> int:
-    """Open a file of a known name to read and write, and make it where there is none.
+def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()) -> int:
+    """Open a file of a name that others can guess to read and write, made where there is none; return its handle.
 
-    What stands there has to be one's own: others may put links and files under names that they can guess.
-
-    Parameters
-    ----------
-    path : Path
-    shared : bool
-        It may be somebody else's, too: nothing is written to it.
-
-    Returns
-    -------
-    int
-        Its handle.
-
-    Raises
-    ------
-    OSError
-        It cannot be opened, or is a link, no regular file, or of somebody else.
+    What stands there has to be a regular file of one's own, with no other name, that is empty or begins as one of
+    `begins`. What is `shared` may be anybody's, and hold anything. Anything else is an OSError.
     """
     flags = os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT
     try:
@@ -121,11 +103,20 @@ def own_file(path: Path, *, shared: bool = False) -> int:
         if path.is_symlink():
             message = f"{path.name} is a link, which is not followed, since others may have put it there; remove it"
             raise OSError(error.errno, message, str(path)) from None
+        if path.is_dir():
+            raise OSError(error.errno, f"{path.name} is a folder; move it away", str(path)) from None
         raise
     found = os.fstat(handle)
     if not (is_own(found) or (shared and stat.S_ISREG(found.st_mode))):
         os.close(handle)
         raise PermissionError(errno.EPERM, f"{path.name} is not a regular file of yours alone; remove it", str(path))
+    first = b"" if shared else os.read(handle, 16)
+    os.lseek(handle, 0, os.SEEK_SET)
+    if first and not first.startswith(begins):
+        os.close(handle)
+        raise FileExistsError(
+            errno.EEXIST, f"{path.name} holds something else than historysim; move it away", str(path)
+        )
     return handle
 
 
@@ -136,7 +127,10 @@ def is_own(found: os.stat_result) -> bool:
 
 def is_file(path: Path) -> bool:
     """Return whether there is a file of this name; False for a name that the system does not take."""
-    return _is(path.is_file)
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def what_is_there(path: Path) -> str:
@@ -145,20 +139,13 @@ def what_is_there(path: Path) -> str:
         mode = path.stat().st_mode
     except (OSError, ValueError):
         return "there is no such file"
-    return "" if stat.S_ISREG(mode) else f"is {_called(mode)}"
+    return "" if stat.S_ISREG(mode) else f"is {_kind(mode)}"
 
 
-def _called(mode: int) -> str:
+def _kind(mode: int) -> str:
     if stat.S_ISDIR(mode):
         return "a folder"
     return "a FIFO" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
-
-
-def _is(question: Callable[[], bool]) -> bool:
-    try:
-        return question()
-    except (OSError, ValueError):
-        return False
 
 
 def sync_file(path: Path) -> None:
@@ -173,3 +160,36 @@ def sync_file(path: Path) -> None:
 def sync_folder(path: Path) -> None:
     """Write the names in a folder to the disk (fsync): files that were made, renamed or removed there."""
     system.sync_folder(path)
+
+
+def is_log(path: Path) -> bool:
+    """Return whether a file is a SQLite database, as the log of a run is; False where it cannot be read."""
+    return beginning(path).startswith(SQLITE)
+
+
+def is_netcdf(path: Path) -> bool:
+    """Return whether a file is netCDF, as a result is, or other HDF5; False where it cannot be read."""
+    return beginning(path).startswith(_NETCDF)
+
+
+def kind_text(path: Path) -> str:
+    """Return what stands under a name, such as ``"is a folder"``; empty of a text, a damaged or an unreadable file."""
+    if problem := what_is_there(path):
+        return problem
+    first = beginning(path)
+    for known, text in _KINDS.items():
+        if first.startswith(known):
+            return text
+    return "is a scenario" if path.suffix == ".toml" else ""
+
+
+def beginning(path: Path, size: int = 16) -> bytes:
+    """Return the first bytes of a regular file; none of what is none, or cannot be read."""
+    if not is_file(path):
+        # a FIFO would wait for somebody to write
+        return b""
+    try:
+        with path.open("rb") as stream:
+            return stream.read(size)
+    except (OSError, ValueError):
+        return b""

@@ -1,54 +1,63 @@
-"""HDF5 files from anywhere: whether one stands for itself, and can be read by libraries that trust it.
+"""Files of HDF5 and netCDF from anywhere: a process of its own reads them first, since damage may end it, or never end.
 
-Inside an HDF5 file others can be named: by links to other files, by datasets whose bytes lie elsewhere (external
-storage) or are those of other files (virtual datasets). Whoever opens such a file reads whatever its maker liked, or
-waits for a FIFO. The netCDF library also ends the process at a group that holds itself, and follows groups within
-groups on the stack.
+HDF5 ends the process at some damaged indices of chunks, and netCDF at groups that hold themselves; a damaged heap of
+attributes is read without end. What ends well in the other process is safe to open in this one.
 """
 
+import contextlib
+import functools
+import importlib
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from historysim.basics.file_kinds import beginning
-from historysim.basics.limits import at_most, most
+from historysim.basics.files import is_netcdf
+from historysim.basics.limits import at_most, check_unpacked, most, raised_by
+from historysim.basics.trial import ends_well
 from historysim.errors import InputError
 
 MOST_EMPTY = 1 << 26
-"""Bytes that a dataset may claim while nothing of it is there."""
+"""Bytes that a dataset may claim whatever the size of its file."""
 MOST_RATIO = 100_000
-"""Bytes that a dataset may claim for each that is there; compressing numbers that are all alike gives some 10,000."""
+"""Bytes that a dataset may claim for each of its file; compressing equal numbers gives some 10,000."""
 
-_MAGIC = b"\x89HDF\r\n\x1a\n"
+_CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
+"""Least chunks of a node of an index, and most values that are read of a variable."""
 
 
 def check_contained(path: Path, *, by_h5py: bool = False) -> None:
-    """Check that an HDF5 file stands for itself; any other file is left to its reader.
-
-    Nothing of it is read but how it is laid out.
+    """Check that a netCDF or HDF5 file can be read; any other file is left to its reader.
 
     Parameters
     ----------
     path : Path
     by_h5py : bool
-        It is read by h5py, which is asked for a limited number of values, follows no link to another file, and bears a
-        group that holds itself.
+        It will be read by h5py, which names what lies in other files; netCDF4 cannot tell.
 
     Raises
     ------
     InputError
-        It names other files, claims more than it holds, has groups that hold themselves or go too deep, or too many.
+        Reading it does not end, or ends the process; it claims more than it holds; or it lies in other files.
     """
-    if not beginning(path).startswith(_MAGIC):
+    if not is_netcdf(path):
         return
-    import h5py
-
+    # here, so that a copy of this process has it
+    importlib.import_module("h5py" if by_h5py else "netCDF4")
+    found = path.stat()
+    if not _ends_well(path.absolute(), by_h5py, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns):
+        raise InputError(
+            "is damaged: a process that reads it ends by a signal, or not within "
+            f"{_seconds(found.st_size)} s ({raised_by('HDF5_SECONDS')}); make it again, or restore it from a copy"
+        )
+    visit = _visit_by_h5py if by_h5py else _visit_by_netcdf4
     try:
-        with h5py.File(path, "r", locking=False) as file:
-            _check(h5py, file, by_h5py=by_h5py)
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        # damaged: its reader says so
+        visit(path, lambda _: None)
+    except RecursionError as error:
+        raise InputError(f"has groups within groups; {at_most('HDF5_DEPTH')}") from error
+    except (OSError, RuntimeError, AttributeError, KeyError):
+        # what cannot be opened is left to its reader
+        return
 
 
 def check_named(path: Path) -> None:
@@ -59,56 +68,106 @@ def check_named(path: Path) -> None:
         raise InputError(f"{path}: {error}") from error
 
 
-def _check(h5py: Any, file: Any, *, by_h5py: bool) -> None:
-    # by hand, since the library walks on the stack, and without end where a group holds itself
-    root = h5py.h5g.open(file.id, b"/")
-    first = _address(h5py, root)
-    waiting: list[tuple[Any, str, tuple[Any, ...]]] = [(root, "", (first,))]
-    seen = {first}
-    while waiting:
-        group, path, above = waiting.pop()
-        for raw in group:
-            name = f"{path}/{raw.decode('utf-8', 'replace')}"
-            kind = group.links.get_info(raw).type
-            if kind == h5py.h5l.TYPE_EXTERNAL and not by_h5py:
-                raise InputError(f"{name!r} is a link to another file; expected one that stands for itself: put it in")
-            if kind != h5py.h5l.TYPE_HARD:
-                continue
-            try:
-                item = h5py.h5o.open(group, raw)
-            except (KeyError, RuntimeError, OSError):
-                continue
-            address = _address(h5py, item)
-            if address in above and not by_h5py:
-                raise InputError(f"{name!r} holds itself; expected groups within groups")
-            if address in seen:
-                continue
-            seen.add(address)
-            if len(seen) > most("HDF5_OBJECTS"):
-                raise InputError(f"has {len(seen):,} groups and datasets or more; {at_most('HDF5_OBJECTS')}")
-            if isinstance(item, h5py.h5g.GroupID):
-                if len(above) > most("HDF5_DEPTH"):
-                    raise InputError(f"has groups within groups, {len(above)} deep; {at_most('HDF5_DEPTH')}")
-                waiting.append((item, name, (*above, address)))
-            elif isinstance(item, h5py.h5d.DatasetID):
-                _check_dataset(h5py, item, name, by_h5py=by_h5py)
+@functools.lru_cache(maxsize=1000)
+def _ends_well(path: Path, by_h5py: bool, _inode: int, size: int, *_times: int) -> bool:
+    return ends_well(read_by_h5py if by_h5py else read_by_netcdf4, path, _seconds(size))
 
 
-def _address(h5py: Any, item: Any) -> Any:
-    info = h5py.h5o.get_info(item)
-    return info.fileno, info.addr
+def _seconds(size: int) -> int:
+    return most("HDF5_SECONDS") + min(2 * size // 1_000_000, 60)
 
 
-def _check_dataset(h5py: Any, item: Any, name: str, *, by_h5py: bool) -> None:
-    layout = item.get_create_plist()
-    if layout.get_layout() == h5py.h5d.VIRTUAL or layout.get_external_count():
-        raise InputError(f"{name!r} lies in other files; expected one that stands for itself: h5repack copies it whole")
-    space = item.get_space()
-    if by_h5py or space.get_simple_extent_type() != h5py.h5s.SIMPLE:
-        return
-    claimed, there = space.get_simple_extent_npoints() * item.get_type().get_size(), item.get_storage_size()
-    if claimed > MOST_EMPTY and claimed > MOST_RATIO * there:
-        raise InputError(
-            f"{name!r} claims {claimed:,} bytes and holds {there:,}; expected what it claims: it is damaged, or was "
-            "never written"
-        )
+def read_by_netcdf4(path: Path) -> None:
+    """Read all that the netCDF library may trip over in a file; whatever it raises is passed on."""
+
+    def read(group: Any) -> None:
+        for holder in (group, *group.variables.values()):
+            for name in holder.ncattrs():
+                with contextlib.suppress(Exception):
+                    holder.getncattr(name)
+        for variable in group.variables.values():
+            with contextlib.suppress(Exception):
+                _touch(variable, variable.chunking())
+
+    _visit_by_netcdf4(path, read)
+
+
+def read_by_h5py(path: Path) -> None:
+    """Read all that h5py may trip over in a file; whatever it raises is passed on."""
+
+    def read(item: Any) -> None:
+        for name in item.attrs:
+            with contextlib.suppress(Exception):
+                item.attrs[name]
+        with contextlib.suppress(Exception):
+            _touch(item, item.chunks)
+
+    _visit_by_h5py(path, read)
+
+
+def _visit_by_netcdf4(path: Path, read: Callable[[Any], None]) -> None:
+    """Read all groups of a file, each when the sizes of its variables are checked."""
+    import netCDF4
+
+    size = path.stat().st_size
+    with netCDF4.Dataset(path) as file:
+        file.set_auto_maskandscale(False)
+        waiting: list[Any] = [file]
+        while waiting:
+            group = waiting.pop()
+            _check_depth(group.path)
+            waiting.extend(group.groups.values())
+            for name, variable in group.variables.items():
+                each, chunks = getattr(variable.dtype, "itemsize", 1), variable.chunking()
+                if isinstance(chunks, list) and any((variable.filters() or {}).values()):
+                    # a chunk is unpacked whole
+                    check_unpacked(math.prod(chunks) * each, size)
+                claimed = math.prod(variable.shape) * each
+                if claimed > MOST_EMPTY and claimed > MOST_RATIO * size:
+                    raise InputError(
+                        f"{name!r} claims {claimed:,} bytes in a file of {size:,}; expected what it claims: it is "
+                        "damaged, or was never written"
+                    )
+            read(group)
+
+
+def _visit_by_h5py(path: Path, read: Callable[[Any], None]) -> None:
+    """Read all groups and datasets of a file, each when it is checked; h5py follows no link to another file."""
+    import h5py
+
+    size = path.stat().st_size
+
+    def visit(name: str, item: Any) -> None:
+        _check_depth(name)
+        if isinstance(item, h5py.Dataset):
+            if item.is_virtual or item.external:
+                raise InputError(
+                    f"{item.name!r} lies in other files; expected one that stands for itself: h5repack copies it whole"
+                )
+            if item.chunks and item.id.get_create_plist().get_nfilters():
+                check_unpacked(math.prod(item.chunks) * item.dtype.itemsize, size)
+        read(item)
+
+    with h5py.File(path, "r", locking=False) as file:
+        read(file)
+        file.visititems(visit)
+
+
+def _check_depth(place: str) -> None:
+    if place.count("/") > most("HDF5_DEPTH"):
+        raise InputError(f"has groups within groups, {place.count('/')} deep or more; {at_most('HDF5_DEPTH')}")
+
+
+def _touch(variable: Any, chunks: Any) -> None:
+    """Read a value of each node of the index of a variable's chunks, or one value where it has no index."""
+    sizes = chunks if isinstance(chunks, list | tuple) else variable.shape
+    counts = [-(-length // size) for length, size in zip(variable.shape, sizes, strict=True)]
+    total = math.prod(counts)
+    for number in range(0, total, max(_CHUNKS_OF_A_NODE, total // _MOST_TOUCHED)):
+        place: list[int] = []
+        rest = number
+        for count, size in zip(reversed(counts), reversed(sizes), strict=True):
+            rest, index = divmod(rest, count)
+            place.insert(0, index * size)
+        with contextlib.suppress(Exception):
+            variable[tuple(place)]

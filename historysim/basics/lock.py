@@ -10,30 +10,19 @@ from historysim.basics.files import own_file
 
 
 class WriterLock:
-    """An advisory lock on the file itself, which the system gives back however the process ends.
+    """An advisory lock on the file itself, which the system releases however the process ends.
 
-    It stays with the file when that is renamed, and leaves nothing behind. SQLite locks a file only for the
-    length of a transaction, and otherwise than this (POSIX record locks, not ``flock``), so readers do not meet it.
+    It stays with the file when that is renamed, and leaves nothing behind. SQLite locks otherwise (POSIX record locks,
+    not ``flock``), so readers do not meet it. With `make`, the file is made where there is none; see `own_file`.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    make : bool
-        It is a file of the program's own under a name that others can guess, which is made where there is none; see
-        `own_file`.
-
-    Raises
-    ------
-    OSError
-        Another writer has it, or the file cannot be opened to write.
+    Raises OSError: another writer has it, or the file cannot be opened to write.
     """
 
     _handle: int | None
 
-    def __init__(self, path: Path, *, make: bool = False) -> None:
+    def __init__(self, path: Path, *, make: bool = False, begins: tuple[bytes, ...] = ()) -> None:
         while True:
-            handle = own_file(path) if make else os.open(path, os.O_RDWR | system.OWN)
+            handle = own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
             try:
                 free = system.lock_file(handle)
                 # the file may have been renamed or replaced between the two calls

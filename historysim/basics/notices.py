@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-Teller = Callable[[str], None]
+Notify = Callable[[str], None]
 """Takes a notice, a sentence for the user."""
 
 

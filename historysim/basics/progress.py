@@ -1,4 +1,4 @@
-"""A bar on standard error that says how far something is: tqdm's, without the lock and the thread beside it."""
+"""A progress bar on standard error."""
 
 import sys
 import threading
@@ -9,37 +9,14 @@ from typing import Any
 
 @contextmanager
 def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
-    """Show how much is done, where standard error is a terminal; elsewhere nothing is made at all.
-
-    Parameters
-    ----------
-    shown : bool
-        Whether it is asked for.
-    unit : str
-        What is counted.
-    total : int, optional
-        How many there are, if that is known.
-    options
-        Of tqdm: ``desc``, ``initial``, ``delay``, ``leave``.
-
-    Yields
-    ------
-    callable
-        Is told each time how many more are done, 1 by default.
-    """
+    """Show a bar of tqdm where standard error is a terminal; yields what counts units, 1 by default."""
     if not (shown and sys.stderr is not None and sys.stderr.isatty()):
-        yield _unseen
+        yield lambda _=1: None
         return
     from tqdm import tqdm
 
-    class Bar(tqdm):  # type: ignore[misc] # it has no types
-        # tqdm's own lock is one of processes: whoever is killed while he has it makes all others wait for ever
-        _lock = threading.RLock()
-        monitor_interval = 0
-
-    with Bar(unit=unit, total=total, **options) as bar:
+    # tqdm's own lock is shared with forked processes: if one is killed while it has it, all others wait for ever
+    tqdm.set_lock(threading.RLock())
+    tqdm.monitor_interval = 0
+    with tqdm(unit=unit, total=total, **options) as bar:
         yield bar.update
-
-
-def _unseen(_: int = 1) -> None:
-    """Count nothing."""

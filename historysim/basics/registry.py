@@ -1,16 +1,18 @@
 """What stands open to other packages: kinds of things by their names, from this package and from entry points."""
 
 import importlib
-import pkgutil
 import sys
 from collections.abc import Iterator, Mapping
-from importlib.metadata import EntryPoint, entry_points
-from typing import Any, Generic, TypeVar, cast
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import attrs
 
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 T = TypeVar("T", bound=type)
 OWN = "historysim"
@@ -39,9 +41,9 @@ class Provider:
 class Registry(Mapping[str, T], Generic[T]):
     """Classes by the names that scenarios and logs call them.
 
-    Those of this package register themselves when their modules are imported, which is done when a name is asked for
-    that is not known yet. Those of other packages are entry points of a group, read anew whenever they are asked for:
-    nothing is kept, and a name of this package is never replaced.
+    Those of this package register themselves when their modules are imported: of one name, those alone in whose source
+    it stands. Those of other packages are entry points of a group, read anew whenever they are asked for: nothing is
+    kept, and a name of this package is never replaced.
 
     Parameters
     ----------
@@ -93,7 +95,7 @@ class Registry(Mapping[str, T], Generic[T]):
         if not isinstance(name, str):
             raise KeyError(name)
         if name not in self._known:
-            self.import_own()
+            self.import_own(name)
         if name in self._known:
             return self._known[name]
         if name in (found := self._foreign()):
@@ -138,14 +140,24 @@ class Registry(Mapping[str, T], Generic[T]):
         top = module.split(".")[0]
         return Provider(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
 
-    def import_own(self) -> None:
-        """Import the modules of this package where its kinds stand, so that they are all there."""
+    def import_own(self, name: str | None = None) -> None:
+        """Import the modules of this package where its kinds stand; of one name, those in whose source it is quoted."""
         for home in self._homes:
-            found = importlib.import_module(home)
-            for module in pkgutil.iter_modules(getattr(found, "__path__", ())):
-                importlib.import_module(f"{home}.{module.name}")
+            try:
+                found = importlib.import_module(home)
+            except ModuleNotFoundError as error:
+                # a leaf room may be left out of the package
+                if error.name and f"{home}.".startswith(f"{error.name}."):
+                    continue
+                raise
+            for folder in getattr(found, "__path__", ()):
+                for file in sorted(Path(folder).glob("[!_]*.py")):
+                    if name is None or f'"{name}"' in file.read_text(encoding="utf-8"):
+                        importlib.import_module(f"{home}.{file.stem}")
 
-    def _foreign(self) -> dict[str, EntryPoint]:
+    def _foreign(self) -> "dict[str, EntryPoint]":
+        from importlib.metadata import entry_points
+
         found: dict[str, EntryPoint] = {}
         for point in entry_points(group=self.group):
             other = found.setdefault(point.name, point)
@@ -154,7 +166,7 @@ class Registry(Mapping[str, T], Generic[T]):
                 raise InputError(f"the {self.noun} {point.name!r} is declared by {packages}; uninstall one of them")
         return found
 
-    def _loaded(self, point: EntryPoint) -> T:
+    def _loaded(self, point: "EntryPoint") -> T:
         whose = f"the {self.noun} {point.name!r} of the package {point.dist.name if point.dist else '?'}"
         try:
             kind: Any = point.load()

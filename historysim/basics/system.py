@@ -1,82 +1,50 @@
-"""What systems do differently, in one place: no other module asks for a call that only some of them have.
+"""What systems do differently, in one place: locks, links, syncing a folder, replacing open files, copies of processes.
 
-===================== ========================================== ==================================================
-what                  POSIX (Linux, macOS)                       Windows
-===================== ========================================== ==================================================
-lock of a whole file  ``flock``, beside which it can be read     a byte far beyond the end of the file
-lock of one byte      record locks (``lockf``)                   ``msvcrt.locking``
-names in a folder     ``fsync`` of the folder                    on the disk with the file, says NTFS' journal
-links                 ``O_NOFOLLOW``                             making one needs a right that users do not have
-FIFOs                 ``O_NONBLOCK``                             not among files
-replacing, removing   also of a file that is open                refused while a program holds it open
-a process that is     a signal of number 0 reaches it            its open files cannot be removed
-processors            those that the process may use             all, or ``process_cpu_count``
-===================== ========================================== ==================================================
-
-Any of them gives locks back and closes files however a process ends.
+Windows has no ``flock`` (a byte far beyond the end is locked in its place), no ``fork``, no limit of processor time,
+and does not replace open files. Any system releases locks and closes files however a process ends.
 """
 
 import contextlib
 import errno
 import functools
-import hashlib
 import importlib
 import os
-import platform
-import threading
+import select
+import signal
+import sys
 import time
+import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 fcntl: Any
+resource: Any
 try:
     import fcntl
+    import resource
 except ImportError:
-    fcntl = None
+    fcntl = resource = None
 
 OWN = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
 """Flags to open a file as bytes, and for this process alone."""
 NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)
 """Flags to open a file so, and under its very name."""
+COPIES_PROCESSES = sys.platform == "linux"
+"""Whether a process can be copied (``fork``) whatever its libraries have done; those of macOS may refuse to go on."""
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)
 """A flag to open what may be a FIFO, which would wait for a writer otherwise."""
 REPLACES_OPEN_FILES = os.name == "posix"
 """Whether a file can be renamed and replaced while it is open."""
 
-_ONE_PLACE = threading.Lock()
 _FAR = 1 << 43
 """A byte that no file has, and disks can still tell."""
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
 
 
-def read_at(handle: int, count: int, place: int) -> bytes:
-    """Return bytes of an open file from a place on."""
-    if hasattr(os, "pread"):
-        return os.pread(handle, count, place)
-    with _ONE_PLACE:
-        os.lseek(handle, place, os.SEEK_SET)
-        return os.read(handle, count)
-
-
-def write_at(handle: int, content: memoryview, place: int) -> int:
-    """Write bytes to an open file from a place on; return how many of them were."""
-    if hasattr(os, "pwrite"):
-        return os.pwrite(handle, content, place)
-    # Windows has one place for all threads; those that write take turns there
-    with _ONE_PLACE:
-        os.lseek(handle, place, os.SEEK_SET)
-        return os.write(handle, content)
-
-
 def lock_file(handle: int) -> bool:
-    """Lock an open file for one writer; False where another has it.
-
-    Raises
-    ------
-    OSError
-        The system refuses for another reason, such as a disk without locks.
-    """
+    """Lock an open file for one writer; False where another has it."""
     if fcntl is None:
         return _lock_on_windows(handle, _FAR, wait=False)
     try:
@@ -87,15 +55,7 @@ def lock_file(handle: int) -> bool:
 
 
 def lock_byte(handle: int, byte: int, *, wait: bool) -> bool:
-    """Lock one byte of an open file, which need not be there; False where another process has it.
-
-    Where the disk knows no locks, everybody gets it.
-
-    Raises
-    ------
-    OSError
-        The system refuses for another reason.
-    """
+    """Lock one byte of an open file; False where another process has it. Disks without locks give it to everybody."""
     try:
         if fcntl is None:
             return _lock_on_windows(handle, byte, wait=wait)
@@ -126,13 +86,7 @@ def _lock_on_windows(handle: int, byte: int, *, wait: bool) -> bool:
 
 
 def sync_folder(path: Path) -> None:
-    """Write the names in a folder to the disk, where the system does not do so by itself.
-
-    Raises
-    ------
-    OSError
-        There is none, or the disk refuses.
-    """
+    """Write the names in a folder to the disk, where the system does not do so by itself."""
     if not hasattr(os, "O_DIRECTORY"):
         if not path.is_dir():
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
@@ -151,11 +105,14 @@ def user(found: os.stat_result) -> int:
 
 @functools.cache
 def host() -> str:
-    """Return eight digits that tell this machine, and this space of its processes, from others on the same disk."""
-    told = platform.node()
+    """Return eight digits of this machine and its space of processes, to tell it from others on the same disk."""
+    import hashlib
+    import platform
+
+    name = platform.node()
     with contextlib.suppress(OSError):
-        told += str(os.stat("/proc/self/ns/pid").st_ino)  # noqa: PTH116 - no file of anybody's
-    return hashlib.sha256(told.encode("utf-8", "surrogateescape")).hexdigest()[:8]
+        name += str(os.stat("/proc/self/ns/pid").st_ino)  # noqa: PTH116 - no file of anybody's
+    return hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8]
 
 
 def is_running(process: int) -> bool:
@@ -175,3 +132,46 @@ def is_running(process: int) -> bool:
 def processors() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def limit_processor_time(seconds: int) -> None:
+    """Let the system end this process, without a picture of its memory, after so much time of a processor."""
+    if resource is not None:
+        for kind, wanted in ((resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
+            _, most = resource.getrlimit(kind)
+            resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
+
+
+def limit_memory(more: int) -> None:
+    """Let this process take so many bytes more, where the system counts them; it gets no others."""
+    with contextlib.suppress(OSError):
+        pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + more, most))
+
+
+def copy_ends_well(task: Callable[[], None], seconds: float) -> bool:
+    """Return whether a copy of this process, which carries out a task, ends with code 0 within a time on the wall."""
+    ours, theirs = os.pipe()
+    with warnings.catch_warnings():
+        # Python 3.12 warns of other threads
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process = os.fork()
+    if not process:
+        try:
+            task()
+        finally:
+            os._exit(1)
+    in_time: object = []
+    try:
+        os.close(theirs)
+        end = select.poll()
+        end.register(ours)
+        # the pipe is closed when the process ends
+        in_time = end.poll(1000 * seconds)
+    finally:
+        os.close(ours)
+        if not in_time:
+            os.kill(process, signal.SIGKILL)
+        _, status = os.waitpid(process, 0)
+    return status == 0

@@ -1,19 +1,15 @@
-"""What may be written where: an output takes the place of nothing but an older output of its own kind.
+"""What may be written where.
 
-Four rules hold for every file that is written, and `check_outputs` is the one place where they stand. An output is
-none of the files that are read for it. Its ending says what it is. What stands under its name already is replaced
-only where it is of the kind that is written, or the user insists. And it is a regular file: no folder, link, device,
-FIFO or socket.
+An output is never a file that the command reads. It is replaced only if it is of the kind that the command writes, or
+with force. It is never a folder, link, device, FIFO or socket.
 """
 
-import os
-import re
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from historysim.basics.file_kinds import beginning, is_netcdf
-from historysim.basics.files import check_replaceable, is_file
+from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf
 from historysim.errors import InputError
 
 LOOKED_AT = 1 << 16
@@ -22,44 +18,24 @@ MARK = b"historysim"
 
 
 class OutputFormat(NamedTuple):
-    """A kind of file that is written.
-
-    Attributes
-    ----------
-    name : str
-        What a message calls it: ``"a result of historysim"``.
-    endings : tuple of str
-    is_own : callable
-        Whether a file that is there is one that this program has written.
-    """
+    """A kind of file that is written."""
 
     name: str
+    """As messages call it: ``"a result of historysim"``."""
     endings: tuple[str, ...]
     is_own: Callable[[Path], bool]
+    """Whether this program has written a file that is there."""
 
 
 class Output(NamedTuple):
-    """A file that is to be written.
-
-    Attributes
-    ----------
-    path : Path
-    forms : tuple of OutputFormat
-        What can be written there; its ending decides.
-    """
+    """A file that is to be written; its ending decides which of the forms it has."""
 
     path: Path
     forms: tuple[OutputFormat, ...]
 
     @property
     def form(self) -> OutputFormat:
-        """What its ending says that it is.
-
-        Raises
-        ------
-        InputError
-            Another ending than those that can be written.
-        """
+        """The form of its ending; another ending is an InputError."""
         ending = self.path.suffix
         for form in self.forms:
             if ending.lower() in form.endings:
@@ -82,7 +58,7 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
     Raises
     ------
     InputError
-        An output that breaks one of the rules; the message names it, and says how to mend it.
+        An output that breaks one of the rules; the message names it, and how to mend it.
     """
     taken = list(reads)
     for output in outputs:
@@ -100,13 +76,7 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
 
 
 def check_place(path: Path) -> None:
-    """Check that a regular file may stand under a name.
-
-    Raises
-    ------
-    InputError
-        There is a folder, a link or a device, or no folder to put it into, or the system takes no such name.
-    """
+    """Check that a regular file may stand under a name, in a folder that is there; else it is an InputError."""
     try:
         if path.is_dir():
             raise InputError(f"{path}: is a folder; expected the name of a file to write")
@@ -117,8 +87,6 @@ def check_place(path: Path) -> None:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{str(path)!r}: cannot be the name of a file here ({error})") from error
-    if problem := refused_elsewhere(path.name):
-        raise InputError(f"{path}: {problem}; choose another name")
 
 
 def is_same(path: Path, other: Path) -> bool:
@@ -129,23 +97,9 @@ def is_same(path: Path, other: Path) -> bool:
         return False
 
 
-_DEVICE = re.compile(r"(?i)(con|prn|aux|nul|com[0-9¹²³]|lpt[0-9¹²³])\s*(\.|$)")
-
-
-def refused_elsewhere(name: str, *, windows: bool | None = None) -> str:
-    """Return why Windows takes a name for something else than a file; empty where it does not, or on other systems."""
-    if not (os.name == "nt" if windows is None else windows):
-        return ""
-    if _DEVICE.match(name):
-        return "is the name of a device on Windows"
-    if found := set(name) & set('<>:"|?*'):
-        return f"holds {min(found)!r}, which Windows takes in no name"
-    return "ends with a dot or a space, which Windows drops" if name.endswith((".", " ")) else ""
-
-
 def netcdf(name: str, *contents: str) -> OutputFormat:
     """Return the form of a netCDF file whose attribute ``content`` is one of these; of none, a history."""
-    return OutputFormat(name, (".nc",), lambda path: _told_content(path) in (contents or ("",)))
+    return OutputFormat(name, (".nc",), lambda path: _content(path) in (contents or ("",)))
 
 
 def marked(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
@@ -189,22 +143,21 @@ def _ends(path: Path) -> bytes:
         return b""
 
 
-def _told_content(path: Path) -> str | None:
+def _content(path: Path) -> str | None:
     """Return the attribute ``content`` of a file of this program, empty where it has none; None of any other."""
     if not is_netcdf(path):
         return None
-    import h5py
+    import netCDF4
 
-    try:
-        with h5py.File(path, "r", locking=False) as file:
-            told = {name: _text(file.attrs[name]) for name in ("source", "history", "content") if name in file.attrs}
-            told["historysim_version"] = "historysim" if "historysim_version" in file.attrs else ""
-    except (OSError, RuntimeError, KeyError, ValueError, TypeError):
-        # damaged, or of another form
-        return None
-    content = told.pop("content", "")
-    return content if any("historysim" in text for text in told.values()) else None
+    from historysim.basics.hdf5 import check_contained
 
-
-def _text(value: object) -> str:
-    return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+    known: dict[str, str] = {}
+    # damaged, or of another form, where it cannot be opened
+    with suppress(OSError, RuntimeError, AttributeError, InputError):
+        check_contained(path)
+        with netCDF4.Dataset(path) as file:
+            names = {"source", "history", "content"} & {*file.ncattrs()}
+            known = {name: str(file.getncattr(name)) for name in names}
+            known["historysim_version"] = "historysim" if "historysim_version" in file.ncattrs() else ""
+    content = known.pop("content", "")
+    return content if any("historysim" in text for text in known.values()) else None

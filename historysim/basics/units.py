@@ -188,7 +188,7 @@ def warn_unlikely(what: str, unit: str, *, stacklevel: int) -> None:
         Of `warnings.warn`, as seen from the caller: 2 is who called him.
     """
     warnings.warn(
-        f"{what}, which is hardly meant: plain numbers are in {unit}, and a text has its unit, such as "
+        f"{what}, which is implausible: numbers are in {unit}; give another unit with the number, such as "
         f"'50 {_kind(unit)[1]}'",
         UnlikelyValueWarning,
         stacklevel=stacklevel + 1,
@@ -227,9 +227,12 @@ def quantity(value: float | str, unit: str) -> float:
     kind, sample = _kind(unit)
     if unit == "1" or not isinstance(value, str):
         how = (
-            "such as 0.2, without quotes or a unit" if unit == "1" else f"in {unit}, or as a text such as '50 {sample}'"
+            "such as 0.2, without quotes or a unit"
+            if unit == "1"
+            else f"in {unit}, or as a string such as '50 {sample}'"
         )
-        raise InputError(f"{_shown(value)} is a {type(value).__name__}; expected {kind} {how}")
+        given = "string" if isinstance(value, str) else type(value).__name__
+        raise InputError(f"{_shown(value)} is a {given}; expected {kind} {how}")
     text = value.strip()
     match = _NUMBER.match(text)
     unit_text = text[match.end() :].strip() if match else ""
@@ -289,6 +292,8 @@ def conversion_factor(unit_text: str, unit: str) -> float:
         if not root:
             raise InputError(f"{_shown(unit_text)} is not a unit of {kind}; expected a unit such as {sample}")
         return conversion_factor(pressure.rstrip(" *·"), "Pa")
+    if (factor := _common(unit_text, unit)) is not None:
+        return factor
     import cf_units
 
     with cf_units.suppress_errors():
@@ -314,6 +319,15 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     if not (math.isfinite(factor) and factor > 0):
         raise InputError(f"{_shown(unit_text)} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
     return factor
+
+
+def _common(unit_text: str, unit: str) -> float | None:
+    """Return the factor of a unit that is the SI unit with a prefix or without; None of any other."""
+    if unit not in {"N", "m", "s", "Pa"} or not unit_text.endswith(unit):
+        return None
+    exponents = {prefix: exponent for exponent, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6}
+    exponent = exponents.get(unit_text.removesuffix(unit))
+    return None if exponent is None else float(f"1e{exponent}")
 
 
 class QuantityText(str):

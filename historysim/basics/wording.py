@@ -1,12 +1,13 @@
 """What messages have in common: what came, what was meant, and how many."""
 
-import difflib
 import itertools
 from collections.abc import Collection
 
 
 def nearest(word: str, known: Collection[str]) -> str:
     """Return what to write in place of an unknown word: the nearest known one, else all of them."""
+    import difflib
+
     match = difflib.get_close_matches(word, known, n=1)
     if match:
         return f"did you mean {match[0]!r}?"

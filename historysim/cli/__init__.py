@@ -1,4 +1,4 @@
-"""The command line. Only click is imported here, so that ``--help`` answers at once."""
+"""The command line: every command of a module in this folder, which is imported when it is used."""
 
 import contextlib
 import os
@@ -18,7 +18,6 @@ with contextlib.suppress(ValueError):
 import click  # noqa: E402 - an interrupt may come while it is read
 
 from historysim._version import __version__  # noqa: E402
-from historysim.cli import exports, logs, questions, records, simulations, viewing  # noqa: E402
 from historysim.cli.ending import Commands  # noqa: E402
 
 with contextlib.suppress(ValueError, NameError):
@@ -32,7 +31,7 @@ with contextlib.suppress(ValueError, NameError):
     epilog="Exit codes: 0 done, 1 the loads cannot be carried out, 2 bad input, 130 interrupted.",
 )
 @click.version_option(__version__)
-@click.option("-v", "--verbose", count=True, help="Say on standard error what is done; twice, in detail.")
+@click.option("-v", "--verbose", count=True, help="Log progress to stderr; -vv for details.")
 def main(verbose: int) -> None:
     """Replay load histories across rough frictional contacts, exactly."""
     if verbose:
@@ -40,8 +39,3 @@ def main(verbose: int) -> None:
 
         logging.basicConfig(format="%(asctime)s %(name)s: %(message)s", datefmt="%H:%M:%S")
         logging.getLogger("historysim").setLevel(logging.INFO if verbose == 1 else logging.DEBUG)
-
-
-for group in (simulations, logs, records, viewing, questions, exports):
-    for command in group.COMMANDS:
-        main.add_command(command)

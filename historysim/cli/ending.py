@@ -1,10 +1,14 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
 import codecs
+import functools
+import importlib
 import io
+import re
 import sys
 import warnings
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import click
@@ -56,8 +60,48 @@ def _showing(others: Callable[..., None]) -> Callable[..., None]:
     return show
 
 
+def _after_interrupt(error: BaseException | None) -> bool:
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__context__
+    return error is not None
+
+
+_COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
+"""In a source a command: its name, where it is not that of the function, the function, and its first paragraph."""
+
+
 class Commands(click.Group):
-    """Commands whose errors end as one message and an exit code."""
+    """Commands of the modules in this folder, each imported when it is used; errors end as one message and a code."""
+
+    @functools.cached_property
+    def found(self) -> dict[str, tuple[str, str, str]]:
+        """By the name of each command its module, its function, and its short help, all from the source."""
+        found = {}
+        for path in sorted(Path(__file__).parent.glob("[!_]*.py")):
+            source = path.read_text(encoding="utf-8")
+            for name, function, text in re.findall(_COMMAND, source, re.DOTALL | re.MULTILINE):
+                found[name or function] = path.stem, function, text
+        return found
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - as click calls it
+        """Return the names of all commands."""
+        return sorted(self.found)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 - as click calls it
+        """Return a command."""
+        if cmd_name not in self.found:
+            return None
+        module, function, _ = self.found[cmd_name]
+        command: click.Command = getattr(importlib.import_module(f"historysim.cli.{module}"), function)
+        return command
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the name and the short help of each command, none of which is imported for that."""
+        names = self.list_commands(ctx)
+        limit = formatter.width - 6 - max(map(len, names))
+        with formatter.section("Commands"):
+            short = (click.Command(name, help=self.found[name][2]).get_short_help_str(limit) for name in names)
+            formatter.write_dl(list(zip(names, short, strict=True)))
 
     def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - as click has it
         """Run the program; a terminal that does not know a sign gets another in its place."""
@@ -83,5 +127,10 @@ class Commands(click.Group):
             raise NotPossible(printable(f"{place}{error.strerror or error}")) from error
         except MemoryError as error:
             raise NotPossible("the memory does not suffice; record fewer asperities, or split the loads") from error
+        except Exception as error:
+            # what an interrupt has left in the midst may fail as it is closed
+            if _after_interrupt(error):
+                raise Interrupted("interrupted; what was not finished is not kept") from error
+            raise
         except KeyboardInterrupt as error:
-            raise Interrupted("interrupted") from error
+            raise Interrupted(str(error) or "interrupted; what was not finished is not kept") from error

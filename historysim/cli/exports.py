@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.targets import PICTURE, Output, check_outputs
 from historysim.cli.options import force_option, json_option, path_type, quantity_option, set_option
-from historysim.cli.output import Answer, notice, save, tell
+from historysim.cli.output import Answer, notice, save, write_answer
 
 
 @click.command()
@@ -75,9 +75,9 @@ def fmu(
         platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
         force=force,
         progress=True,
-        tell=notice,
+        notify=notice,
     )
-    tell(Answer(files=[output]), as_json=as_json)
+    write_answer(Answer(files=[output]), as_json=as_json)
 
 
 @click.command()
@@ -131,15 +131,12 @@ def reduce(
     if picture is not None:
         targets.append(Output(picture, (PICTURE,)))
     check_outputs(targets, source.files, force=force)
-    model = carry_out(source, elements=elements, normal_load=normal_load, tell=notice)
+    model = carry_out(source, elements=elements, normal_load=normal_load, notify=notice)
     for path, name in forms.items():
         model.write(path, form=name, force=force)
     if picture is not None:
-        from historysim.exchange.reduced.reduced_picture import plot_reduced
+        from historysim.exchange.reduced.reduced_picture import ReducedPicture
 
-        save(plot_reduced(model), picture)
+        save(ReducedPicture().figure(model), picture)
     files = [*outputs, *([] if picture is None else [picture])]
-    tell(Answer(model.summary(), files=files, data=model.dataset), as_json=as_json)
-
-
-COMMANDS = (fmu, reduce)
+    write_answer(Answer(model.summary(), files=files, data=model.dataset), as_json=as_json)

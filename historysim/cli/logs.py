@@ -6,20 +6,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from historysim.basics.file_kinds import is_log
-from historysim.basics.files import replacing
+from historysim.basics.files import is_log, replacing
 from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
 from historysim.basics.wording import counted
 from historysim.cli.ending import NotPossible
 from historysim.cli.options import force_option, json_option, path_type, quantity_option, text_options
-from historysim.cli.output import Answer, notice, save, tell
+from historysim.cli.output import Answer, notice, save, write_answer
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from historysim.tables import Format
 
 
-EVENTS = unmarked("a table that says who wrote it", ".csv")
+TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")
 """Tables of events are written by hand, too."""
 
 
@@ -29,13 +28,13 @@ EVENTS = unmarked("a table that says who wrote it", ".csv")
 @click.option("-q", "--quiet", is_flag=True, help="Print nothing if all is well.")
 @json_option
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
-    """Check that a result is what its log makes, bit for bit.
+    """Replay the log and check that the result is bit-identical.
 
     FILE is a result, whose log is replayed, or a log, which is checked with its snapshots.
     """
     from historysim.log.verification import verify as check
 
-    verification = check(file, log, progress=not quiet, tell=notice)
+    verification = check(file, log, progress=not quiet, notify=notice)
     differences = "\n".join(f"  {difference.text}" for difference in verification.differences)
     if not verification:
         raise NotPossible(f"{file}: is not what its log gives:\n{differences}")
@@ -50,7 +49,7 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     else:
         lines = [(str(file), "is what its log gives, bit for bit")]
     if not quiet:
-        tell(Answer(lines), as_json=as_json)
+        write_answer(Answer(lines), as_json=as_json)
 
 
 @click.command()
@@ -69,17 +68,17 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
 
     with EventLog(log) as events:
         time = math.inf if moment is None else quantity_option("--at", moment, "s")
-        ensemble_state = events.state(at=time, tell=notice)
+        ensemble_state = events.state(at=time, notify=notice)
         last = events.events(len(events) - 1)[0].time if len(events) else math.inf
         if last < time < math.inf:
             notice(f"{log.name}: its last event is at {duration_text(last)}; this is the state that it left")
         if asperity is not None:
-            from historysim.asperities.asperity_summary import reversal_table, summary
-            from historysim.results.plots.single_asperity import plot_asperity
+            from historysim.asperities.asperity import reversal_table, summary
+            from historysim.results.plots.tractions import AsperityPicture
 
             one = events.ensemble.asperity(asperity, ensemble_state)
             if output is not None:
-                save(plot_asperity(one), output)
+                save(AsperityPicture().figure(one), output)
             answer = Answer(summary(one), [reversal_table(one)])
         else:
             if output is not None:
@@ -96,7 +95,7 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
                 ],
                 data=lambda: events.state_dataset(at=time),
             )
-        tell(answer._replace(files=[] if output is None else [output]), as_json=as_json)
+        write_answer(answer._replace(files=[] if output is None else [output]), as_json=as_json)
 
 
 @click.command()
@@ -109,7 +108,7 @@ def fork(log: Path, moment: str, output: Path, force: bool) -> None:
     check_outputs([Output(output, (LOG,))], [log], force=force)
     from historysim.log.event_log import EventLog
 
-    with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, tell=notice) as made:
+    with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, notify=notice) as made:
         click.echo(f"{output}: {counted(len(made), 'event', 'events')}")
 
 
@@ -161,15 +160,15 @@ def list_log(
 ) -> None:
     """List the events of LOG (NAME.history)."""
     if table is not None:
-        check_outputs([Output(table, (EVENTS,))], [file], force=force)
+        check_outputs([Output(table, (TABLE_OF_EVENTS,))], [file], force=force)
     from historysim.loads.event_sequence import time_text
     from historysim.loads.event_table import write_events
-    from historysim.loads.events import EVENT_KINDS
+    from historysim.loads.events import EVENTS
     from historysim.log.event_log import EventLog
 
     for name in kind:
-        if name not in EVENT_KINDS:
-            raise InputError(f"--kind {name}: expected one of {', '.join(EVENT_KINDS)}")
+        if name not in EVENTS:
+            raise InputError(f"--kind {name}: expected one of {', '.join(dict.fromkeys((*EVENTS.own(), *EVENTS)))}")
     start, stop = quantity_option("--from", begin or "-inf", "s"), quantity_option("--to", end or "inf", "s")
     with EventLog(file) as log:
         chosen = [
@@ -187,7 +186,4 @@ def list_log(
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"
         rows.append((str(number), time_text(event.time), event.name, f"{event.cell}{unit}"))
-    tell(Answer(tables=[rows]), as_json=as_json)
-
-
-COMMANDS = (verify, state, fork, append, list_log)
+    write_answer(Answer(tables=[rows]), as_json=as_json)

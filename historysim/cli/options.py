@@ -88,7 +88,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
         "settings",
         multiple=True,
         metavar="KEY=VALUE",
-        help="Another value for a key of the scenario, such as friction.coefficient=0.3; may be given several times.",
+        help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
     )(with_values)
 
 

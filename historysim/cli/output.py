@@ -15,39 +15,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-TABLES_OF_QUESTIONS = (
-    netcdf("a table of historysim", "table", "history over time"),
-    csv_table(
-        "a table of historysim",
-        *("branch_drift", "direction,cycle_drift", "drift", "positioning_error", "run_drift", "telling_step"),
-        "asperity,summit_height",
-        "label,text",
-        "step,time",
-        "name,value",
-        "rank,asperity",
-        "elapsed_time,total_normal_load",
-        "loop,start_time",
-        "radius,pressure",
-        "x,pressure",
-        "reversal,radius",
-        *(
-            f"time,{name}"
-            for name in (
-                "critical_asperity",
-                "mean_pressure",
-                "nominal_pressure",
-                "peak_pressure",
-                "preliminary_displacement",
-                "presliding_work",
-                "share_of_contacts",
-                "stick_ratio",
-                "tangential_stiffness",
-                "total_mean_pressure",
-                "virgin",
-            )
-        ),
-    ),
-)
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),
     csv_table("a table of friction loops", "loop,start_time"),
@@ -85,7 +52,7 @@ class Answer(NamedTuple):
     """Lines that stand below the tables."""
 
 
-def tell(answer: Answer, *, as_json: bool = False) -> None:
+def write_answer(answer: Answer, *, as_json: bool = False) -> None:
     """Print what was found: lines, tables and the names of files, or one object of JSON."""
     if as_json:
         click.echo(_json(answer))
@@ -139,11 +106,11 @@ def notice(text: str) -> None:
 def save_dataset(dataset: "xr.Dataset", path: Path, *, measured: bool = False) -> None:
     """Write a table with a first dimension, as netCDF or as CSV with one row for each of its members."""
     if path.suffix.lower() == ".csv":
-        from historysim.results.csv_table import write_csv
+        from historysim.results.tables import write_csv
 
         write_csv(dataset, path)
         return
-    from historysim.results.netcdf_table import CALCULATED, MEASURED, write_netcdf
+    from historysim.results.tables import CALCULATED, MEASURED, write_netcdf
 
     write_netcdf(dataset, path, origin=MEASURED if measured else CALCULATED)
 

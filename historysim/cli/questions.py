@@ -1,79 +1,69 @@
 """Commands that answer questions: table, of a result; kinds, of what scenarios may name."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.targets import Output, check_outputs, unmarked
+from historysim.basics.targets import Output, OutputFormat, check_outputs, csv_table, netcdf, unmarked
 from historysim.basics.wording import nearest
 from historysim.cli.options import force_option, json_option, path_type
-from historysim.cli.output import TABLES_OF_QUESTIONS, Answer, save_dataset, tell
+from historysim.cli.output import Answer, save_dataset, write_answer
 from historysim.errors import InputError
 
-QUESTIONS = (
-    "branch-drift",
-    "critical-asperity",
-    "cycle-drift",
-    "drift",
-    "energy-per-cycle",
-    "first-slips",
-    "friction-loops",
-    "mean-pressure",
-    "nominal-pressure",
-    "peak-pressure",
-    "point-maps",
-    "positioning-error",
-    "preliminary-displacement",
-    "preliminary-displacements",
-    "presliding-work",
-    "profiles",
-    "reversal-points",
-    "run-drift",
-    "seen-at-rest",
-    "slides-first",
-    "slip-shares",
-    "stick-ratio",
-    "summary",
-    "tangential-stiffness",
-    "telling-step",
-    "time-series",
-    "total-mean-pressure",
-    "validity",
-)
-"""What a result answers with a table, as the methods of ``history.contact`` are called."""
+if TYPE_CHECKING:
+    from historysim.results.asking import Question
+
 VTU = unmarked("a mesh for ParaView", ".vtu")
-AT_A_STEP = {"point-maps": "step", "profiles": "steps", "reversal-points": "step"}
-"""Questions about a step, with the name of that parameter."""
 
 
-class Question(click.ParamType):  # type: ignore[type-arg]
-    """The name of a question."""
+class QuestionName(click.ParamType):  # type: ignore[type-arg]
+    """The name of a question, with hyphens or underscores."""
 
     name = "question"
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name, with hyphens."""
-        question = str(value).replace("_", "-")
-        if question not in QUESTIONS:
-            self.fail(f"{value!r} is no question; {nearest(question, QUESTIONS)}", param, ctx)
-        return question
+        """Return the name as it is in Python."""
+        from historysim.results.asking import asked
 
-    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:  # noqa: ARG002
+        known = _tables()
+        if (name := asked(str(value))) not in known:
+            hint = nearest(str(value).replace("_", "-"), [each.replace("_", "-") for each in known])
+            self.fail(f"{value!r} is no question; {hint}", param, ctx)
+        return name
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:  # noqa: ARG002 - as click calls it
         """Return the questions that begin so, for a shell that completes them."""
         from click.shell_completion import CompletionItem
 
-        return [CompletionItem(each) for each in QUESTIONS if each.startswith(incomplete)]
+        names = (each.replace("_", "-") for each in _tables())
+        return [CompletionItem(each) for each in names if each.startswith(incomplete)]
 
 
-@click.command(epilog=f"The questions: {', '.join(QUESTIONS)}.")
+class TableCommand(click.Command):
+    """Its help lists the questions, which are imported for it alone."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - as click calls it
+        """Write each question with the first line of its documentation."""
+        with formatter.section("Questions"):
+            formatter.write_dl([(name.replace("_", "-"), each.text) for name, each in _tables().items()])
+
+
+def _tables() -> "dict[str, Question]":
+    """Return the questions whose answer is a table."""
+    from historysim.results.asking import questions
+
+    return {name: each for name, each in questions().items() if each.table is not None}
+
+
+@click.command(cls=TableCommand)
 @click.argument("result", type=path_type)
-@click.argument("question", type=Question())
+@click.argument("question", type=QuestionName())
 @click.option(
     "-o", "--output", type=path_type, help="The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]"
 )
-@click.option("--asperity", type=int, help="The asperity, for profiles, reversal-points and time-series.")
-@click.option("--step", type=int, help="The step, for point-maps, profiles and reversal-points. [default: the last]")
+@click.option("--asperity", type=int, help="The asperity, for a question about one.")
+@click.option("--step", type=int, help="The step, for a question about one. [default: the last]")
 @click.option(
     "--with",
     "parameters",
@@ -93,28 +83,29 @@ def table(
     as_json: bool,
     force: bool,
 ) -> None:
-    """Ask RESULT a QUESTION, and write the answer as a table.
+    """Compute a QUESTION from RESULT and write the answer as CSV or netCDF.
 
-    The questions are methods of history.contact in Python, where their documentation says what the columns are.
+    In Python the questions are methods of history.contact; their documentation says what the columns are.
     """
-    output = output or result.with_name(f"{result.stem}_{question}.csv")
-    kinds = (VTU,) if question == "point-maps" and output.suffix.lower() == ".vtu" else TABLES_OF_QUESTIONS
+    asks, shown = _tables()[question], question.replace("_", "-")
+    output = output or result.with_name(f"{result.stem}_{shown}.csv")
+    kinds = (VTU,) if question == "point_maps" and output.suffix.lower() == ".vtu" else _outputs()
     check_outputs([Output(output, kinds)], [result], force=force)
     given = dict(_parameter(text) for text in parameters)
     if asperity is not None:
         given["asperity"] = asperity
-    if question in AT_A_STEP:
-        given.setdefault(AT_A_STEP[question], -1 if step is None else step)
+    if asks.step:
+        given.setdefault(asks.step, -1 if step is None else step)
     elif step is not None:
-        raise InputError(f"{question}: takes no --step")
-    from historysim.results.answers import answer
+        raise InputError(f"{shown}: takes no --step")
+    from historysim.results.accessor import answer
     from historysim.results.result_files import open_result
 
     with open_result(result) as history:
-        if question == "run-drift" and "second" in given:
+        if question == "run_drift" and "second" in given:
             with open_result(Path(given["second"])) as other:
                 given["second"] = other.load()
-        dataset = answer(history, question.replace("-", "_"), given)
+        dataset = answer(history, question, given)
         if question == "profiles":
             # a row for each radius
             dataset = dataset.isel(step=0)
@@ -124,11 +115,18 @@ def table(
             write_vtk(dataset, output)
         else:
             save_dataset(dataset, output)
-        tell(Answer(files=[output], data=lambda: dataset), as_json=as_json)
+        write_answer(Answer(files=[output], data=lambda: dataset), as_json=as_json)
+
+
+def _outputs() -> tuple[OutputFormat, ...]:
+    """Return the forms of tables of questions."""
+    headers = (header for each in _tables().values() for header in each.headers())
+    form = "a table of historysim"
+    return netcdf(form, "table", "history over time"), csv_table(form, *headers)
 
 
 def _parameter(text: str) -> tuple[str, Any]:
-    """Return name and value of a parameter: a number, or else a text."""
+    """Return name and value of a parameter: a number, or else a string."""
     name, equals, value = (part.strip() for part in text.partition("="))
     if not (name and equals and value):
         raise InputError(f"--with {text!r}: expected NAME=VALUE, such as first=0")
@@ -147,11 +145,8 @@ def _parameter(text: str) -> tuple[str, Any]:
 def kinds(what: str | None, name: str | None, as_json: bool) -> None:
     """List the groups of kinds (laws, surfaces, …), the kinds of one group, WHAT, or the keys of one kind, NAME.
 
-    A kind of another package has the package and its version behind it.
+    Kinds from plug-ins are listed with package and version.
     """
     from historysim.scenario.kinds import kinds as listed
 
-    tell(Answer(listed(what, name)), as_json=as_json)
-
-
-COMMANDS = (table, kinds)
+    write_answer(Answer(listed(what, name)), as_json=as_json)

@@ -24,7 +24,7 @@ from historysim.cli.output import (
     Answer,
     save,
     save_table,
-    tell,
+    write_answer,
 )
 from historysim.errors import InputError
 
@@ -65,11 +65,11 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in listings)]
     suggested, files = suggested_loading(file, listings, layout, blocks), [] if output is None else [output]
     if as_json:
-        tell(Answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files), as_json=True)
+        write_answer(Answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files), as_json=True)
         return
     for line in seen:
         click.echo(line)
-    tell(Answer(tables=[rows]))
+    write_answer(Answer(tables=[rows]))
     click.echo("\n".join(["", suggested, *(f"\n{path}" for path in files)]))
 
 
@@ -135,9 +135,8 @@ def loops(
         *(Output(path, (*TABLES_OF_LEVELS, PICTURE)) for path in (levels,) if path is not None),
         *(Output(path, (PICTURE,)) for path in pictures),
     ]
-    from historysim.measured.definitions import DEFAULT, Definitions
-    from historysim.results.plots.loop_curves import plot_loops
-    from historysim.results.plots.loop_levels import plot_loop_levels
+    from historysim.measured.branches import DEFAULT, Definitions
+    from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
     from historysim.scenario.record_search import loops as find_loops
     from historysim.scenario.scenario import load
 
@@ -162,19 +161,16 @@ def loops(
         return
     evaluation = find_loops(record, **options)
     model = _model_loops(record, skip) if with_model else None
+    picture_of_loops = MeasuredLoopsPicture(model=model, title=file.name)
     by_load = evaluation.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_table(
-            evaluation.to_dataset(), output, lambda _: plot_loops(evaluation, model, title=file.name), measured=measured
-        )
+        save_table(evaluation.to_dataset(), output, lambda _: picture_of_loops.figure(evaluation), measured=measured)
     if levels is not None:
-        save_table(
-            by_load.to_dataset(), levels, lambda table: plot_loop_levels(table, title=file.name), measured=measured
-        )
+        save_table(by_load.to_dataset(), levels, LoopLevelsPicture(title=file.name).figure, measured=measured)
     for path in pictures:
-        save(plot_loops(evaluation, model, title=file.name), path)
+        save(picture_of_loops.figure(evaluation), path)
     several_loads = len(by_load) > 1
     tables: list[Sequence[tuple[str, ...]]] = [by_load.rows() if several_loads else evaluation.rows()]
     below: Sequence[tuple[str, str]] = ()
@@ -184,7 +180,7 @@ def loops(
         (heading, *directions), *rows = evaluation.by_amplitude().rows()
         tables.insert(several_loads, [(f"{heading}, all loads" if several_loads else heading, *directions), *rows])
     files = [target.path for target in outputs]
-    tell(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
+    write_answer(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
 
 
 @click.command()
@@ -206,11 +202,11 @@ def sliding(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Evaluate the friction of FILE, which slides one way.
+    """Evaluate friction in a unidirectional sliding record.
 
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
-    from historysim.results.plots.friction_trace import plot_sliding
+    from historysim.results.plots.record_pictures import SlidingPicture
     from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.scenario import load
 
@@ -228,9 +224,12 @@ def sliding(
     evaluation = find_sliding(record, over=over, windows=windows)
     if output is not None:
         save_table(
-            evaluation.to_dataset(), output, lambda _: plot_sliding(evaluation, title=file.name), measured=measured
+            evaluation.to_dataset(),
+            output,
+            lambda _: SlidingPicture(title=file.name).figure(evaluation),
+            measured=measured,
         )
-    tell(
+    write_answer(
         Answer(evaluation.summary(), files=[target.path for target in outputs], data=evaluation.to_dataset),
         as_json=as_json,
     )
@@ -249,15 +248,15 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
     Time series, loops, and energy per loop.
     """
     output = output or Path(f"{scenario.stem}_comparison.png")
-    from historysim.results.plots.measured_and_model import plot_comparison
+    from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.compare import compare as compare_scenario
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
     check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
     comparison = compare_scenario(loaded, skip=skip)
-    save(plot_comparison(comparison, loaded.title), output)
-    tell(Answer(comparison.summary(), [comparison.rows()], [output]), as_json=as_json)
+    save(ComparisonPicture(title=loaded.title).figure(comparison), output)
+    write_answer(Answer(comparison.summary(), [comparison.rows()], [output]), as_json=as_json)
 
 
 @click.command()
@@ -285,7 +284,7 @@ def fit(
     """
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
-    from historysim.results.plots.measured_and_model import plot_comparison
+    from historysim.results.plots.record_pictures import ComparisonPicture
     from historysim.scenario.fit import fit as fit_scenario
     from historysim.scenario.scenario import load
 
@@ -296,7 +295,7 @@ def fit(
         # both stand under their names, or neither
         with replacing(output) as unfinished:
             unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
-            save(plot_comparison(fitted.comparison, loaded.title), picture)
+            save(ComparisonPicture(title=loaded.title).figure(fitted.comparison), picture)
 
     if _is_each(loaded):
         from historysim.scenario.each_run import each_run, fit_rows
@@ -315,7 +314,7 @@ def fit(
         return
     fitted = fit_scenario(loaded, progress=True)
     write(fitted, output, picture)
-    tell(Answer(fitted.summary(), [fitted.comparison.rows()], [picture, output]), as_json=as_json)
+    write_answer(Answer(fitted.summary(), [fitted.comparison.rows()], [picture, output]), as_json=as_json)
 
 
 def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
@@ -339,10 +338,10 @@ def _tell_runs(
 ) -> None:
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
     if as_json:
-        tell(Answer(problems, [rows(runs)], files), as_json=True)
+        write_answer(Answer(problems, [rows(runs)], files), as_json=True)
         return
-    tell(Answer(tables=[rows(runs)]))
-    tell(Answer(problems, files=files))
+    write_answer(Answer(tables=[rows(runs)]))
+    write_answer(Answer(problems, files=files))
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
@@ -352,6 +351,3 @@ def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
     if isinstance(record, Path):
         raise InputError(f"{record}: is no scenario (.toml) with a measured record; expected one for --model")
     return compare_scenario(record, skip=skip).model
-
-
-COMMANDS = (columns, loops, sliding, compare, fit)

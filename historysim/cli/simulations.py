@@ -8,7 +8,7 @@ import click
 from historysim.basics.system import processors
 from historysim.basics.targets import PICTURE, Output, check_outputs
 from historysim.cli.options import force_option, json_option, path_type, set_option
-from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, tell
+from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, write_answer
 from historysim.errors import InputError
 
 
@@ -23,7 +23,7 @@ from historysim.errors import InputError
     "--snapshot-every",
     type=click.IntRange(1),
     metavar="STEPS",
-    help="Steps that a crash costs at most. [default: some seconds of replay]",
+    help="Write a snapshot every STEPS steps. [default: some seconds of replay]",
 )
 @click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
 @click.option(
@@ -71,23 +71,24 @@ def run(
         compression=compression,
         threads=threads,
         force=force,
-        tell=notice,
+        notify=notice,
     )
     if pictures:
         from historysim.results.result_files import open_result
-        from historysim.scenario.plot import plot
+        from historysim.verbs import plot
 
         with open_result(output) as history:
             drawn = plot(history)
             for path in pictures:
                 save(drawn, path)
     if not quiet:
-        from historysim.results import recorded_file, sliding_order
+        from historysim.results.analysis.history_summary import summary
+        from historysim.results.result_files import open_recorded
 
-        with recorded_file.opened(output) as recorded:
-            lines = sliding_order.summary(recorded)
+        with open_recorded(output) as recorded:
+            lines = summary(recorded)
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
-        tell(Answer([*lines, *files]), as_json=as_json)
+        write_answer(Answer([*lines, *files]), as_json=as_json)
 
 
 @click.command()
@@ -98,7 +99,7 @@ def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names."""
     from historysim.studies.validation import validate as validated
 
-    tell(Answer(validated(scenario, values)), as_json=as_json)
+    write_answer(Answer(validated(scenario, values)), as_json=as_json)
     if not as_json:
         click.echo("valid")
 
@@ -138,7 +139,7 @@ def sweep(
     store = store or output.with_suffix(".cells")
     if store.exists() and not store.is_dir():
         raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
-    from historysim.results import sweeps
+    from historysim.results.tables import sweep_summary, write_sweep
     from historysim.scenario.scenario import load
     from historysim.studies.sweep import sweep as carry_out
     from historysim.studies.sweep import sweep_of
@@ -147,11 +148,11 @@ def sweep(
     grid, _ = sweep_of(loaded)
     forms = TABLE_OF_SWEEP, csv_of_sweep(key for axis in grid.axes for key in axis.keys)
     check_outputs([Output(output, forms)], loaded.files, force=force)
-    table = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, tell=notice)
-    sweeps.write(table, output)
+    table = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, notify=notice)
+    write_sweep(table, output)
     if not quiet:
         files = [("cells kept in", str(store)), ("result", str(output))]
-        tell(Answer([*sweeps.summary(table), *files], data=lambda: table), as_json=as_json)
+        write_answer(Answer([*sweep_summary(table), *files], data=lambda: table), as_json=as_json)
 
 
 @click.command()
@@ -177,7 +178,7 @@ def design(
 
     [design] of SCENARIO (TOML) names the key, its range, and the output.
     """
-    from historysim.results.sweeps import write
+    from historysim.results.tables import write_sweep as write
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out
     from historysim.studies.design import problem_of, summary
@@ -187,12 +188,9 @@ def design(
         problem, grid = problem_of(loaded)
         forms = TABLE_OF_SWEEP, csv_of_sweep([*(key for axis in grid.axes for key in axis.keys), problem.key])
         check_outputs([Output(output, forms)], loaded.files, force=force)
-    table = carry_out(loaded, workers=workers or processors(), progress=not quiet, tell=notice)
+    table = carry_out(loaded, workers=workers or processors(), progress=not quiet, notify=notice)
     if output is not None:
         write(table, output)
     if not quiet:
         files = [("result", str(output))] if output else []
-        tell(Answer([*summary(table), *files], data=lambda: table), as_json=as_json)
-
-
-COMMANDS = (run, validate, sweep, design)
+        write_answer(Answer([*summary(table), *files], data=lambda: table), as_json=as_json)

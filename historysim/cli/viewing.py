@@ -1,5 +1,6 @@
 """Commands that look at files: show, plot, report, gallery."""
 
+import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ import click
 from historysim.basics.system import processors
 from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
 from historysim.cli.options import files_read, force_option, json_option, path_type, scenario_or_file, set_option
-from historysim.cli.output import Answer, notice, save, tell
+from historysim.cli.output import Answer, notice, save, write_answer
 from historysim.errors import InputError
 
 
@@ -21,14 +22,55 @@ class PictureOption(click.Option):
         from historysim.scenario.kinds import registries
 
         pictures = registries()["plots"]
-        of_one = ", ".join(name for name, kind in pictures.items() if "history" in kind.of)
-        of_several = " or ".join(name for name, kind in pictures.items() if kind.several)
-        of_scenarios = ", ".join(name for name, kind in pictures.items() if "scenario" in kind.of)
+
+        def names(of: str) -> str:
+            return ", ".join(name for name, kind in pictures.items() if of in kind.of)
+
+        several = " or ".join(name for name, kind in pictures.items() if kind.several)
         self.help = (
-            f"Of a result: {of_one}; of several: {of_several}; of a sweep: loops, or which number; of a scenario: "
-            f"{of_scenarios}."
+            f"Of a result: {names('history')}; of several: {several}; of a sweep: loops, or which number; of a "
+            f"scenario: {names('scenario')}. `historysim kinds plots NAME` lists the options of one."
         )
         return super().get_help_record(ctx)
+
+
+SHORT = {
+    "steps": "Of loops and traction: states by number or name, as K,L,120.",
+    "across": "What a traction is drawn over: radius or diameter.",
+    "labels": "Of loops and traction: names of the lines, with commas between.",
+    "step": "Draw the contact map of a result at this step: a number, partial or peak.",
+    "asperity": "Of traction: which asperity; with --adhesion, the one to draw the equilibria of.",
+    "panels": "Of the picture history: some of loop,loads,states,energy.",
+}
+"""Options of pictures that stand by themselves; all of them may be given by --with."""
+NO_OPTIONS = {"what", "name", "picture", "place", "size", "figure", "ax"}
+"""Arguments of `hs.plot` that say what is drawn and where: the command has them itself, or Python alone."""
+
+
+def picture_options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options of pictures; it takes those that were given as ``options``."""
+
+    @functools.wraps(command)
+    def with_options(*, given: tuple[str, ...], adhesion: bool, **others: object) -> None:
+        options: dict[str, object] = {name: others.pop(name) for name in SHORT}
+        options = {name: value for name, value in options.items() if value is not None}
+        for text in given:
+            name, equals, value = text.partition("=")
+            if not (name.strip() and equals):
+                raise InputError(f"--with {text!r}: expected OPTION=VALUE, such as steps=K,L")
+            if name.strip() in NO_OPTIONS:
+                raise InputError(f"--with {text!r}: is no option of a picture; see `historysim kinds plots`")
+            options[name.strip().replace("-", "_")] = value.strip()
+        command(options=options | ({"adhesion": True} if adhesion else {}), **others)
+
+    for option in (
+        click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it."),
+        *(click.option(f"--{name}", help=text) for name, text in reversed(SHORT.items())),
+        click.option("--with", "given", multiple=True, metavar="OPTION=VALUE", help="An option of the picture."),
+        click.option("--picture", cls=PictureOption),
+    ):
+        with_options = option(with_options)
+    return with_options
 
 
 def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
@@ -54,9 +96,9 @@ def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object
 
     A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
     """
-    from historysim.scenario.show import show as shown
+    from historysim.verbs import show as shown
 
-    tell(Answer(shown(scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
+    write_answer(Answer(shown(scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
 
 
 @click.command()
@@ -68,15 +110,8 @@ def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object
     help="The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
     "[default: FILE's name with .png]",
 )
-@click.option("--picture", cls=PictureOption)
-@click.option("--steps", help="Of loops and traction: states by number or name, as K,L,120.")
-@click.option("--across", type=click.Choice(["radius", "diameter"]), help="What a traction is drawn over.")
-@click.option("--labels", help="Of loops and traction: what the lines are called, with commas between.")
-@click.option("--step", help="Draw the contact map of a result at this step: a number, partial or peak.")
-@click.option("--asperity", type=int, help="Whose traction is drawn; with --adhesion, whose equilibria.")
-@click.option("--panels", help="Of the picture history: some of loop,loads,states,energy.")
+@picture_options
 @click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
-@click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
 @force_option
 @set_option
 @height_map_options
@@ -84,14 +119,8 @@ def plot(
     files: tuple[Path, ...],
     output: Path | None,
     picture: str | None,
-    step: str | None,
-    steps: str | None,
-    across: str | None,
-    labels: str | None,
-    asperity: int | None,
-    panels: str | None,
+    options: dict[str, Any],
     size: str | None,
-    adhesion: bool,
     force: bool,
     values: dict[str, Any],
     **height_map: object,
@@ -112,9 +141,9 @@ def plot(
     if output is None:
         # pictures of results stand beside them, others here
         folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
-        surface = step is not None or kind in {"scenario", "height map"}
-        kind_of_picture = f"_{picture}" if picture else "_adhesion" if adhesion else "_surface" if surface else ""
-        output = folder / f"{file.stem}{kind_of_picture}.png"
+        surface = "step" in options or kind in {"scenario", "height map"}
+        name = picture or ("adhesion" if "adhesion" in options else "surface" if surface else "")
+        output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     if len(files) > 1 and values:
@@ -122,27 +151,16 @@ def plot(
     one = scenario_or_file(file, values)
     check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
     what = one if len(files) == 1 else list(files)
-    chosen: dict[str, Any] = {
-        "picture": picture,
-        "step": int(step) if step is not None and step.removeprefix("-").isdecimal() else step,
-        "asperity": asperity,
-        "panels": None if panels is None else panels.split(","),
-        "adhesion": adhesion or None,
-        "steps": None if steps is None else _listed("--steps", steps),
-        "across": across,
-        "labels": None if labels is None else _listed("--labels", labels),
-    }
-    chosen = {name: value for name, value in chosen.items() if value is not None}
     if output.suffix.lower() in MOVING.endings:
         if len(files) > 1:
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
-        if unused := [f"--{name}" for name in chosen]:
+        if unused := [f"--{name}" for name in ("picture" if picture else "", *options) if name]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
         return
-    from historysim.scenario.plot import plot as drawn
+    from historysim.verbs import plot as drawn
 
-    save(drawn(what, size=millimetres, **chosen, **_given(height_map)), output)
+    save(drawn(what, picture=picture, size=millimetres, **options, **_given(height_map)), output)
     click.echo(output)
 
 
@@ -153,13 +171,13 @@ def plot(
 def report(file: Path, output: Path | None, force: bool) -> None:
     """Write a report of FILE, one HTML page that opens anywhere.
 
-    A result: summary, validity, pictures, provenance, and a slider through time that moves loop and contact map. A
-    sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario whose loading is measured, which
-    is fitted or compared.
+    A result: summary, validity, pictures, provenance, and an interactive time slider for the loop and the contact
+    map. A sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario with measured loading,
+    which is fitted or compared.
     """
     output = output or file.with_name(f"{file.stem}_report.html")
     check_outputs([Output(output, (PAGE,))], files_read(file), force=force)
-    from historysim.scenario.report import report as written
+    from historysim.verbs import report as written
 
     written(file, output)
     click.echo(output)
@@ -186,7 +204,7 @@ def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, forc
     from historysim.studies.gallery import gallery as written
 
     check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
-    written(folder, output, workers=workers or processors(), scripts=scripts, progress=True, tell=notice)
+    written(folder, output, workers=workers or processors(), scripts=scripts, progress=True, notify=notice)
     click.echo(output)
 
 
@@ -198,14 +216,6 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
     with open_result(file) as history:
         save_animation(animate_contact_map(history, size=size), output)
     click.echo(output)
-
-
-def _listed(option: str, text: str) -> list[str]:
-    """Return what stands between commas."""
-    parts = [part.strip() for part in text.split(",")]
-    if not all(parts):
-        raise InputError(f"{option} {text!r}: expected texts with a comma between each two")
-    return parts
 
 
 def _millimetres(text: str) -> tuple[float, float]:
@@ -223,11 +233,8 @@ def _given(height_map: dict[str, object]) -> dict[str, Any]:
     if "pixel_size" in given:
         sizes = given["pixel_size"]
         if len(sizes) > 2:
-            raise InputError(f"--pixel-size came {len(sizes)} times; expected it once, or twice for x and y")
+            raise InputError(f"--pixel-size given {len(sizes)} times; expected it once, or twice for x and y")
         given["pixel_size"] = sizes[0], sizes[-1]
     if given.get("channel", "").isdecimal():
         given["channel"] = int(given["channel"])
     return given
-
-
-COMMANDS = (show, plot, report, gallery)

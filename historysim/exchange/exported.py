@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.replaying import Replay
 from historysim.scenario import sources
 from historysim.scenario.scenario import Scenario
@@ -24,16 +24,10 @@ class Exported(NamedTuple):
     files: tuple[Path, ...]
 
 
-def exported(given: Exportable, tell: Teller = silent) -> Exported:
-    """Return what is exported.
-
-    Raises
-    ------
-    InputError
-        It cannot be used as it is.
-    """
+def exported(given: Exportable, notify: Notify = silent) -> Exported:
+    """Return what is exported; InputError where it cannot be used as it is."""
     if isinstance(given, Replay):
         return Exported(given, "contact", "", ())
     source = sources.source_of(given)
-    header, events, _ = source.content(tell)
+    header, events, _ = source.content(notify)
     return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)

@@ -1,18 +1,23 @@
-"""Files that are there, and files that are on the disk whole or not at all."""
+"""Files that are there, what they are, and files that are on the disk whole or not at all."""
 
 import errno
 import os
-import secrets
+import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 
+import h5py
+import netCDF4
 import pytest
 
 from historysim.basics import system
 from historysim.basics.files import (
     check_replaceable,
     is_file,
+    is_log,
+    is_netcdf,
     own_file,
     replacing,
     sync_file,
@@ -180,7 +185,7 @@ def test_its_name_cannot_be_guessed_and_is_not_followed(older, monkeypatch):
         with replacing(older) as unfinished:
             found.add(unfinished.name)
     assert len(found) == 3
-    monkeypatch.setattr(secrets, "token_hex", lambda size: "0" * 2 * size)
+    monkeypatch.setattr(os, "urandom", bytes)
     victim = older.parent / "victim"
     victim.write_text("whose", encoding="utf-8")
     (older.parent / unfinished_of(os.getpid())).symlink_to(victim)
@@ -210,3 +215,40 @@ def test_a_file_of_a_known_name_is_ones_own(tmp_path):
             own_file(tmp_path / name)
     os.close(own_file(tmp_path / "made", shared=True))
     assert not (tmp_path / "none").exists()
+
+
+def test_a_file_of_something_else_is_left_alone(tmp_path):
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "letter").write_text("what nobody has twice", encoding="utf-8")
+    for name in ("folder", "letter"):
+        with pytest.raises(OSError, match=f"{name} .*; move it away"):
+            own_file(tmp_path / name, begins=(b"SQLite",))
+    assert (tmp_path / "letter").read_text(encoding="utf-8") == "what nobody has twice"
+    os.close(own_file(tmp_path / "letter", begins=(b"rows", b"what")))
+
+
+def test_logs_are_told_from_results(tmp_path):
+    with closing(sqlite3.connect(tmp_path / "log")) as connection:
+        connection.execute("CREATE TABLE one (number INTEGER)")
+    assert is_log(tmp_path / "log")
+    assert not is_netcdf(tmp_path / "log")
+
+
+@pytest.mark.parametrize("form", ["NETCDF4", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
+def test_every_form_of_netcdf_is_known(tmp_path, form):
+    netCDF4.Dataset(tmp_path / "result", "w", format=form).close()
+    assert is_netcdf(tmp_path / "result")
+    assert not is_log(tmp_path / "result")
+
+
+def test_other_hdf5_begins_as_netcdf_does(tmp_path):
+    h5py.File(tmp_path / "map.h5", "w").close()
+    assert is_netcdf(tmp_path / "map.h5")
+
+
+def test_anything_else_is_neither(tmp_path):
+    (tmp_path / "text").write_text("SQLite format 3", encoding="utf-8")
+    (tmp_path / "empty").touch()
+    for path in (tmp_path / "text", tmp_path / "empty", tmp_path / "none", tmp_path, tmp_path / "a\0b"):
+        assert not is_log(path)
+        assert not is_netcdf(path)

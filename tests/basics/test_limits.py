@@ -1,6 +1,10 @@
+import struct
+import zipfile
+
 import pytest
 
-from historysim.basics.limits import LIMITS, at_most, most
+from historysim.basics.limits import LIMITS, at_most, check_archive, most
+from historysim.errors import InputError
 
 
 def test_the_environment_raises_a_limit(monkeypatch):
@@ -15,3 +19,35 @@ def test_the_environment_raises_a_limit(monkeypatch):
 def test_an_unknown_limit_is_a_mistake():
     with pytest.raises(KeyError):
         most("NONE")
+
+
+def packed(path, size):
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("zeros", bytes(size))
+    return path
+
+
+@pytest.mark.parametrize("trusted", [True, False])
+def test_what_unpacks_to_too_much_is_refused(tmp_path, monkeypatch, trusted):
+    path = packed(tmp_path / "a.zip", 1_000_000)
+    check_archive(path, trusted=trusted)
+    monkeypatch.setenv("HISTORYSIM_MOST_UNPACKED_BYTES", "1e5")
+    with pytest.raises(InputError, match=r"unpack to 1,000,000 .*UNPACKED_BYTES"):
+        check_archive(path, trusted=trusted)
+    with path.open("rb") as stream, pytest.raises(InputError, match=r"unpack to 1,000,000"):
+        check_archive(stream, trusted=trusted)
+
+
+def test_what_an_archive_says_of_itself_is_not_believed(tmp_path, monkeypatch):
+    path = packed(tmp_path / "a.zip", 1_000_000)
+    content = path.read_bytes()
+    path.write_bytes(content.replace(struct.pack("<I", 1_000_000), struct.pack("<I", 10)))
+    monkeypatch.setenv("HISTORYSIM_MOST_UNPACKED_BYTES", "1e5")
+    check_archive(path)
+    with pytest.raises(InputError, match=r"unpack to 1,000,000"):
+        check_archive(path, trusted=False)
+
+
+def test_anything_else_is_left_to_its_reader(tmp_path):
+    (tmp_path / "text").write_text("no archive", encoding="utf-8")
+    check_archive(tmp_path / "text", trusted=False)

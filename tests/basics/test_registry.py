@@ -59,7 +59,7 @@ def test_a_name_belongs_to_one_class(own):
 def test_a_name_of_this_package_is_never_replaced(tmp_path, monkeypatch):
     entry(tmp_path, "thief", "power = json:JSONEncoder")
     monkeypatch.syspath_prepend(tmp_path)
-    assert LAWS["power"].__module__ == "historysim.asperities.laws.power"
+    assert LAWS["power"].__module__ == "historysim.asperities.laws.built_in"
 
 
 @pytest.mark.parametrize(

@@ -115,7 +115,7 @@ def test_moduli_that_are_hardly_meant_are_noted():
     glass = 'materials.second={ name = "glass", youngs_modulus = 64, poissons_ratio = 0.2 }'
     done = call("validate", "ball.toml", "--set", glass)
     assert done.exit_code == 0
-    assert done.stderr.startswith("Note: Material: youngs_modulus is 64 Pa, which is hardly meant: ")
+    assert done.stderr.startswith("Note: Material: youngs_modulus is 64 Pa, which is implausible: ")
     assert "Warning" not in done.output
 
 
@@ -191,7 +191,7 @@ def test_a_design_is_sought_and_checked_beforehand(folder):
     section = '[design]\nkey = "surface.radius"\nbetween = ["0.1 mm", "10 mm"]\ntarget = "20 nm"\n'
     (folder / "ball.toml").write_text(SCENARIO + section + 'output = "preliminary_displacement"\n', encoding="utf-8")
     assert call("validate", "ball.toml").exit_code == 0
-    for value, said in (("surface.radios", "radios: unknown key"), ("materials.first", "takes no plain number")):
+    for value, said in (("surface.radios", "radios: unknown key"), ("materials.first", "is not a built-in material")):
         for command in ("validate", "design"):
             refused = call(command, "ball.toml", "--set", f"design.key={value}")
             assert refused.exit_code == 2
@@ -277,7 +277,7 @@ def test_how_adhesive_a_scenario_is(folder):
     assert "Equilibria of asperity 0 after Maugis" in (folder / "branch.svg").read_text(encoding="utf-8")
     check_refusal(process(folder, "plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
     assert call("run", "ball.toml", "-q").exit_code == 0
-    assert "expected a scenario" in call("plot", "ball.nc", "--adhesion").output
+    assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
 
 @pytest.mark.parametrize(
@@ -381,20 +381,20 @@ def test_help_answers_at_once():
         assert command in done.stdout
 
 
-@pytest.mark.parametrize(("quiet", "needed"), [(["-q"], set()), ([], {"netCDF4"})])
-def test_a_run_imports_nothing_that_reads_or_solves(folder, quiet, needed):
+@pytest.mark.parametrize("quiet", [["-q"], []])
+def test_a_run_imports_nothing_but_netcdf4_that_reads_or_solves(folder, quiet):
     """Importing it would take as long as a small run."""
-    heavy = {"xarray", "pandas", "matplotlib", "netCDF4", "scipy.linalg"}
+    heavy = {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}
     command = ["run", *quiet, "ball.toml"]
     process(folder, *command)
     code = (
         "import sys\n"
         "from historysim.cli import main\n"
         f"main({command}, standalone_mode=False)\n"
-        f"print({heavy} & set(sys.modules) == {needed}, file=sys.stderr)"
+        f"print({heavy} & set(sys.modules), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "True\n")
+    assert (done.returncode, done.stderr) == (0, "set()\n")
     assert bool(done.stdout) is not bool(quiet)
     assert {"ball.history", "ball.nc"} < {path.name for path in folder.iterdir()}
 
@@ -521,7 +521,7 @@ def test_a_run_is_resumed_from_its_log(ran):
     (ran / "ball.nc").unlink()
     done = call("run", "ball.toml", "--resume", "--compression", "zlib")
     assert done.exit_code == 0
-    assert "Note: ball.history: has no snapshot whose rows are there" in done.stderr
+    assert "Note: ball.history: has no snapshot with its rows" in done.stderr
     assert call("verify", "ball.nc").exit_code == 0
 
 
@@ -580,7 +580,12 @@ def check_refusal(done, code, said):
         ("50 mN", "50 mm", 2, "Error: ball.toml: loading.waypoints[0].normal_load: '50 mm'"),
         ("[friction]", "[frction]", 2, "ball.toml: frction: unknown key; did you mean 'friction'?"),
         ("silicon", "silly", 2, "Error: ball.toml: materials.first: "),
-        ("8 mN", "12 mN", 1, "Error: event 1 at t = 1 s: a tangential load of 0.012 N is beyond the friction limit"),
+        (
+            "8 mN",
+            "12 mN",
+            1,
+            "Error: ball.toml: loading.waypoints[1]: event 1 at t = 1 s: a tangential load of 0.012 N",
+        ),
     ],
 )
 def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
@@ -618,7 +623,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         ),
         (["show", "."], "is a folder"),
         (["plot", "none.nc"], "none.nc: there is no such file"),
-        (["plot", "ball.toml", "--step", "1"], "step 1: ball.toml has no steps; expected a result"),
+        (["plot", "ball.toml", "--step", "1"], "step does not apply to the picture surface"),
         (
             ["plot", "good.nc", "--step", "two"],
             "step two: the history has 11 steps; expected -11 to 10, partial or peak",
@@ -629,13 +634,15 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["plot", "map.txt", "--pixel-size", "1e200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
-        (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size came 3 times"),
+        (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size given 3 times"),
         (["show", "good.nc", "--form", "plane"], "form: good.nc is a result of historysim run; expected a height map"),
         (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
         (["plot", "ball.toml", "--channel", "0"], "channel: ball.toml is a scenario; expected a height map"),
-        (["plot", "good.nc", "--adhesion"], "adhesion: good.nc is no scenario; expected a scenario with [adhesion]"),
-        (["plot", "ball.toml", "--asperity", "0"], "asperity 0: expected with adhesion"),
-        (["plot", "map.txt", *PIXEL, "--step", "1"], "step 1: map.txt has no steps; expected a result"),
+        (["plot", "good.nc", "--with", "what=1"], "is no option of a picture"),
+        (["plot", "good.nc", "--with", "ax=1"], "is no option of a picture"),
+        (["plot", "good.nc", "--adhesion"], "adhesion does not apply to the picture history"),
+        (["plot", "ball.toml", "--asperity", "0"], "asperity 0: of a scenario it needs adhesion"),
+        (["plot", "map.txt", *PIXEL, "--step", "1"], "step does not apply to the picture surface"),
         (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
         (["plot", "cut.nc"], "cut.nc: is damaged"),
         (["show", "cut.nc"], "cut.nc: is damaged"),
@@ -662,7 +669,8 @@ def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
         (OSError(28, "No space left on device", "ball.nc"), 1, "Error: ball.nc: No space left on device\n"),
         (PermissionError(13, "Permission denied"), 1, "Error: Permission denied\n"),
         (MemoryError(), 1, "Error: the memory does not suffice; record fewer asperities"),
-        (KeyboardInterrupt(), 130, "Error: interrupted\n"),
+        (KeyboardInterrupt(), 130, "Error: interrupted; what was not finished is not kept\n"),
+        (KeyboardInterrupt("interrupted; a.history keeps"), 130, "Error: interrupted; a.history keeps\n"),
     ],
 )
 def test_what_the_machine_cannot_do_ends_with_a_message(folder, monkeypatch, raised, code, said):

@@ -51,7 +51,7 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
     states = {zipfile.ZipFile(tmp_path / f"{number}.fmu").read("resources/contact.bin") for number in range(3)}
     assert len(states) == 1
     notes = []
-    hs.write_fmu(tmp_path / "out.nc", tmp_path / "late.fmu", at="1 h", tell=notes.append)
+    hs.write_fmu(tmp_path / "out.nc", tmp_path / "late.fmu", at="1 h", notify=notes.append)
     assert [re.sub(r"at \S+ s", "at … s", note) for note in notes] == [
         "out: its last event is at … s; the unit starts from the state that it left"
     ]

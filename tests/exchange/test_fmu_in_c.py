@@ -12,7 +12,6 @@ from c_core import SANITIZED, SUPPORT, WARNINGS
 
 import historysim as hs
 from historysim.basics.compiler import SAME_BITS, ZIG, compiler
-from historysim.exchange.fmu.unit_file import this_platform
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="needs a C compiler")
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
@@ -101,16 +100,6 @@ def test_asperities_that_evolve_are_refused(tmp_path):
     assert not list(tmp_path.iterdir())
 
 
-def test_a_compiler_that_fails_leaves_no_file(tmp_path, monkeypatch):
-    monkeypatch.setenv("CC", "false")
-    with pytest.raises(hs.HistorySimError, match="is not compiled"):
-        hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu")
-    assert not list(tmp_path.iterdir())
-    (tmp_path / "mine.fmu").write_bytes(b"PK of somebody else")
-    with pytest.raises(hs.InputError, match=re.escape("is there already, and is not a unit of historysim")):
-        hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "mine.fmu")
-
-
 MACHINES = {
     # where a library says for which machine it is, and what it says
     "x86_64-linux": (b"\x7fELF", 18, b"\x3e\x00"),
@@ -152,11 +141,3 @@ def test_another_processor_has_the_same_bits(tmp_path):
         told.append(subprocess.run([*runner, program, *words], capture_output=True, text=True, check=True).stdout)
     assert told[0] == told[1]
     assert "state" in told[0]
-
-
-def test_a_platform_without_a_compiler_is_told(tmp_path, monkeypatch):
-    monkeypatch.setattr("historysim.exchange.fmu.unit_file.find_spec", lambda _: None)
-    other = next(name for name in MACHINES if name != this_platform())
-    with pytest.raises(hs.HistorySimError, match="pip install ziglang"):
-        hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", platforms=[other])
-    assert not list(tmp_path.iterdir())

@@ -21,7 +21,7 @@ PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 
 @pytest.fixture(autouse=True)
 def quickly(monkeypatch):
-    monkeypatch.setenv("CFLAGS", "-O1")
+    monkeypatch.setenv("CFLAGS", "-O0")
 
 
 def pressed(ensemble, load=0.02):
@@ -134,6 +134,7 @@ def test_a_controlled_stage_moves_as_in_python(tmp_path):
         np.testing.assert_allclose(mine, theirs, rtol=1e-9, atol=1e-12 * np.abs(theirs).max())
 
 
+@pytest.mark.slow
 def test_the_open_simulation_platform_steps_two_units(tmp_path):
     pytest.importorskip("libcosimpy", reason="needs libcosimpy")
     from libcosimpy.CosimExecution import CosimExecution

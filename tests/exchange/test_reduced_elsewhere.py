@@ -3,7 +3,6 @@
 import csv
 import importlib.util
 import json
-import re
 import shutil
 import subprocess
 import sys
@@ -14,7 +13,7 @@ from reduced_contacts import LOAD, job, rough
 
 import historysim as hs
 from historysim.exchange.reduced.model_files import FORMS
-from historysim.exchange.reduced.virgin import VirginCurve
+from historysim.exchange.reduced.placing import VirginCurve
 
 
 @pytest.fixture(scope="module")
@@ -43,22 +42,13 @@ def test_json_and_csv_have_all_numbers(model, tmp_path):
 
 @pytest.mark.parametrize("name", FORMS)
 def test_every_form_says_its_bound_and_is_replaced_only_by_its_like(model, tmp_path, name):
-    path = tmp_path / f"contact{FORMS[name].ending}"
+    path = tmp_path / f"contact{FORMS[name][0]}"
     path.write_text("mine", encoding="utf-8")
     with pytest.raises(hs.InputError, match="is there already"):
         model.write(path, form=name)
     model.write(path, form=name, force=True)
     model.write(path, form=name)
     assert f"{model.bound:.3g}"[:4] in path.read_text(encoding="utf-8")
-
-
-def test_wrong_names_are_told(model, tmp_path):
-    for name, message in (("a.xyz", "expected one of .json"), ("1a.m", "no name of a function"), ("a-b.mo", "no name")):
-        with pytest.raises(hs.InputError, match=re.escape(message)):
-            model.write(tmp_path / name)
-    with pytest.raises(hs.InputError, match="form 'abaqus' is not known"):
-        model.write(tmp_path / "a.json", form="abaqus")
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(not shutil.which("octave-cli"), reason="needs Octave")
@@ -91,7 +81,10 @@ def imported(path):
 
 @pytest.mark.filterwarnings("ignore")
 def test_opensees_strains_it(model, tmp_path, way):
-    ops = pytest.importorskip("openseespy.opensees", reason="needs OpenSeesPy", exc_type=ImportError)
+    try:
+        import openseespy.opensees as ops
+    except (ImportError, RuntimeError) as error:  # it raises the latter where a library of the system is missing
+        pytest.skip(f"needs OpenSeesPy ({error})")
     model.write(tmp_path / "contact.py")
     ops.wipe()
     imported(tmp_path / "contact.py").contact(ops, 10)
@@ -138,9 +131,3 @@ def test_pyharm_has_its_loop(model, tmp_path):
     place = amplitude * np.sin(np.arange(400) * 2 * np.pi / 400)
     expected = model.force(np.tile(place, 3))[-400:]
     np.testing.assert_allclose(found, expected, atol=1e-9 * LOAD)
-
-
-def test_tmdsimpy_gets_forces_of_each_spring(model, tmp_path):
-    model.write(tmp_path / "contact.py", form="tmdsimpy")
-    made = imported(tmp_path / "contact.py").contact(lambda *given: given, "Q", "T")
-    assert made == [("Q", "T", *pair) for pair in zip(model.stiffness.tolist(), model.limit.tolist(), strict=True)]

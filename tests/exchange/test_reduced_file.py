@@ -8,11 +8,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from reduced_contacts import CONTACTS, LOAD, ball, job, rough
+from reduced_contacts import CONTACTS, LOAD, job, rough
 
 import historysim as hs
 from historysim.cli import main
-from historysim.exchange.reduced.virgin import VirginCurve
+from historysim.exchange.reduced.placing import VirginCurve
 
 
 @pytest.fixture
@@ -95,20 +95,7 @@ def test_damaged_files_are_told(path, change, said):
     assert str(told.value).startswith(f"{path}: ")
 
 
-def test_half_a_file_is_told(path):
-    path.write_bytes(path.read_bytes()[:800])
-    with pytest.raises(hs.InputError, match=r"reduced.json: "):
-        hs.open(path)
-
-
 def test_other_json_is_no_model(tmp_path):
     (tmp_path / "a.json").write_text('{"format": "mine"}', encoding="utf-8")
     with pytest.raises(hs.InputError, match="read as a height map"):
         hs.show(tmp_path / "a.json")
-
-
-def test_a_small_picture_says_what_it_leaves_out():
-    figure = hs.plot(hs.reduce(job(ball()), elements=4), size=(90, 70))
-    figure.draw_without_rendering()
-    assert len(figure.axes) == 1
-    assert any("left out at 90 × 70 mm: springs" in text.get_text() for text in figure.texts)

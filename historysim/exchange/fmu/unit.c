@@ -152,17 +152,18 @@ int hs_unit_reset(hs_unit *unit) {
 /* ---- steps ---------------------------------------------------------------------------------------------------------------- */
 
 int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
-    if (!isfinite(value)) return refuse(unit, HS_REFUSED, "%g came for an input; expected a finite number", value);
+    if (!(fabs(value) <= LARGEST_SIZE))
+        return refuse(unit, HS_REFUSED, "an input is %g; expected a finite number, at most %g in size", value, LARGEST_SIZE);
     if (reference == V_PRESCRIBED_NORMAL) {
         if (NORMAL_CONTROL == HS_LOAD && value < 0.0)
-            return refuse(unit, HS_REFUSED, "a normal load of %g N came; expected 0 or more", value);
+            return refuse(unit, HS_REFUSED, "the normal load is %g N; expected 0 or more", value);
         unit->now.input[0] = value;
         unit->now.rate[0] = 0.0;
     } else if (reference == V_PRESCRIBED_TANGENTIAL) {
         unit->now.input[1] = value;
         unit->now.rate[1] = 0.0;
     } else if (reference == V_FRICTION_FACTOR) {
-        if (value < 0.0) return refuse(unit, HS_REFUSED, "a friction factor of %g came; expected 0 or more", value);
+        if (value < 0.0) return refuse(unit, HS_REFUSED, "the friction factor is %g; expected 0 or more", value);
         if (value == unit->now.factor) return HS_DONE;
         if (unit->now.mode != HS_STEPPING) {
             /* from the start, so that the order in which values are set makes no difference */
@@ -182,7 +183,7 @@ int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
 int hs_unit_set_rate(hs_unit *unit, unsigned reference, double value) {
     if (reference != V_PRESCRIBED_NORMAL && reference != V_PRESCRIBED_TANGENTIAL)
         return refuse(unit, HS_FAILED, "variable %u is no input", reference);
-    if (!isfinite(value)) return refuse(unit, HS_REFUSED, "%g came for a derivative; expected a finite number", value);
+    if (!isfinite(value)) return refuse(unit, HS_REFUSED, "a derivative is %g; expected a finite number", value);
     unit->now.rate[reference == V_PRESCRIBED_TANGENTIAL] = value;
     return HS_DONE;
 }
@@ -190,16 +191,16 @@ int hs_unit_set_rate(hs_unit *unit, unsigned reference, double value) {
 int hs_unit_step(hs_unit *unit, double time, double length) {
     hs_refusal refusal;
     hs_moment *now = &unit->now;
-    if (!isfinite(time) || !(length > 0.0) || !isfinite(time + length))
-        return refuse(unit, HS_REFUSED, "a step from %g s by %g s came; expected finite times, and a length above 0", time,
+    if (!(fabs(time) <= LARGEST_SIZE) || !(length > 0.0) || !(fabs(time + length) <= LARGEST_SIZE))
+        return refuse(unit, HS_REFUSED, "the step is from %g s by %g s; expected finite times, and a length above 0", time,
                       length);
     double normal = now->rate[0] == 0.0 ? now->input[0] : now->input[0] + now->rate[0] * length;
     double tangential = now->rate[1] == 0.0 ? now->input[1] : now->input[1] + now->rate[1] * length;
-    if (!isfinite(normal) || !isfinite(tangential) || (NORMAL_CONTROL == HS_LOAD && normal < 0.0))
-        return refuse(unit, HS_REFUSED, "the inputs go to %g and %g; expected finite numbers, and no negative normal load",
-                      normal, tangential);
+    if (!(fabs(normal) <= LARGEST_SIZE) || !(fabs(tangential) <= LARGEST_SIZE) || (NORMAL_CONTROL == HS_LOAD && normal < 0.0))
+        return refuse(unit, HS_REFUSED, "the inputs go to %g and %g; expected finite numbers, at most %g in size, and no negative normal load",
+                      normal, tangential, LARGEST_SIZE);
     if (normal > (NORMAL_CONTROL == HS_LOAD ? LARGEST_LOAD : LARGEST_APPROACH))
-        return refuse(unit, HS_REFUSED, "%s of %g came, which is beyond the normal curves; expected at most %g",
+        return refuse(unit, HS_REFUSED, "%s of %g is beyond the normal curves; expected at most %g",
                       NORMAL_CONTROL == HS_LOAD ? "a normal load [N]" : "an approach [m]", normal,
                       NORMAL_CONTROL == HS_LOAD ? LARGEST_LOAD : LARGEST_APPROACH);
     double beginning = now->memory->approach;
@@ -270,7 +271,9 @@ static int slipping_share(hs_unit *unit, double *value) {
     return HS_DONE;
 }
 
-int hs_unit_is_real(unsigned reference) { return reference != V_CONTACT_COUNT && reference != V_SATURATED; }
+enum hs_type hs_unit_type(unsigned reference) {
+    return reference == V_CONTACT_COUNT ? HS_INTEGER : reference == V_SATURATED ? HS_BOOLEAN : HS_REAL;
+}
 
 int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
     const hs_memory *memory = unit->now.memory;
@@ -413,11 +416,11 @@ int hs_moment_read(hs_unit *unit, const void *bytes, size_t size, hs_moment **sa
     hs_moment *made = (hs_moment *)calloc(1, sizeof *made);
     if (!made) return out_of_memory(unit);
     head += sizeof sum;
-    int status = hs_memory_read(at + head, size - head, unit->start->contact, &made->memory, &why);
-    if (status != HS_OK || made->memory->contact->count != unit->start->contact->count) {
+    int status = hs_memory_read(at + head, size - head, unit->start, &made->memory, &why);
+    if (status != HS_OK) {
         hs_moment_free(made);
         if (status == HS_OUT_OF_MEMORY) return out_of_memory(unit);
-        return refuse(unit, HS_REFUSED, "the state cannot be read: %s", why ? why : "it is of another contact");
+        return refuse(unit, HS_REFUSED, "the state cannot be read: %s", why);
     }
     for (int k = 0; k < 2; ++k) {
         made->input[k] = numbers[k];

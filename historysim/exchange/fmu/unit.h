@@ -46,8 +46,8 @@ enum hs_answer { HS_DONE = 0, HS_REFUSED = 1, HS_FAILED = 2 };
 int hs_unit_step(hs_unit *unit, double time, double length);
 int hs_unit_set(hs_unit *unit, unsigned reference, double value);
 int hs_unit_set_rate(hs_unit *unit, unsigned reference, double value);
-/* Whether a variable is a real number; the others are `contact_count` and `saturated`. */
-int hs_unit_is_real(unsigned reference);
+enum hs_type { HS_REAL, HS_INTEGER, HS_BOOLEAN };
+enum hs_type hs_unit_type(unsigned reference);
 int hs_unit_get(hs_unit *unit, unsigned reference, double *value);
 /* ∂(unknown)/∂(known) at the end of the last step, by the exact slopes. */
 int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *value);

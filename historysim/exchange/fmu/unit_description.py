@@ -1,12 +1,13 @@
-"""`modelDescription.xml` of a unit of co-simulation, by FMI 2.0 and 3.0."""
+"""The variables of a unit of co-simulation, and `modelDescription.xml` by FMI 2.0 and 3.0, which lists them."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
+import attrs
+
 from historysim._version import __version__
 from historysim.basics.compiler import SAME_BITS
-from historysim.exchange.fmu.unit_variables import UnitVariable
 
 DIMENSIONS = {
     "N": {"kg": 1, "m": 1, "s": -2},
@@ -37,30 +38,109 @@ ABILITIES = {
 }
 
 
-class Unit(NamedTuple):
-    """What a description tells of.
+@attrs.frozen
+class UnitVariable:
+    """One variable; its place in the table is its value reference; causality and variability are as in the standard."""
 
-    Attributes
-    ----------
-    identifier : str
-        Of C, and name of the binaries.
-    name, text : str
-    token : str
-        What tells whether description and binary belong together.
-    variables : sequence of UnitVariable
-    starts : dict of str to float
-        Of inputs and parameters, by name.
-    sources : sequence of str
-        C files to compile.
+    name: str
+    unit: str
+    """Empty for a number without one."""
+    text: str
+    causality: str = "output"
+    variability: str = "continuous"
+    kind: str = "real"
+    """Or "integer", "boolean"."""
+    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)
+    """What C calls it, after ``V_``."""
+
+
+NORMAL = {
+    "load": ("prescribed_normal_load", "N", "total normal load at the end of the next step, 0 or more"),
+    "displacement": (
+        "prescribed_approach",
+        "m",
+        "approach of the highest summit from first touch at the end of the next step; negative is a gap",
+    ),
+}
+TANGENTIAL = {
+    "load": ("prescribed_tangential_load", "N", "total tangential load at the end of the next step"),
+    "displacement": (
+        "prescribed_tangential_displacement",
+        "m",
+        "rigid tangential displacement at the end of the next step",
+    ),
+}
+DRIVEN = (
+    "prescribed_drive_displacement",
+    "m",
+    "displacement of the instrument's drive, U + T/k, at the end of the next step",
+)
+
+OUTPUTS = (
+    UnitVariable("normal_load", "N", "total normal load"),
+    UnitVariable("tangential_load", "N", "total tangential load"),
+    UnitVariable("approach", "m", "approach of the highest summit from first touch; negative is a gap"),
+    UnitVariable("tangential_displacement", "m", "rigid tangential displacement of the contact"),
+    UnitVariable(
+        "drive_displacement",
+        "m",
+        "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid",
+    ),
+    UnitVariable(
+        "tangential_stiffness", "N/m", "dT/dU of the contact at a held approach, on the side of the last step"
+    ),
+    UnitVariable(
+        "coupling_stiffness", "N/m", "dT/dd at a held displacement, d the approach, on the side of the last step"
+    ),
+    UnitVariable("normal_stiffness", "N/m", "dN/dd, d the approach"),
+    UnitVariable("dissipated_energy", "J", "energy that friction has taken since nothing touched"),
+    UnitVariable("slipping_share", "", "share of the contact area outside the stick radii"),
+    UnitVariable("contact_count", "", "asperities, or patches, that touch", variability="discrete", kind="integer"),
+    UnitVariable(
+        "saturated",
+        "",
+        "whether a tangential load is held at the friction limit, since more was asked for",
+        variability="discrete",
+        kind="boolean",
+    ),
+)
+
+
+def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tuple[UnitVariable, ...]:
+    """Return all variables of a unit by how its channels are controlled.
+
+    An instrument in series makes it ``driven``; the share that slips is there where contact areas are known.
     """
+    tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
+    inputs = (
+        UnitVariable(*NORMAL[normal], "input", key="PRESCRIBED_NORMAL"),
+        UnitVariable(*tangential_input, "input", key="PRESCRIBED_TANGENTIAL"),
+    )
+    factor = UnitVariable(
+        "friction_factor",
+        "",
+        "factor on all friction coefficients of the start state, 0 or more",
+        "parameter",
+        "tunable",
+    )
+    outputs = (each for each in OUTPUTS if areas or each.name != "slipping_share")
+    return (*inputs, factor, *outputs, UnitVariable("time", "s", "time", "independent"))
+
+
+class Unit(NamedTuple):
+    """What a description is made from."""
 
     identifier: str
+    """Of C, and name of the binaries."""
     name: str
     text: str
     token: str
+    """Which has to be the same in description and binary."""
     variables: Sequence[UnitVariable]
     starts: Mapping[str, float]
+    """Of inputs and parameters, by name."""
     sources: Sequence[str]
+    """C files to compile."""
 
 
 def model_description(unit: Unit, version: int) -> bytes:

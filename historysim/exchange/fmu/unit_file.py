@@ -18,17 +18,17 @@ import numpy as np
 from historysim.asperities.curves import ROUNDING, NormalCurves
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
-from historysim.basics.compiler import ZIG, compile_shared, compiler, own_options
+from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
-from historysim.basics.notices import Teller, silent
+from historysim.basics.limits import LARGEST
+from historysim.basics.notices import Notify, silent
 from historysim.basics.progress import progress_bar
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.units import duration_text, seconds
 from historysim.basics.wording import listed
 from historysim.errors import InputError, InstallationError
 from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, Exported, exported
-from historysim.exchange.fmu.unit_description import Unit, build_description, model_description
-from historysim.exchange.fmu.unit_variables import OUTPUTS, variables
+from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
 from historysim.memory import get_include
 from historysim.replaying import Replay
 
@@ -60,15 +60,7 @@ LONG_AGO = (1980, 1, 1, 0, 0, 0)
 
 @attrs.frozen
 class Controls:
-    """How a unit is driven.
-
-    Attributes
-    ----------
-    normal, tangential : {"load", "displacement"}
-        What its two inputs are: loads, or the approach and the tangential displacement.
-    saturate : bool
-        Hold a tangential load beyond the friction limit at the limit, instead of refusing the step.
-    """
+    """How a unit is driven: by loads or displacements, and whether it holds a load beyond the friction limit there."""
 
     normal: str = attrs.field()
     tangential: str = attrs.field()
@@ -93,7 +85,7 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     platforms: Sequence[str] | None = None,
     force: bool = False,
     progress: bool = False,
-    tell: Teller = silent,
+    notify: Notify = silent,
 ) -> None:
     """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
 
@@ -123,7 +115,7 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
         Replace a file that is no earlier unit, too.
     progress : bool
         Show on standard error, where that is a terminal, which platform is compiled for.
-    tell : callable, optional
+    notify : callable, optional
         Takes notices for the user.
 
     Raises
@@ -141,13 +133,13 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     if fmi not in {2, 3} or isinstance(fmi, bool):
         raise InputError(f"fmi is {fmi!r}; expected 2 or 3")
     chosen = _checked_platforms(platforms)
-    found = exported(source, tell)
+    found = exported(source, notify)
     check_outputs([Output(output, (FMU,))], found.files, force=force)
     at = None if at is None else scalar("at", seconds(at))
     events = found.replay.events
     if at is not None and len(events) and at > events[-1].time:
         last = duration_text(events[-1].time)
-        tell(f"{found.name}: its last event is at {last}; the unit starts from the state that it left")
+        notify(f"{found.name}: its last event is at {last}; the unit starts from the state that it left")
     controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
     files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
     with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -234,13 +226,7 @@ def _checked_platforms(platforms: Sequence[str] | None) -> list[str]:
 
 
 def compiled(code: Mapping[str, str], target: str) -> bytes:
-    """Return the shared library of C files for a platform.
-
-    Raises
-    ------
-    InstallationError
-        There is no compiler for it, or it fails.
-    """
+    """Return the shared library of C files for a platform; InstallationError without a compiler, or if it fails."""
     here = target == this_platform()
     found = compiler() if here else []
     command = found or [*ZIG, "-target", TARGETS.get(target, target)]
@@ -256,7 +242,7 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
         library = Path(folder, "unit")
         sources = [str(Path(folder, name)) for name in code if name.endswith(".c")]
         try:
-            compile_shared([*command, "-O3", *own_options()], sources, library, windows=target.endswith("windows"))
+            compile_shared([*command, *options()], sources, library, windows=target.endswith("windows"))
         except RuntimeError as error:
             raise InstallationError(f"the unit is not compiled for {target}: {error}") from None
         return library.read_bytes()
@@ -265,8 +251,8 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
 def _sources(fmi: int) -> list[Path]:
     """Return the C that a unit is made of."""
     memory = Path(get_include())
-    own = [HERE / "unit.c", HERE / "unit.h", HERE / f"fmi{fmi}.c", *sorted(HERE.glob(f"fmi{fmi}*.h"))]
-    return [*sorted(memory.glob("*.c")), memory / "historysim.h", memory / "internal.h", *own]
+    own = [HERE / "unit.c", HERE / "unit.h", HERE / "calls.h", HERE / f"fmi{fmi}.c", *sorted(HERE.glob(f"fmi{fmi}*.h"))]
+    return [*sorted(memory.glob("*.[ch]")), *own]
 
 
 def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> dict[str, str]:
@@ -282,6 +268,7 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
         "COMPLIANCE": (1.0 / job.instrument.lateral_stiffness).hex(),
         "TOLERANCE": job.ensemble.tolerance.hex(),
         "SATURATE": str(int(controls.saturate)),
+        "LARGEST_SIZE": LARGEST.hex(),
         "LARGEST_LOAD": ends[0],
         "LARGEST_APPROACH": ends[1],
         "PATCHES": str(int(curves is not None)),
@@ -320,7 +307,7 @@ def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
         for each in unit.variables
     )
     beyond = (
-        "is held at the limit, which the output <code>saturated</code> tells"
+        "is held at the limit, which the output <code>saturated</code> shows"
         if controls.saturate
         else "discards the step with a message and changes nothing"
     )

@@ -3,7 +3,6 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import NamedTuple
 
 from historysim._version import __version__
 from historysim.basics.array_types import Floats
@@ -14,33 +13,12 @@ from historysim.errors import InputError
 from historysim.exchange.reduced.springs import Springs
 
 
-class ProgramForm(NamedTuple):
-    """A kind of file.
-
-    Attributes
-    ----------
-    ending : str
-        By which it is chosen, where no other has it.
-    text : callable
-        From a model and the name of the file to its text.
-    scales : bool
-        Whether it takes springs that change with the normal load.
-    what : str
-        For whom it is.
-    """
-
-    ending: str
-    text: Callable[[Springs, str], str]
-    scales: bool
-    what: str
-
-
 def write_springs(model: Springs, output: Path, *, form: str | None, force: bool) -> None:
     """Write springs for another program; see `ReducedModel.write`."""
     name = form_of(output, form)
     check_outputs([output_of(output, name)], [], force=force)
     with replacing(output) as unfinished:
-        unfinished.write_text(FORMS[name].text(model, output.stem), encoding="utf-8", newline="\n")
+        unfinished.write_text(FORMS[name][1](model, output.stem), encoding="utf-8", newline="\n")
 
 
 def form_of(output: Path, form: str | None) -> str:
@@ -49,17 +27,17 @@ def form_of(output: Path, form: str | None) -> str:
         if form not in FORMS:
             raise InputError(f"form {form!r} is not known; expected one of {listed(FORMS)}")
         return form
-    for name, each in FORMS.items():
-        if output.suffix.lower() == each.ending:
+    for name, (ending, _) in FORMS.items():
+        if output.suffix.lower() == ending:
             return name
     check_place(output)
-    endings = listed(list(dict.fromkeys(each.ending for each in FORMS.values())))
+    endings = listed(list(dict.fromkeys(ending for ending, _ in FORMS.values())))
     raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {endings}")
 
 
 def output_of(output: Path, form: str) -> Output:
     """Return what is written, as `check_outputs` takes it."""
-    return Output(output, (marked("a reduced model of historysim", FORMS[form].ending),))
+    return Output(output, (marked("a reduced model of historysim", FORMS[form][0]),))
 
 
 # ---- texts ----------------------------------------------------------------------------------------------------------
@@ -210,14 +188,14 @@ def _modelica(model: Springs, name: str) -> str:
     )
 
 
-FORMS = {
-    "json": ProgramForm(".json", _json, True, "any program"),
-    "csv": ProgramForm(".csv", _csv, False, "any program"),
-    "modelica": ProgramForm(".mo", _modelica, False, "Modelica (untried here)"),
-    "matlab": ProgramForm(".m", _matlab, True, "MATLAB and Octave"),
-    "opensees": ProgramForm(".tcl", _opensees, False, "OpenSees"),
-    "openseespy": ProgramForm(".py", _openseespy, False, "OpenSeesPy"),
-    "pyharm": ProgramForm(".py", _pyharm, False, "pyHarm"),
-    "tmdsimpy": ProgramForm(".py", _tmdsimpy, False, "TMDSimPy (untried here)"),
+FORMS: dict[str, tuple[str, Callable[[Springs, str], str]]] = {
+    "json": (".json", _json),
+    "csv": (".csv", _csv),
+    "modelica": (".mo", _modelica),
+    "matlab": (".m", _matlab),
+    "opensees": (".tcl", _opensees),
+    "openseespy": (".py", _openseespy),
+    "pyharm": (".py", _pyharm),
+    "tmdsimpy": (".py", _tmdsimpy),
 }
-"""What is written, by name."""
+"""What is written, by name: the ending that chooses it, and the text of a model for a file of a name."""

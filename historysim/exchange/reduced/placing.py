@@ -1,33 +1,73 @@
-"""Where springs are placed, and by how much they may be wrong.
+"""The virgin curve of a contact, where springs are placed on it, and by how much they may be wrong.
 
-At a held normal load a contact is a sum of stops, T = ∫ E_r[U] dμ(r), and so are springs that slide in parallel.
-E_r, the force of a spring of stiffness 1 that slides at the deflection r, changes with r by at most |dr|, whatever the
-history. With e(U), the virgin curve of the contact less that of the springs, integration by parts gives
-ΔT = ∫ e'(r) dE_r, so that
-
-    |ΔT| ≤ ∫ |e'(r)| dr        for every history, nested reversals and all.
-
-It is sharp: a spiral of reversals has dE_r/dr = ±1 with the sign of e' throughout (`worst_history`). A closed loop of
-amplitude A takes W(A) = 8 ∫ T dU - 4 A T(A), with integrals from 0 to A of the virgin curve; a history takes the sum
-over its closed loops (rainflow), each of which is therefore off by at most max |8 ∫ e dU - 4 A e(A)|.
-
-Springs whose virgin curve is a polyline of chords of the contact's have its friction limit, and e is never negative.
-Between two nodes e rises and falls once, so that ∫ |e'| there is twice its maximum, at the displacement where the
-stiffness is the chord's. Nodes are placed for the least sum of these.
+The bounds are proven in README.md, "The bound".
 """
 
+from functools import cached_property
 from typing import NamedTuple
 
+import attrs
 import numpy as np
+import numpy.typing as npt
 
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
-from historysim.exchange.reduced.virgin import VirginCurve
+from historysim.errors import InputError
 
+STEEPER = 1e-9
+"""By how much, relatively, rounding may have a slope rise."""
 TABLE = 2048
 """Points of the curve on which nodes are placed; the bound is then computed on the curve itself."""
 BISECTIONS = 60
 PARTS = 32
 """Parts of each piece on which its energy is bounded."""
+
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, slots=False)
+class VirginCurve:
+    """T(U) and dT/dU of a contact of constant properties, moved from rest at a normal load [N], by exact steps."""
+
+    ensemble: Ensemble
+    normal_load: float
+
+    @cached_property
+    def rest(self) -> EnsembleState:
+        """The unstrained state."""
+        loaded = self.ensemble.advance(self.ensemble.initial_state(), normal_load=self.normal_load)
+        # the approach is held: at a constant load it does not change
+        return self.ensemble.advance(loaded, normal_displacement=loaded.approach, tangential_displacement=0.0)
+
+    @cached_property
+    def end(self) -> float:
+        """Displacement from which on everything slides [m]: max θ μ_i (d - h_i)."""
+        gap = self.ensemble.highest_summit - self.ensemble.summit_height
+        reach = self.ensemble.friction * np.maximum(self.rest.approach - gap, 0.0)
+        return float(self.ensemble.pair.displacement_ratio * reach.max())
+
+    def at(self, displacement: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return tangential loads [N] and stiffnesses [N/m] at displacements ≥ 0 [m], of one shape."""
+        asked = np.asarray(displacement, dtype=np.float64)
+        load, slope = np.empty(asked.size), np.empty(asked.size)
+        stepper = self.ensemble.stepper(self.rest)
+        for place in np.argsort(asked, axis=None, kind="stable"):
+            # one way without a reversal is the virgin curve, in however many steps
+            stepper.step(tangential_displacement=float(asked.flat[place]))
+            load[place] = stepper.tangential_load
+            slope[place] = stepper.save().stiffness(1)
+        return load.reshape(asked.shape), slope.reshape(asked.shape)
+
+    def check(self) -> None:
+        """Check that springs in parallel can follow it: else, or where nothing slides, an InputError."""
+        if not self.end > 0.0:
+            raise InputError("friction is 0 everywhere; expected a contact that carries a tangential load")
+        _, slope = self.at(np.linspace(0.0, self.end, 257))
+        if (np.diff(slope) > STEEPER * slope[0]).any():
+            raise InputError(
+                "the virgin curve stiffens on the way, as no springs in parallel do; expected a normal curve that is "
+                "convex throughout"
+            )
 
 
 class Placed(NamedTuple):
@@ -47,7 +87,7 @@ def placed(curve: VirginCurve, elements: int) -> Placed:
 
 
 def _least(curve: VirginCurve, elements: int) -> Floats:
-    """Return nodes of the least bound on a table of the curve, whose last one is its end."""
+    """Return nodes of the least bound on a table of the curve; the last one is its end."""
     from scipy.optimize import minimize
 
     # denser where the slope ends as a root
@@ -133,20 +173,3 @@ def _energy_bound(curve: VirginCurve, ends: Floats, load: Floats, chord: Floats)
     upper = 8.0 * most - 4.0 * lowest
     lower = 8.0 * (least - under) - 4.0 * at[:, 1:] * highest
     return float(max(upper.max(), -lower.min()))
-
-
-def worst_history(curve: VirginCurve, node: Floats) -> Floats:
-    """Return displacements of reversals, from rest, at whose end the error is as large as the bound [m].
-
-    The error of the virgin curve rises and falls once between two nodes. The spiral turns so that dE_r/dr is 1 where it
-    rises and -1 where it falls.
-    """
-    ends, _, chord = _chords(curve, node)
-    turns = np.sort(np.concatenate([node, _tops(curve, ends, chord)]))[::-1]
-    # E_r falls with r below the outermost turn: the spring that is nearest to sliding has slid back
-    place, side, reached = -turns[0], 1.0, [-turns[0]]
-    for turn in turns[1:]:
-        place += side * 2.0 * turn
-        reached.append(place)
-        side = -side
-    return np.array(reached)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Self
 import attrs
 
 from historysim.basics.display import html_table
-from historysim.basics.file_kinds import beginning
+from historysim.basics.files import beginning
 from historysim.errors import InputError
 from historysim.exchange.reduced.model_files import write_springs
 from historysim.exchange.reduced.springs import FORMAT, Springs
@@ -16,7 +16,7 @@ from historysim.results.report.page import page_of
 from historysim.results.result_files import FILES, FileKind
 
 if TYPE_CHECKING:
-    from historysim.results.plots.paper import Drawn, Place
+    from historysim.results.plots.canvas import Drawn, Place
 
 
 @attrs.frozen(eq=False)
@@ -48,7 +48,7 @@ class ReducedModel(Springs):
         output : path
             Its ending says for which: .json, .csv, .m (MATLAB), .mo (Modelica), .tcl (OpenSees), .py (OpenSeesPy).
         form : str, optional
-            One of `model_files.FORMS`, such as ``"pyharm"``, in place of what the ending says.
+            ``"pyharm"`` or ``"tmdsimpy"`` for a .py of these programs.
         force : bool
             Replace a file that is none of historysim, too.
 
@@ -81,13 +81,13 @@ class ReducedFile(FileKind):
 
 @figure_of.register(ReducedModel)
 def _figure(model: ReducedModel, *, place: "Place", **_: object) -> "Drawn":
-    from historysim.exchange.reduced.reduced_picture import plot_reduced
+    from historysim.exchange.reduced.reduced_picture import ReducedPicture
 
-    return plot_reduced(model, **place)
+    return ReducedPicture().figure(model, place)
 
 
 @page_of.register(ReducedModel)
 def _page(model: ReducedModel) -> str:
-    from historysim.exchange.reduced.reduced_page import reduced_page
+    from historysim.exchange.reduced.reduced_picture import reduced_page
 
     return reduced_page(model)

@@ -6,18 +6,17 @@ import numpy as np
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
-from historysim.basics.notices import Teller, silent
+from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError
 from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, exported
-from historysim.exchange.reduced.placing import placed
+from historysim.exchange.reduced.placing import VirginCurve, placed
 from historysim.exchange.reduced.reduced_model import ReducedModel
 from historysim.exchange.reduced.springs import Scaling
-from historysim.exchange.reduced.virgin import VirginCurve
 from historysim.replaying import Replay
 
 MOST_ELEMENTS = 1000
 ROWS = 33
-"""Normal loads of the table of a model whose normal load varies, beside 0."""
+"""Normal loads in the table of a model for varying loads, beside 0."""
 LEAST_PART = 1e-3
 """The smallest of them, over the largest."""
 POINTS = 161
@@ -29,14 +28,14 @@ SAME = 1e-9
 
 
 def reduce(
-    source: Exportable, *, elements: int = 32, normal_load: float | None = None, tell: Teller = silent
+    source: Exportable, *, elements: int = 32, normal_load: float | None = None, notify: Notify = silent
 ) -> ReducedModel:
     """Return springs in parallel that slide (Jenkins, Maxwell slip, discrete Iwan) in place of a contact.
 
-    They are placed for the least bound of their error at a normal load, which holds for every history at that load (see
-    `historysim.exchange.reduced.placing`). The springs are those of the contact itself: an instrument in series stays a
-    part of the other program. Where the scenario varies the normal load, a table says how the springs go with it, and
-    the errors are measured, on the scenario's own history and on random ones; nothing is proven there.
+    They are placed for the least bound of their error at a normal load, which holds for every history at that load
+    (proven in the README of `historysim.exchange`). The springs are those of the contact itself: an instrument in
+    series stays a part of the other program. Where the scenario varies the normal load, a table says how the springs go
+    with it, and the errors are measured, on the scenario's own history and on random ones; nothing is proven there.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ def reduce(
         Number of springs, 1 to 1000.
     normal_load : float, optional
         Normal load at which they are placed [N], > 0; by default the largest at which the contact is moved.
-    tell : callable, optional
+    notify : callable, optional
         Takes notices for the user.
 
     Raises
@@ -58,7 +57,7 @@ def reduce(
     """
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
         raise InputError(f"elements is {elements!r}; expected a whole number from 1 to {MOST_ELEMENTS}")
-    found = exported(source, tell)
+    found = exported(source, notify)
     ensemble = found.replay.ensemble
     changes = found.replay.changes
     if changes.friction or changes.evolve:
@@ -97,7 +96,7 @@ def reduce(
 
 
 def _springs(node: Floats, load: Floats) -> tuple[Floats, Floats]:
-    """Return stiffnesses and limits of springs whose virgin curve is a polyline through 0 and nodes."""
+    """Return stiffnesses and limits of springs that have a polyline through 0 and nodes as virgin curve."""
     chord = np.diff(np.append(0.0, load)) / np.diff(np.append(0.0, node))
     stiffness = np.maximum(-np.diff(np.append(chord, 0.0)), 0.0)
     return stiffness, stiffness * node

@@ -1,4 +1,4 @@
-"""`Springs`: springs that slide, in parallel, with the bound of their error."""
+"""`Springs`: springs that slide, in parallel, in place of a contact, with the bound of their error."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Self
@@ -23,21 +23,13 @@ SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")
 
 @attrs.frozen(eq=False)
 class Scaling:
-    """How springs change with the normal load; straight between the rows.
-
-    Attributes
-    ----------
-    normal_load : array (row)
-        Ascending, from 0 [N].
-    stiffness : array (row, spring)
-        [N/m].
-    limit : array (row, spring)
-        [N].
-    """
+    """How springs change with the normal load [N], ascending from 0; straight between the rows."""
 
     normal_load: Floats
     stiffness: Floats = attrs.field(repr=False)
+    """(row, spring) [N/m]."""
     limit: Floats = attrs.field(repr=False)
+    """(row, spring) [N]."""
 
     def at(self, normal_load: float) -> tuple[Floats, Floats]:
         """Return stiffnesses and limits (spring) at a normal load [N] in the table."""
@@ -117,28 +109,31 @@ class Springs:
             Numbers that are not finite, or normal loads where the model has none.
         """
         way = np.atleast_1d(checked("displacement", displacement))
-        force, before, found = np.zeros(len(self)), 0.0, np.empty(way.size)
-        stiffness, limit = self.stiffness, self.limit
+        stiffness, limit = (np.broadcast_to(each, (way.size, len(self))) for each in (self.stiffness, self.limit))
         if normal_load is not None:
-            loads = np.atleast_1d(checked("normal_load", normal_load, least=0.0))
-            if self.scaling is None:
-                raise InputError("the model is one at a single normal load; expected none, or one made for a range")
-            if loads.shape != way.shape:
-                raise InputError(f"normal_load has shape {loads.shape}; expected that of displacement, {way.shape}")
-            if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
-                raise InputError(
-                    f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
-                    "where the table of the model ends"
-                )
-        mean = stiffness
-        for step, place in enumerate(way):
-            if normal_load is not None and self.scaling is not None:
-                last = stiffness
-                stiffness, limit = self.scaling.at(float(loads[step]))
-                mean = stiffness if step == 0 else 0.5 * (last + stiffness)
-            force = np.clip(force + mean * (place - before), -limit, limit)
-            before, found[step] = place, force.sum()
+            stiffness, limit = self._scaled(np.atleast_1d(checked("normal_load", normal_load, least=0.0)), way.shape)
+        force, found = np.zeros(len(self)), np.empty(way.size)
+        # the mean stiffness of each step, from rest
+        means = 0.5 * (np.concatenate([stiffness[:1], stiffness[:-1]]) + stiffness)
+        for step, moved in enumerate(np.diff(way, prepend=0.0)):
+            force = np.clip(force + means[step] * moved, -limit[step], limit[step])
+            found[step] = force.sum()
         return found
+
+    def _scaled(self, loads: Floats, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
+        """Return stiffnesses and limits (step, spring) at normal loads."""
+        if self.scaling is None:
+            raise InputError("the model is one at a single normal load; expected none, or one made for a range")
+        if loads.shape != shape:
+            raise InputError(f"normal_load has shape {loads.shape}; expected that of displacement, {shape}")
+        if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
+            raise InputError(
+                f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
+                "where the table of the model ends"
+            )
+        rows = [self.scaling.at(float(load)) for load in loads]
+        stiffness, limit = (np.reshape(each, (len(rows), len(self))) for each in zip(*rows, strict=True))
+        return stiffness, limit
 
     def dataset(self) -> "xr.Dataset":
         """Return the springs as a table along ``spring``, with the bounds as attributes."""
@@ -206,29 +201,23 @@ class Springs:
         return found
 
     @classmethod
-    def from_dict(cls, told: Mapping[str, Any]) -> Self:
-        """Return the springs of what `as_dict` gave.
-
-        Raises
-        ------
-        InputError
-            Something is missing, or is no number, or lists are not equally long.
-        """
+    def from_dict(cls, given: Mapping[str, Any]) -> Self:
+        """Return the model of what `as_dict` gave; what is missing, or no number, or uneven, is an InputError."""
         try:
-            if told["format"] != FORMAT:
-                raise InputError(f"is {told['format']!r}; expected {FORMAT!r}: make it again")
-            curve, table = told["virgin_curve_of_the_contact"], told.get("with_normal_load")
+            if given["format"] != FORMAT:
+                raise InputError(f"is {given['format']!r}; expected {FORMAT!r}: make it again")
+            curve, table = given["virgin_curve_of_the_contact"], given.get("with_normal_load")
             found = cls(
-                normal_load=scalar("normal_load_N", told["normal_load_N"], above=0.0),
-                stiffness=checked("stiffness_N_per_m", told["stiffness_N_per_m"], above=0.0),
-                limit=checked("limit_N", told["limit_N"], above=0.0),
-                bound=scalar("bound", told["bound_of_load_over_friction_limit"], least=0.0),
-                energy_bound=scalar("energy bound", told["bound_of_energy_of_a_closed_loop_J"], least=0.0),
+                normal_load=scalar("normal_load_N", given["normal_load_N"], above=0.0),
+                stiffness=checked("stiffness_N_per_m", given["stiffness_N_per_m"], above=0.0),
+                limit=checked("limit_N", given["limit_N"], above=0.0),
+                bound=scalar("bound", given["bound_of_load_over_friction_limit"], least=0.0),
+                energy_bound=scalar("energy bound", given["bound_of_energy_of_a_closed_loop_J"], least=0.0),
                 virgin_displacement=checked("displacement_m", curve["displacement_m"], least=0.0),
                 virgin_load=checked("tangential_load_N", curve["tangential_load_N"], least=0.0),
-                title=str(told["title"]),
+                title=str(given["title"]),
                 scaling=table and Scaling(*(checked(name, table[name], least=0.0) for name in SCALED)),
-                errors={name: scalar(name, value) for name, value in told["errors_found_over_friction_limit"].items()},
+                errors={name: scalar(name, value) for name, value in given["errors_found_over_friction_limit"].items()},
             )
         except (KeyError, TypeError, AttributeError) as error:
             raise InputError(f"no reduced model as this version writes it ({error}); make it again") from error

@@ -1,0 +1,463 @@
+"""What can be asked of anything, or of the file of it: `hs.open`, `hs.show`, `hs.plot`, `hs.report`, `hs.explore`.
+
+A type answers by what is registered where it is defined: a method ``summary``, `figure_of` and `page_of`. What is heavy
+is imported where it is needed: `show` of a result comes without xarray.
+"""
+
+import contextlib
+from collections.abc import Iterable, Iterator
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+import attrs
+
+from historysim.basics.display import Lines
+from historysim.basics.files import is_netcdf
+from historysim.errors import InputError
+from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, SubFigure
+
+    from historysim.log.event_log import EventLog
+    from historysim.measured.loop_table import LoopTable
+    from historysim.measured.loops import Loops
+    from historysim.measured.sliding import Sliding
+    from historysim.results.plots.canvas import Drawn, Place, Size
+    from historysim.results.result_files import RecordedFile
+    from historysim.results.tables import WrittenTable
+    from historysim.scenario.fit import Fit
+    from historysim.scenario.scenario import Scenario
+    from historysim.surfaces.heights import Surface
+
+    Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
+    Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface
+    Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
+
+MAP_ALONE = "expected with the path of a height map alone, which is read with them"
+
+
+class Reading(TypedDict, total=False):
+    """What a height map may leave open: arguments of `read_surface`."""
+
+    pixel_size: float | str | tuple[float | str, float | str]
+    height_unit: str
+    lateral_unit: str
+    channel: int | str
+
+
+def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Content":  # noqa: A001 - as users of xarray and of files call it
+    """Open any file that historysim knows: ``hs.open("my.nc").contact.slides_first()``.
+
+    Parameters
+    ----------
+    path : path
+        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table of a question,
+        a reduced model (JSON), or a height map.
+    form : str, optional
+        What is taken off a height map, as by `Surface.detrended`; by default a plane.
+    **reading
+        What a height map leaves open, as for `read_surface`.
+
+    Returns
+    -------
+    Scenario, EventLog, xarray.Dataset, Sliding, WrittenTable, ReducedModel or Surface
+        A result is read lazily; it and a log are closed by their ``close()`` or at the end of a ``with`` block.
+
+    Raises
+    ------
+    InputError
+        There is no such file, it cannot be used, or it is no height map and options of one are given.
+
+    Examples
+    --------
+    >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml", "up.nc")
+    >>> hs.open("up.nc").sizes["step"]
+    121
+    """
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+
+    with contextlib.ExitStack() as stack:
+        content = stack.enter_context(opened(path, form=form, **reading))
+        if isinstance(content, EventLog):
+            return EventLog(path)
+        if isinstance(content, xr.Dataset):
+            # the file is closed through the Dataset that opened it, which must not be asked to close itself
+            content = content.copy()
+            content.set_close(stack.pop_all().close)
+    return content
+
+
+@contextlib.contextmanager
+def opened(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
+    """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
+    path = Path(path)
+    kind = kind_of(path)
+    if kind == "height map":
+        yield _height_map(path, form or "plane", **reading)
+        return
+    if unused := ([] if form is None else ["form"]) + list(reading):
+        called = CALLED.get(kind, f"a {kind}")
+        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
+    if kind == "result":
+        with open_result(path) as history:
+            yield history
+    elif kind == "log":
+        from historysim.log.event_log import EventLog
+
+        with EventLog(path) as log:
+            yield log
+    else:
+        yield _read(path, kind)
+
+
+def _read(path: Path, kind: str) -> Any:  # noqa: ANN401 - one of `Content`
+    """Return the content of a file that is read at once."""
+    if kind == "scenario":
+        from historysim.scenario.scenario import load
+
+        return load(path)
+    if kind not in CALLED:
+        return FILES[kind].read(path)
+    if not is_netcdf(path):
+        from historysim.results.tables import WrittenTable
+
+        return WrittenTable.read(path)
+    if kind == "sliding":
+        from historysim.measured.sliding import Sliding
+
+        return Sliding.from_dataset(read_table(path))
+    return read_table(path)
+
+
+def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
+    from historysim.basics.arguments import representable
+    from historysim.surfaces.reading import read_surface
+
+    try:
+        surface = read_surface(path, **reading)
+    except InputError as error:
+        raise InputError(
+            f"{error} (read as a height map: neither named .toml nor a result of historysim run)"
+        ) from error
+    with representable():
+        return surface.detrended(form)
+
+
+def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading]) -> Lines:
+    """Summarise a scenario, result, log or height map (object or path).
+
+    Parameters
+    ----------
+    what : path, xarray.Dataset, Scenario, EventLog or Surface
+    form : str, optional
+        What is taken off the height map of a file first; by default a plane.
+    **reading
+        What the height map of a file leaves open, as for `read_surface`.
+
+    Returns
+    -------
+    Lines
+        Labels and texts, printed in two columns.
+
+    Raises
+    ------
+    InputError
+        Another object, a file that cannot be used, or an option that does not fit what is shown.
+
+    Examples
+    --------
+    >>> print(hs.show("scenarios/04_normal_up_tangential_up.toml"))
+    title                Silicon ball on glass: both loads rise
+    asperities           1
+    events               242 over 12 s
+    substeps             1
+    recorded asperities  touching
+    """
+    if not isinstance(what, str | Path):
+        if form is not None or reading:
+            raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
+        return _lines(what)
+    kind = kind_of(Path(what))
+    if kind == "result" and form is None and not reading:
+        with open_recorded(Path(what)) as history:
+            return _lines_of_history(history)
+    if kind == "height map":
+        # steps in height are seen before a form is taken off
+        return _lines_of_map(_height_map(Path(what), "mean", **reading), form or "plane")
+    with opened(what, form=form, **reading) as content:
+        return _lines(content)
+
+
+def _lines(what: object) -> Lines:
+    import xarray as xr
+
+    from historysim.scenario.scenario import Scenario
+    from historysim.surfaces.heights import Surface
+
+    if isinstance(what, xr.Dataset):
+        return _lines_of_dataset(what)
+    if isinstance(what, Scenario):
+        from historysim.scenario.scenario_summary import summary as of_scenario
+
+        return Lines(of_scenario(what))
+    if isinstance(what, Surface):
+        from historysim.surfaces.inspection import summary as of_surface
+
+        return Lines(of_surface(what))
+    if hasattr(what, "summary"):
+        return Lines(what.summary())
+    raise InputError(f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them")
+
+
+def _lines_of_map(measured: "Surface", form: str) -> Lines:
+    from historysim.basics.arguments import representable
+    from historysim.surfaces.inspection import quantisation_notice, summary
+
+    with representable():
+        lines = [*summary(measured.detrended(form)), ("form taken off", form)]
+        coarse = quantisation_notice(measured)
+    return Lines([*lines, *([] if coarse is None else [("warning", coarse)])])
+
+
+def _lines_of_dataset(history: "xr.Dataset") -> Lines:
+    from historysim.results import tables
+
+    summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
+    if summary := summaries.get(KINDS.get(str(history.attrs.get("content")), "")):
+        return Lines(summary(history))
+    if "total_normal_load" not in history:
+        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+    return _lines_of_history(history)
+
+
+def _lines_of_history(history: "xr.Dataset | RecordedFile") -> Lines:
+    from historysim.results.analysis.history_summary import readable_attributes, summary
+
+    attributes = readable_attributes(history)
+    # strings of many lines, such as the scenario, would hide the rest
+    short = [(name, text) for name, text in attributes.items() if "\n" not in text.strip()]
+    return Lines([*summary(history), ("", ""), *short])
+
+
+def plot(
+    what: object,
+    *,
+    picture: str | None = None,
+    size: "Size | None" = None,
+    figure: "Figure | SubFigure | None" = None,
+    ax: "Axes | None" = None,
+    **options: object,
+) -> "Drawn":
+    """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
+
+    ``hs.plots`` has the pictures as functions; ``historysim kinds plots traction`` lists the options of one.
+
+    Parameters
+    ----------
+    what : path, xarray.Dataset, Scenario, Surface, Measurement, Loops, LoopTable, Sliding, Comparison, Fit, …
+        Of a history: the ``[picture]`` of its scenario, or else the friction loop, the loads, and the slip states. Of
+        a scenario or a height map: the surface with its summits. Of a sweep: its ``[picture]``, or else a number of its
+        cells over what was swept, or their loops over one another. Several histories, or paths of them: their loops,
+        or tractions, in one picture.
+    picture : str, optional
+        One of ``historysim kinds plots``. Of a sweep also a number of its cells.
+    size : (float, float), optional
+        Width and height of a new figure [mm].
+    figure : Figure or SubFigure, optional
+        Draw into this figure of matplotlib, or into this part of one.
+    ax : Axes, optional
+        Draw into these axes: pictures with one panel.
+    **options
+        Those of the picture: ``step`` of "contact-map" (which it chooses), ``steps`` of "loops" and "traction",
+        ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on the adhesion map, or with
+        ``asperity`` the equilibria of one. Of the path of a height map ``form``, ``pixel_size``, …, as for
+        `read_surface`.
+
+    Returns
+    -------
+    Figure, SubFigure or Axes
+        What was given, or a new figure.
+
+    Raises
+    ------
+    InputError
+        Something that has no picture, a file that cannot be used, or an option that does not fit what is drawn.
+
+    Examples
+    --------
+    >>> figure = hs.plot("scenarios/12_textured_surface.toml")
+    >>> figure.savefig("surface.png")
+    """
+    from historysim.results.plots.pictures import figure_of
+
+    fields: dict[str, Any] = options
+    place: Place = {"size": size, "figure": figure, "ax": ax}
+    reading = {name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields}
+    with contextlib.ExitStack() as files:
+        if isinstance(what, str | Path):
+            return _drawn(files.enter_context(opened(what, **reading)), picture, place, {"name": str(what)} | fields)
+        if reading:
+            raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
+        if isinstance(what, list | tuple):
+            what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
+            return figure_of(what, picture=picture, place=place, **fields)
+        return _drawn(what, picture, place, fields)
+
+
+def _drawn(
+    content: object,
+    picture: str | None,
+    place: "Place",
+    options: dict[str, Any],
+) -> "Drawn":
+    """Draw the ``[picture]`` of the scenario of a result or a sweep where nothing else is asked for."""
+    import xarray as xr
+
+    from historysim.results.plots.pictures import figure_of
+    from historysim.scenario.figure import draw_scenario_figure, drawable
+
+    chosen = picture is not None or {*options} - {"name"}
+    if isinstance(content, xr.Dataset) and not chosen and (pictures := drawable(content)):
+        return draw_scenario_figure(content, pictures, place)
+    return figure_of(content, picture=picture, place=place, **options)
+
+
+def report(what: "Reportable", output: str | Path | None = None) -> str:
+    """Return a result as one self-contained HTML page, which opens without a network.
+
+    Parameters
+    ----------
+    what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
+        A history, with an interactive time slider for the loop and the contact map, and asperities to click on (which
+        needs Bokeh: ``pip install "historysim[report]"``); a sweep; friction loops, one by one or by their loads;
+        friction over time or distance; a fit. A scenario with a measured loading is fitted, where it has ``[fit]``, or
+        compared with its measurement.
+    output : path, optional
+        A file to write the page to, which appears when it is complete.
+
+    Raises
+    ------
+    InputError
+        An object that has no report, or a file that cannot be used.
+    OSError
+        ``output`` cannot be written.
+    """
+    from historysim.basics.files import replacing
+    from historysim.scenario.scenario import Scenario
+
+    with contextlib.ExitStack() as files:
+        name, reads = f"this {type(what).__name__}", list[Path]()
+        content: Any = what
+        if isinstance(what, str | Path):
+            name, reads = str(what), [Path(what)]
+            content = files.enter_context(opened(what))
+        if isinstance(content, Scenario):
+            reads = [*content.files]
+        if output is not None:
+            _check_apart(Path(output), reads)
+        text = _page(content, name)
+    if output is not None:
+        with replacing(Path(output)) as unfinished:
+            unfinished.write_text(text, encoding="utf-8")
+    return text
+
+
+def _check_apart(output: Path, reads: Iterable[Path]) -> None:
+    from historysim.basics.targets import PAGE, Output, check_outputs
+
+    check_outputs([Output(output, (PAGE,))], reads, force=True)
+
+
+def _page(what: object, name: str) -> str:
+    import xarray as xr
+
+    from historysim.log.event_log import EventLog
+    from historysim.results.report.others import dataset_page
+    from historysim.results.report.page import EXPECTED, page_of
+    from historysim.scenario.scenario import Scenario
+
+    if isinstance(what, xr.Dataset):
+        return dataset_page(what, _own_pictures(what))
+    if isinstance(what, Scenario):
+        return _page_of_scenario(what)
+    if isinstance(what, EventLog):
+        raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
+    if page_of.dispatch(type(what)) is page_of.dispatch(object):
+        raise InputError(f"{name}: has no report; {EXPECTED}")
+    return page_of(what)
+
+
+def _page_of_scenario(scenario: "Scenario") -> str:
+    from historysim.results.report.others import comparison_page
+    from historysim.results.report.page import page_of
+    from historysim.scenario.compare import compare
+    from historysim.scenario.fit import fit
+
+    if scenario.sections.fit is not None:
+        return page_of(fit(scenario))
+    try:
+        _ = scenario.measured_files
+    except InputError as error:
+        raise InputError(f"{error}, to set the model beside; the result of historysim run has a report, too") from error
+    comparison = compare(scenario)
+    return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
+
+
+def _own_pictures(what: "xr.Dataset") -> list[str]:
+    """Return the ``[picture]`` of the scenario, drawn of its result, as HTML."""
+    from historysim.results.report.page import paragraph, picture
+    from historysim.scenario.figure import draw_scenario_figure, drawable
+
+    pictures = drawable(what)
+    if not pictures:
+        return []
+    try:
+        return [picture(draw_scenario_figure(what, pictures), "The picture of the scenario.")]
+    except InputError as error:
+        return [paragraph(f"No picture of the scenario: {error}", "note")]
+
+
+@attrs.frozen
+class Explorer:
+    """The interactive picture of `explore`, which a notebook shows."""
+
+    page: str = attrs.field(repr=lambda page: f"<{len(page):,} characters of HTML>")
+    """One self-contained HTML page, to be written to a file."""
+
+    def _repr_html_(self) -> str:
+        # in a frame of its own, which no style or script of the notebook reaches
+        frame = "width: 100%; height: 46rem; border: 0"
+        return f'<iframe title="through time" style="{frame}" srcdoc="{escape(self.page)}"></iframe>'
+
+
+def explore(history: "str | Path | xr.Dataset") -> Explorer:
+    """Return the interactive part of `report` for a notebook: a time slider, and asperities to click on.
+
+    It needs Bokeh (``pip install "historysim[report]"``).
+
+    Parameters
+    ----------
+    history : xarray.Dataset or path
+        A history with asperities, or the file of one.
+
+    Raises
+    ------
+    InputError
+        No history, one without asperities, or Bokeh is not installed.
+    """
+    import xarray as xr
+
+    from historysim.results.report.history_report import interactive_page
+
+    if isinstance(history, str | Path):
+        with opened(history) as content:
+            return explore(content)  # type: ignore[arg-type] # what is no Dataset is refused below
+    if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
+        raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
+    return Explorer(interactive_page(history))

@@ -1,0 +1,118 @@
+"""What can be asked of anything, or of its file: it is opened, shown and drawn."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import xarray as xr
+from records import BALL
+
+import historysim as hs
+from historysim.errors import InputError
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
+ROUGH = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2)
+EVENTS = [
+    hs.NormalLoad(0.0, 0.1),
+    *(hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 5)),
+]
+LOADING = """
+[loading]
+waypoints = [{ time = 0, normal_load = "50 mN" }, { after = 1, tangential_load = "8 mN" }]
+"""
+
+
+def test_a_history_in_memory_and_in_a_file_says_the_same(tmp_path):
+    job = hs.Replay(ROUGH, EVENTS, substeps=50)
+    job.write(tmp_path / "r.nc")
+    found, there = dict(hs.show(job.dataset())), dict(hs.show(tmp_path / "r.nc"))
+    assert found["steps"] == there["steps"] == "201 over 4 s"
+    assert there["number_of_asperities"] == "2"
+    assert repr(hs.show(tmp_path / "r.nc")).startswith("steps                     201 over 4 s\n")
+
+
+def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
+    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
+    assert dict(hs.show(tmp_path / "s.toml")) == dict(hs.show(hs.load(tmp_path / "s.toml")))
+    assert dict(hs.show(str(tmp_path / "s.toml")))["title"] == "a ball"
+    with hs.EventLog.create(tmp_path / "r.history", ROUGH, EVENTS) as log:
+        assert dict(hs.show(log))["events"] == "5 over 4 s"
+    assert dict(hs.show(tmp_path / "r.history"))["asperities"] == "2"
+    np.savetxt(tmp_path / "map.txt", np.pad([[4.0]], 2))
+    lines = dict(hs.show(tmp_path / "map.txt", pixel_size="1 µm", height_unit="nm", form="mean"))
+    assert (lines["points"], lines["form taken off"]) == ("5 × 5, 1 µm apart", "mean")
+    assert dict(hs.show(hs.Surface(np.eye(4), 1e-6)))["points"] == "4 × 4, 1 µm apart"
+    loops = hs.loops(hs.replay(ROUGH, EVENTS, substeps=50))
+    assert dict(hs.show(loops))["dead band"] == "10 nm, 5 % of the range of the displacement"
+    loops.to_dataset().to_netcdf(tmp_path / "l.nc")
+    assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
+
+
+def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
+    heights = np.random.default_rng(1).normal(size=(64, 64))
+    reading = {"pixel_size": "1 µm", "height_unit": "nm"}
+    np.savetxt(tmp_path / "fine.txt", heights)
+    assert "warning" not in dict(hs.show(tmp_path / "fine.txt", **reading))
+    np.savetxt(tmp_path / "coarse.txt", np.round(heights))
+    lines = dict(hs.show(tmp_path / "coarse.txt", **reading))
+    assert lines["form taken off"] == "plane"
+    assert lines["warning"].startswith("heights come in steps of 1 nm, and the median summit rises ")
+
+
+def test_what_cannot_be_shown_is_told(tmp_path):
+    with pytest.raises(InputError, match="3 cannot be shown; expected a history"):
+        hs.show(3)
+    with pytest.raises(InputError, match="this Dataset is no history"):
+        hs.show(xr.Dataset({"a": 1}))
+    with pytest.raises(InputError, match="expected with the path of a height map alone"):
+        hs.show(hs.Surface(np.eye(4), 1.0), pixel_size=1.0)
+    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
+    with pytest.raises(InputError, match=r"form: .*s.toml is a scenario; expected a height map"):
+        hs.show(tmp_path / "s.toml", form="plane")
+
+
+def test_a_result_is_shown_without_xarray(tmp_path):
+    hs.Replay(ROUGH, EVENTS).write(tmp_path / "r.nc")
+    show = "from historysim.verbs import show; print(show(sys.argv[1]), {'xarray', 'pandas'} & {*sys.modules})"
+    command = [sys.executable, "-c", f"import sys; {show}", str(tmp_path / "r.nc")]
+    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    with xr.open_dataset(tmp_path / "r.nc") as history:
+        assert printed == f"{hs.show(history)} set()\n"
+
+
+SWINGS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
+
+
+@pytest.fixture
+def history():
+    return hs.replay(ROUGH, SWINGS, substeps=4)
+
+
+def test_a_history_that_python_has_written_is_a_result(history, tmp_path):
+    path = tmp_path / "h.nc"
+    hs.write_netcdf(history, path)
+    with hs.open(path) as found:
+        xr.testing.assert_equal(found, history)
+        assert found.contact.slip_shares().equals(history.contact.slip_shares())
+    # closed once, and closed again without ado
+    found.close()
+    assert dict(hs.show(path))["steps"] == "13 over 3 s"
+    assert len(hs.plot(path).axes) > 1
+
+
+def test_a_table_of_a_question_is_opened_shown_and_drawn(history, tmp_path):
+    path = tmp_path / "f.nc"
+    table = history.contact.first_slips()
+    hs.write_netcdf(table, path)
+    xr.testing.assert_equal(hs.open(path), table)
+    told = dict(hs.show(path))
+    assert told["size"] == "2 along asperity"
+    assert told["slip_time"] == "250 ms; when the asperity first slips"
+    assert hs.plot(path).axes
+
+
+def test_a_unit_with_a_power_gets_no_prefix(history, tmp_path):
+    hs.write_netcdf(history.contact.time_series(), tmp_path / "t.nc")
+    area = history.real_contact_area.values
+    assert dict(hs.show(tmp_path / "t.nc"))["real_contact_area"].startswith(f"{area.max():.4g} m2;")
