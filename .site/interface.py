@@ -11,7 +11,7 @@ GROUPS = {
     "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
     "Contacts": "Material MaterialPair material Ensemble EnsembleState Asperity SlipState Instrument ContactBatch",
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
-    "Surfaces": "Surface Summits random_surface read_surface",
+    "Surfaces": "Surface Summits random_surface read_surface registered area_laws",
     "Measured records": "loops sliding compare fit",
     "Many runs": "sweep spread drift_along design gallery",
     "The event log": "EventLog verify",

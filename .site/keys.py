@@ -13,19 +13,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 import attrs
 from numpydoc.docscrape import NumpyDocString
 
+from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import LAWS
 from historysim.asperities.wear import WEAR_LAWS
 from historysim.asperities.yielding import YIELDING_LAWS
-from historysim.basics.fields import OneOf, markdown
+from historysim.basics.fields import OneOf, Quantity, markdown
 from historysim.basics.registry import Registry
-from historysim.contact.materials import MATERIALS
-from historysim.results.plots.panels import Panel
-from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.scenario import friction_course_section, law_sections, sections
-from historysim.scenario.loading_kinds import LOADINGS, channels, written
+from historysim.contact.materials import MATERIALS, Material
+from historysim.loads.events import EVENTS, Event
+from historysim.results.plots.pictures import PICTURES, Panel, Picture
+from historysim.scenario import sections
+from historysim.scenario.loading_kinds import LOADINGS, measured, written
+from historysim.scenario.picture_section import IN_SCENARIOS
+from historysim.scenario.schema import KindOf
 from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
-from historysim.scenario.surface_kinds.any_surface import SurfaceKeys
-from historysim.scenario.surface_kinds.run_in_surface import PassesSection
+from historysim.scenario.surface_kinds.changes import ChangedSurface, Passes
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:
@@ -52,19 +54,22 @@ LAW_REGISTRIES: Kinds = (LAWS, WEAR_LAWS, YIELDING_LAWS)
 
 SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`title`": ("", (sections.Sections,)),
-    "`[materials]`": ("", (sections.MaterialsSection,)),
+    "`[materials]`": ("", (sections.MaterialsSection, Material)),
     "`[surface]`": (
         "`kind` says which surface it is. [Surfaces](../historysim/surfaces/README.md) tells what they are for.",
-        (SURFACES, SurfaceKeys),
+        (SURFACES, ChangedSurface),
     ),
     "`yielding`": (
         "Of any `[surface]` with summits, how they yield: the name of a law, or a table of `law` with its keys.",
         (YIELDING_LAWS,),
     ),
-    "`[friction]`": ("A coefficient, or `law` with the keys of the law.", (law_sections.Coefficients, LAWS)),
+    "`[friction]`": (
+        "A coefficient, or `law` with the keys of the law.",
+        (sections.Coefficients, sections.CourseFile, LAWS),
+    ),
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
     "`[wear]`": ("What sliding takes from the asperities: `law` with the keys of the law.", (WEAR_LAWS,)),
-    "`[instrument]`": ("", (sections.InstrumentSection,)),
+    "`[instrument]`": ("", (Instrument,)),
     "`[adhesion]`": ("", (sections.AdhesionSection,)),
     "`[record]`": ("", (sections.RecordSection,)),
     "`[fit]`": ("", (sections.FitSection,)),
@@ -83,20 +88,26 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
 """The headings of the page; of each, what stands above its tables, and the classes, or all kinds of a registry."""
 
 TITLES: dict[type, str] = {
-    sections.MaterialTable: "Your own material",
-    law_sections.Coefficients: "Coefficients",
-    friction_course_section.WrittenCourse: "`course`, written out",
-    friction_course_section.CourseFile: "`course`, from a file",
+    Material: "Your own material",
+    sections.Coefficients: "Coefficients",
+    sections.Course: "`course`, written out",
+    sections.CourseFile: "`course`, from a file",
     written.Waypoint: "A waypoint",
     written.WaypointBlock: "A block",
-    channels.ForceChannel: "A channel that is a load",
-    channels.LengthChannel: "A channel that is a displacement",
+    measured.ForceChannel: "A channel that is a load",
+    measured.LengthChannel: "A channel that is a displacement",
     Panel: "Of all pictures that can stand beside others",
     Column: "A column",
-    SurfaceKeys: "Of any surface",
-    PassesSection: "`passes` of any height map",
+    ChangedSurface: "Of any surface",
+    Passes: "`passes` of any height map",
 }
 """Headings of classes whose keys' names do not say what they are."""
+
+EXAMPLES: dict[type, str] = {
+    Material: 'second = { name = "my glass", youngs_modulus = "64 GPa", poissons_ratio = 0.2 }',
+    Instrument: '[instrument]\nlateral_stiffness = "334 mN/µm"\ndisplacement_resolution = "1 nm"',
+}
+"""Of classes whose docstrings show them in Python."""
 
 SHARED = (Panel, Format)
 """Classes whose keys stand in a table of their own, and not with each class that has them."""
@@ -107,7 +118,8 @@ HEADING = ("| key | type or unit | default | meaning |", "| --- | --- | --- | --
 def meanings(kind: type) -> dict[str, str]:
     """Return what each key of a class means, as docstrings of the class and those that it derives from say."""
     found: dict[str, str] = {}
-    for each in reversed(kind.__mro__):
+    # a height map has the keys of the steps that prepare it, too
+    for each in (*getattr(kind, "preparations", ()), *reversed(kind.__mro__)):
         parsed = NumpyDocString(inspect.cleandoc(each.__dict__.get("__doc__") or ""))
         for part in ("Parameters", "Attributes"):
             for entry in parsed[part]:
@@ -118,17 +130,13 @@ def meanings(kind: type) -> dict[str, str]:
 def example(kind: type) -> str:
     """Return the lines of TOML that the docstring of a class shows."""
     lines = NumpyDocString(inspect.cleandoc(kind.__doc__ or ""))["Examples"]
-    return "\n".join(lines).strip()
+    return EXAMPLES.get(kind) or "\n".join(lines).strip()
 
 
 def type_text(kind: Any) -> str:
     """Say the type of a key in words: ``"m"`` of a length, ``"m, one or several"``, ``"true or false"``."""
     if get_origin(kind) is Annotated:
-        plain, quantity = get_args(kind)
-        unit = "number" if quantity.unit == "1" else _unit(quantity.unit)
-        if get_origin(plain) is tuple:
-            return f"array, {unit}"
-        return f"{unit}, one or several" if isinstance(plain, UnionType) else unit
+        return _marked(*get_args(kind))
     if get_origin(kind) in {Union, UnionType}:
         return " or ".join(dict.fromkeys(type_text(each) for each in get_args(kind) if each is not NoneType))
     if get_origin(kind) is tuple:
@@ -136,6 +144,15 @@ def type_text(kind: Any) -> str:
     if get_origin(kind) is dict or attrs.has(kind):
         return "column" if kind is Column else "table"
     return {str: "text", int: "whole number", float: "number", bool: "true or false"}.get(kind, "any value")
+
+
+def _marked(plain: Any, mark: object) -> str:
+    if not isinstance(mark, Quantity):
+        return "table" if isinstance(mark, KindOf) and not mark.alone else "text or table"
+    unit = "number" if mark.unit == "1" else _unit(mark.unit)
+    if get_origin(plain) is tuple and not mark.alone:
+        return f"array, {unit}"
+    return f"{unit}, one or several" if mark.alone or isinstance(plain, UnionType) else unit
 
 
 def limited(field: "attrs.Attribute[Any]") -> str:
@@ -178,13 +195,14 @@ def _default(field: "attrs.Attribute[Any]") -> str:
 
 def keys(kind: type) -> "Iterator[attrs.Attribute[Any]]":
     """Yield the keys of a class, those that are needed first, without those that have a table elsewhere."""
-    attrs.resolve_types(kind)
+    attrs.resolve_types(kind, localns={"Picture": Picture})
     above = [other for other in SHARED if issubclass(kind, other) and kind is not other]
     elsewhere = {field.name for other in above for field in attrs.fields(other)}
     if kind is sections.Sections:
         elsewhere = {field.name for field in attrs.fields(kind)} - {"title"}
-    if kind is written.Waypoint:
-        elsewhere = {"others"}
+    elsewhere |= {"changes", "values", "preparations", "of"} & {field.name for field in attrs.fields(kind)}
+    if issubclass(kind, Event):
+        elsewhere = {"time"}
     yield from sorted(
         (field for field in attrs.fields(kind) if field.init and field.name not in elsewhere),
         key=lambda field: field.default is not attrs.NOTHING,
@@ -198,7 +216,16 @@ def rows(kind: type) -> list[str]:
         name = f"**`{field.name}`**" if field.default is attrs.NOTHING else f"`{field.name}`"
         meaning = told.get(field.name, "").replace("``", "`").replace("|", "\\|")
         found.append(f"| {name} | {limited(field)} | {_default(field)} | {meaning} |")
+    if kind is written.Waypoint:
+        for name, event in EVENTS.own().items():
+            of = attrs.fields(event)[1].type if len(_alone(event)) else event
+            found.append(f"| `{name}` | {type_text(of)} | | {summary(event)} |")
     return found
+
+
+def _alone(event: type) -> list[str]:
+    """Return what an event needs beside its time: where it is one thing, its value stands alone."""
+    return [field.name for field in attrs.fields(event)[1:] if field.default is attrs.NOTHING]
 
 
 def summary(kind: type) -> str:
@@ -236,7 +263,9 @@ def _below(kind: type) -> "Iterator[type]":
 
 def own_kinds(registry: "Registry[Any]") -> dict[str, type]:
     """Return the kinds of a registry that come with the package."""
-    return {name: kind for name, kind in registry.items() if registry.provider(kind) is None}
+    kinds = {name: kind for name, kind in registry.items() if registry.provider(kind) is None}
+    # pictures of Python objects are in no scenario
+    return {name: kind for name, kind in kinds.items() if not issubclass(kind, Picture) or IN_SCENARIOS & {*kind.of}}
 
 
 def titled(kinds: Kinds) -> "Iterator[tuple[str, type]]":
@@ -259,6 +288,10 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
     if kind is sections.Sections:
         return
     of = f" of {title[0].lower()}{title[1:]}" if title else ""
+    if kind is written.Waypoint:
+        tables = [(name, event) for name, event in EVENTS.own().items() if not _alone(event)]
+        for name, event in tables:
+            yield from with_tables(f"`{name}`{of}", event)
     for field in keys(kind):
         for table in tables_in(field.type):
             yield from with_tables(TITLES.get(table, f"`{field.name}`{of}"), table)
@@ -266,7 +299,7 @@ def with_tables(title: str, kind: type) -> "Iterator[tuple[str, type]]":
 
 def tables_in(kind: Any) -> "Iterator[type]":
     """Yield the classes of tables in the type of a key; columns and laws have a section of their own."""
-    apart = {Column, law_sections.WearSection, law_sections.YieldingSection, *SHARED}
+    apart = {Column, *SHARED}
     if isinstance(kind, type) and attrs.has(kind) and kind not in apart:
         if not inspect.isabstract(kind):
             yield kind
@@ -291,7 +324,7 @@ def page() -> str:
             parts += [f"### {title}"] if title else []
             if kind is not sections.Sections:
                 parts.append(summary(kind))
-            if issubclass(kind, Picture) and kind is not Panel and not kind.fits_beside():
+            if issubclass(kind, Picture) and kind is not Panel and kind.alone:
                 parts.append("It fills a figure of its own.")
             if table := rows(kind):
                 parts.append("\n".join((*HEADING, *table)))

@@ -10,7 +10,9 @@ from typing import Any
 from historysim._version import __version__ as __version__
 from historysim.basics import lazy
 
-_GIVE_OR_TAKE_HISTORIES = tuple(f"{__name__}.{room}" for room in ("replaying", "log", "results", "scenario", "studies"))
+_GIVE_OR_TAKE_HISTORIES = tuple(
+    f"{__name__}.{room}" for room in ("replaying", "log", "results", "scenario", "verbs", "studies")
+)
 
 _named, __dir__, __all__ = lazy.attach(__name__, __file__)
 

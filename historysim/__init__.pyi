@@ -23,6 +23,7 @@ from historysim.errors import LoadError as LoadError
 from historysim.errors import UnlikelyValueWarning as UnlikelyValueWarning
 from historysim.exchange.fmu.unit_file import write_fmu as write_fmu
 from historysim.exchange.reduced.reducing import reduce as reduce
+from historysim.interaction.areas import area_laws as area_laws
 from historysim.loads import events as events
 from historysim.loads.events import FrictionChange as FrictionChange
 from historysim.loads.events import NormalDisplacement as NormalDisplacement
@@ -37,30 +38,31 @@ from historysim.replaying import replay as replay
 from historysim.results import analysis as analysis
 from historysim.results import history_drift as drift  # noqa: F401 - reached as hs.drift
 from historysim.results import plots as plots
-from historysim.results.csv_table import write_csv as write_csv
-from historysim.results.netcdf_table import write_netcdf as write_netcdf
+from historysim.results.tables import write_csv as write_csv
+from historysim.results.tables import write_netcdf as write_netcdf
 from historysim.scenario.compare import compare as compare
 from historysim.scenario.fit import fit as fit
-from historysim.scenario.opening import open as open  # noqa: A004 - called as that of xarray
-from historysim.scenario.plot import plot as plot
 from historysim.scenario.record_search import loops as loops
 from historysim.scenario.record_search import sliding as sliding
-from historysim.scenario.report import explore as explore
-from historysim.scenario.report import report as report
 from historysim.scenario.run import run as run
 from historysim.scenario.scenario import load as load
-from historysim.scenario.show import show as show
 from historysim.studies import design_studies as design_studies
 from historysim.studies.design import design as design
 from historysim.studies.gallery import gallery as gallery
-from historysim.studies.spread import drift_along as drift_along
-from historysim.studies.spread import spread as spread
 from historysim.studies.sweep import sweep as sweep
+from historysim.studies.sweep_table import drift_along as drift_along
+from historysim.studies.sweep_table import spread as spread
 from historysim.studies.validation import validate as validate
 from historysim.surfaces.heights import Surface as Surface
 from historysim.surfaces.random import random_surface as random_surface
 from historysim.surfaces.reading import read_surface as read_surface
+from historysim.surfaces.registration import registered as registered
 from historysim.surfaces.summits import Summits as Summits
+from historysim.verbs import explore as explore
+from historysim.verbs import open as open  # noqa: A004 - called as that of xarray
+from historysim.verbs import plot as plot
+from historysim.verbs import report as report
+from historysim.verbs import show as show
 
 # isort: split
 # earlier places, which dir() leaves out
@@ -68,32 +70,8 @@ from historysim.contact.greenwood_williamson import GreenwoodWilliamson as Green
 from historysim.interaction.solutions import NormalSolutions as NormalSolutions
 from historysim.loads.events import FrictionRamp as FrictionRamp
 from historysim.loads.events import GeometryChange as GeometryChange
-from historysim.results import sweeps as sweeps
-from historysim.results.plots.adhesion_branch import plot_adhesion_branch as plot_adhesion_branch
-from historysim.results.plots.adhesion_map import plot_adhesion_map as plot_adhesion_map
-from historysim.results.plots.animation import animate_contact_map as animate_contact_map
-from historysim.results.plots.animation import save_animation as save_animation
-from historysim.results.plots.contact_map import plot_contact_map as plot_contact_map
-from historysim.results.plots.load_history import plot_history as plot_history
-from historysim.results.plots.loop import plot_loop as plot_loop
-from historysim.results.plots.loop_curves import plot_loops as plot_loops
-from historysim.results.plots.measured_and_model import plot_comparison as plot_comparison
-from historysim.results.plots.single_asperity import plot_asperity as plot_asperity
-from historysim.results.plots.slip_map import plot_slip_map as plot_slip_map
-from historysim.results.plots.stiffness_curve import plot_stiffness as plot_stiffness
-from historysim.results.plots.summit_scatter import plot_heights as plot_heights
-from historysim.results.plots.summit_scatter import plot_summit_scatter as plot_summit_scatter
-from historysim.results.plots.surface import plot_distribution as plot_distribution
-from historysim.results.plots.surface import plot_surface as plot_surface
-from historysim.results.plots.swept import plot_bars as plot_bars
-from historysim.results.plots.swept import plot_swept as plot_swept
-from historysim.results.plots.together import LoopMarks as LoopMarks
-from historysim.results.plots.together import plot_together as plot_together
-from historysim.results.plots.traction_profile import plot_slip_fronts as plot_slip_fronts
-from historysim.results.plots.traction_profile import plot_traction as plot_traction
-from historysim.results.plots.worn_summits import plot_wear as plot_wear
 from historysim.scenario.record_search import find_loops as find_loops
 from historysim.scenario.record_search import find_sliding as find_sliding
 from historysim.surfaces.distribution import drawn_summits as drawn_summits
 from historysim.surfaces.distribution import quantile_summits as quantile_summits
-from historysim.surfaces.textured import textured_summits as textured_summits
+from historysim.surfaces.distribution import textured_summits as textured_summits

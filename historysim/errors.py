@@ -1,15 +1,30 @@
-"""The errors a caller can tell apart.
+"""The errors that a caller can distinguish: each message names the input, what was expected, how to mend it, and where.
 
-Each message says what came, what was expected, how to mend it, and where. Errors cross processes whole: the arguments
-that one is made of are those that the base class is given, since pickling makes it of them again.
+Errors cross processes whole: pickling makes one again of the arguments that its base class was given.
 """
 
 import re
 from collections.abc import Iterable
+from typing import Self
 
 
 class HistorySimError(Exception):
-    """Any error that historysim raises on purpose."""
+    """Any error that historysim raises on purpose.
+
+    Attributes
+    ----------
+    event : int or None
+        Number of the load event that cannot be carried out, where it is one.
+    """
+
+    event: int | None = None
+
+    @classmethod
+    def of_event(cls, index: int, time: str, error: Exception) -> Self:
+        """Return an error that names the event, and its time, at which another one has ended a replay."""
+        named = cls(f"event {index} at t = {time}: {error}")
+        named.event = index
+        return named
 
 
 class InputError(HistorySimError, ValueError):

@@ -20,8 +20,8 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.recording import provenance
-from historysim.recording.changes import Changes
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
+from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,7 +74,7 @@ class Replay(FieldsAsHtml):
     @cached_property
     def changes(self) -> Changes:
         """What changes beside the loads, and is recorded at each step."""
-        return Changes.of(self.ensemble, self.events)
+        return Changes.of(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""
@@ -101,8 +101,7 @@ class Replay(FieldsAsHtml):
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
         from historysim.recording.netcdf import FileRecorder, recording
 
-        made = partial(self.recorder, FileRecorder, attributes=self.attributes(), writers=self.threads)
-        with recording(Path(path), lambda handle: made(handle=handle)) as target:
+        with recording(Path(path), partial(self.recorder, FileRecorder, attributes=self.attributes())) as target:
             self.walk(target, progress=progress)
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
@@ -148,6 +147,7 @@ class Replay(FieldsAsHtml):
                 if after is not None and segment.cursor is not None:
                     after(segment.cursor, state)
                 done(segment.row_time.size)
+        target.conclude(state)
         return state
 
     def _walked(self, segment: schedule.Segment, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
@@ -168,13 +168,10 @@ class Replay(FieldsAsHtml):
                 state = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
         except (FrictionLimitError, CurveEndError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
-            raise LoadError(f"{self._place(event)}: {error}") from None
+            raise LoadError.of_event(event, time_text(self.events[event].time), error) from None
         except InputError as error:
-            raise InputError(f"{self._place(event)}: {error}") from None
+            raise InputError.of_event(event, time_text(self.events[event].time), error) from None
         return state
-
-    def _place(self, index: int) -> str:
-        return f"event {index} at t = {time_text(self.events[index].time)}"
 
 
 def replay(
@@ -192,7 +189,9 @@ def replay(
     Returns
     -------
     xarray.Dataset
-        Dimensions ``step`` and ``asperity``; see `historysim.recording.variables` for what stands in it.
+        Dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. It warns where nothing ever touches.
     """
     job = Replay(ensemble, events, substeps=substeps, saturate=saturate, record=record, instrument=instrument)
-    return attrs.evolve(job, threads=threads).dataset()
+    history = attrs.evolve(job, threads=threads).dataset()
+    provenance.warn_of_no_contact(ensemble, job.events)
+    return history

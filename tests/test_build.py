@@ -177,8 +177,11 @@ def test_what_the_environment_says_goes(tree, tmp_path, monkeypatch):
     built(tree, tmp_path / "out")
     options = asked.read_text().splitlines()
     assert options[0] == "-DFIRST"
-    assert options.index("-O3") < options.index("-O1") < options.index("-DA=b c")
+    assert options.index("-O1") < options.index("-DA=b c") < options.index("-O3")
     assert "-ffast-math" not in options
+    monkeypatch.setenv("CFLAGS", "-g -O0")
+    built(tree, tmp_path / "plain")
+    assert [option for option in asked.read_text().splitlines() if option.startswith("-O")] == ["-O0"]
     assert options.index("-std=gnu11") < options.index("-std=c11")
     assert "-Wl,-s" in options
 

@@ -12,7 +12,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 62
+MOST_NAMES = 64
 NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
@@ -22,6 +22,8 @@ CONTRACT = {
         "Summits",
         "random_surface",
         "read_surface",
+        "registered",
+        "area_laws",
         "surfaces",
         "contact",
         "coupling",

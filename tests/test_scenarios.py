@@ -3,7 +3,6 @@
 import csv
 import subprocess
 import sys
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -27,8 +26,6 @@ LEVELS = (50e-3, 70e-3, 90e-3)
 
 
 INTERACTING = "16_full_interaction"
-if find_spec("tamaas") is None:
-    SCENARIOS = [path for path in SCENARIOS if path.stem != INTERACTING]
 
 
 @pytest.fixture(scope="module")
@@ -294,7 +291,6 @@ def test_15_the_drives_loops_are_those_of_a_ball_behind_a_spring(histories):
     np.testing.assert_allclose(drive[down], contact - (limit - force[down]) / stiffness, rtol=0, atol=1e-12)
 
 
-@pytest.mark.skipif(find_spec("tamaas") is None, reason='needs pip install "historysim[interaction]"')
 def test_16_whatever_presses_on_one_another_slides_as_a_front_of_normal_loads(histories):
     history = histories[INTERACTING]
     surface = hs.random_surface((128, 128), 1e-6, 0.1e-6, 20e-6, seed=1, autocorrelation="gaussian")

@@ -14,9 +14,9 @@ from hertz_sums import HARD, SOFT, approaches, displacement
 from scipy import optimize
 
 import historysim as hs
-from historysim.recording.named_states import named_states
+from historysim.recording.provenance import named_states
 from historysim.results import analysis, rebuilt
-from historysim.scenario.figure import draw_figure, drawable
+from historysim.scenario.figure import draw_scenario_figure, drawable
 
 mpl.use("Agg")
 FOLDER = Path(__file__).parents[1] / "scenarios" / "thesis"
@@ -105,7 +105,7 @@ def ran(tmp_path):
     def run(name):
         with hs.run(scenario(name), tmp_path / "result.nc") as history:
             history.load()
-            figure = draw_figure(history, drawable(history))
+            figure = draw_scenario_figure(history, drawable(history))
             figure.draw_without_rendering()
             return history, figure
 
@@ -263,7 +263,7 @@ def test_4_01_loops():
     over_load = swept("fig_4_01b")
     worked = [3.215, 6.688, 9.402, 11.766]
     assert over_load.preliminary_displacement.values * NANO == pytest.approx(worked, abs=5e-4)
-    figure = draw_figure(over_load, drawable(over_load))
+    figure = draw_scenario_figure(over_load, drawable(over_load))
     for line, load in zip(list(lines(figure).values())[-4:], over_load[LOAD].values, strict=True):
         # each loop slides at its own limit, on axes in nm and mN
         assert line.get_ydata().max() == pytest.approx(0.12 * load * 1e3, rel=1e-9)
@@ -317,7 +317,7 @@ def test_4_07_constant_shear_strength():
     assert silica == pytest.approx([5.06, 7.29, 8.65, 9.67, 10.52], abs=0.01)
     assert power(silicon, found[LOAD].values) == pytest.approx(1 / 3, abs=1e-3)
     assert float(found.peak_mean_pressure[0, -1]) / 1e6 == pytest.approx(115.2, abs=0.05)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     assert "exponent 0.33" in lines(figure)
 
 
@@ -355,7 +355,7 @@ def test_5_01_the_map_is_that_of_the_loops():
     assert surface.shape == (256, 256)
     assert surface.heights.std() == pytest.approx(1e-6, rel=1e-9)
     assert np.array_equal(surface.heights, hs.load(scenario("fig_5_05a")).surface().surface.heights)
-    figure = draw_figure(hs.load(scenario("fig_5_01")), drawable(hs.load(scenario("fig_5_01"))))
+    figure = draw_scenario_figure(hs.load(scenario("fig_5_01")), drawable(hs.load(scenario("fig_5_01"))))
     assert figure.axes[0].images[0].get_array().shape == (256, 256)
 
 
@@ -374,7 +374,7 @@ def test_5_02_radii_and_heights_of_summits():
     assert float(five.summit_height_deviation.mean()) * 1e6 == pytest.approx(0.94, rel=0.05)
     assert float(five.summit_count.mean()) == pytest.approx(3990, rel=0.04)
     chosen = hs.load(scenario("fig_5_02b"))
-    figure = draw_figure(chosen, drawable(chosen))
+    figure = draw_scenario_figure(chosen, drawable(chosen))
     own = summits_of(seed=3)
     cloud = figure.axes[0].get_lines()
     assert any(
@@ -397,13 +397,13 @@ def test_5_06_and_5_07_loads():
     """Seed 1: 194.3, 217.0, 234.4, 255.3 nm; what is shaded is the closed loop between ±δ."""
     found = swept("fig_5_06")
     assert found.preliminary_displacement.values * NANO == pytest.approx([194.3, 217.0, 234.4, 255.3], abs=0.06)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     reach = [np.abs(line.get_xdata()).max() for line in list(lines(figure).values())[-4:]]
     assert reach == pytest.approx([250, 300, 350, 400])
     both = swept("fig_5_07")
     work = [rough(load)[1] for load in (50e-3, 90e-3)]
     assert both.presliding_work.values == pytest.approx(work, rel=1e-9)
-    figure = draw_figure(both, drawable(both))
+    figure = draw_scenario_figure(both, drawable(both))
     for axes, own in zip(figure.axes, work, strict=True):
         (patch,) = axes.patches
         x, y = patch.get_xy().T
@@ -437,7 +437,7 @@ def test_5_08_work_over_load():
     assert found.peak_contact_count.mean("surface_seed").values[[0, -1]] == pytest.approx([3, 16], rel=0.5)
     smooth = (mean / (0.2 * mean[LOAD] * found.preliminary_displacement.mean("surface_seed"))).values
     assert smooth[[0, -1]] == pytest.approx([1.07, 1.92], rel=0.2)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     assert "straight line, $R^2$ = 0.997" in lines(figure, 0)
     assert any(label.startswith("exponent 1.6") for label in lines(figure, 1))
 
@@ -474,7 +474,7 @@ def test_5_13_pressure():
     mean = found.preliminary_displacement.mean("surface_seed")
     slope = (mean.isel({LOAD: 1}) - mean.isel({LOAD: 0})) * NANO / 20
     assert slope.sel(surface_rms_height=[24e-9, 1e-7, 1e-6]).values == pytest.approx([0.039, 0.143, 1.06], rel=0.4)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     assert figure.axes[0].get_xlabel() == "nominal pressure $p_0$ (MPa)"
     assert named(figure) == ["24 nm", "100 nm", "500 nm", "1 µm", "5 µm"]
     lengths = swept("fig_5_13b", seeds=2)
@@ -495,7 +495,7 @@ def test_5_14_the_spread_grows_with_load():
     # 55 to 82 nm between the five of another calculation, ± a third
     assert largest[0] == pytest.approx(55, rel=0.5)
     assert (np.diff(largest) > 0).all()
-    figure = draw_figure(swept("fig_5_14"), drawable(swept("fig_5_14")))
+    figure = draw_scenario_figure(swept("fig_5_14"), drawable(swept("fig_5_14")))
     assert named(figure) == [f"surface {seed}" for seed in range(1, 6)]
 
 
@@ -583,7 +583,7 @@ def test_6_01_drift():
     found = swept("fig_6_01")
     own = [rough(5.0, 0.3, HARD, rms=rms)[0] for rms in (1.18e-6, 1.50e-6)]
     assert found.preliminary_displacement.values == pytest.approx(own, rel=1e-9)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     drift = (own[1] - own[0]) * NANO
     assert f"drift {drift:.3g} nm" in {text.get_text() for text in figure.axes[0].texts}
     # one surface beside 138 nm of ten, ± a quarter
@@ -600,7 +600,7 @@ def test_6_04_n_equal_asperities():
     assert similar == pytest.approx(one * count**-0.5, rel=1e-9)
     assert kept == pytest.approx(one * count ** (-2 / 3), rel=1e-9)
     assert [similar[7], kept[7]] == pytest.approx([13.26, 6.63], abs=0.005)
-    figure = draw_figure(swept("fig_6_04"), drawable(swept("fig_6_04")))
+    figure = draw_scenario_figure(swept("fig_6_04"), drawable(swept("fig_6_04")))
     assert [axes.get_title(loc="left") for axes in figure.axes] == ["a  self-similar", "b  curvature-invariant"]
     assert figure.axes[1].get_lines()[0].get_xdata() == pytest.approx(count)
 
@@ -711,13 +711,13 @@ def test_6_15_and_6_16_worn_pairs(name, load, worked):
     assert own == pytest.approx([rough(load, 0.3, HARD, rms=float(each))[0] for each in rms], rel=1e-6)
     assert own * NANO == pytest.approx(worked, rel=3 * 0.2)
     assert own / own[0] == pytest.approx(np.array(worked) / worked[0], rel=0.1)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     assert named(figure)[:2] == ["ambient, 100 m", "ambient, 1000 m"]
 
 
 def foot(found):
     """What stands at the foot of the figure."""
-    return " ".join(text.get_text() for text in draw_figure(found, drawable(found)).texts).replace("\n", " ")
+    return " ".join(text.get_text() for text in draw_scenario_figure(found, drawable(found)).texts).replace("\n", " ")
 
 
 def test_6_15_is_far_beyond_any_hardness_and_4_1_is_not():
@@ -738,7 +738,7 @@ def test_6_17_bars():
     assert mean == pytest.approx([297, 354, 365, 373], rel=2 * 0.25 * np.sqrt(2 / 10))
     ratio = mean / mean[0]
     assert ratio == pytest.approx(np.array([297, 354, 365, 373]) / 297, rel=0.1)
-    figure = draw_figure(found, drawable(found))
+    figure = draw_scenario_figure(found, drawable(found))
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert any(text.startswith(f"100 m: drift {abs(mean[1] - mean[0]):.2g}") for text in texts)
     assert len(figure.axes[0].patches) >= 4
@@ -780,7 +780,7 @@ def test_g_1_summits_over_autocorrelation():
     high = summits.height > summits.height.mean() + 2 * summits.height.std()
     assert summits.radius[high].mean() / summits.radius.mean() == pytest.approx(0.83, abs=0.05)
     chosen = hs.load(scenario("fig_g_1"))
-    figure = draw_figure(chosen, drawable(chosen))
+    figure = draw_scenario_figure(chosen, drawable(chosen))
     assert len(figure.axes) == 5
 
 

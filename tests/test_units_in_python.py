@@ -69,6 +69,10 @@ def surface():
     return hs.Surface(np.random.default_rng(1).normal(size=(12, 12)) * 1e-9, 1e-6)
 
 
+def hills():
+    return hs.random_surface(shape=(32, 32), pixel_size=1e-6, rms_height=1e-9, autocorrelation_length=4e-6, seed=1)
+
+
 @cache
 def rough():
     return hs.contact.GreenwoodWilliamson(4e10, 1e-5, 1e-8, 1e10, 1e-8)
@@ -120,7 +124,10 @@ CALLS = {
         lambda **load: ball().advance(pressed(), **load),
         {"normal_displacement": 1e-8, "tangential_load": 1e-5},
     ),
-    "Ensemble.from_normal_curves": (hs.Ensemble.from_normal_curves, {"pair": PAIR, **CURVE}),
+    "Ensemble.from_normal_curves": (
+        hs.Ensemble.from_normal_curves,
+        {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
+    ),
     "Ensemble.with_geometry": (
         lambda **shape: ball().with_geometry(pressed(), **shape),
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},
@@ -161,6 +168,10 @@ CALLS = {
     ),
     "Surface.cropped": (lambda **part: surface().cropped(**part), {"x": (1e-6, 8e-6), "y": (0.0, 9e-6)}),
     "loops": (lambda dead_band: hs.loops(history(), dead_band=dead_band).summary(), {"dead_band": 1e-9}),
+    "area_laws": (
+        lambda **given: hs.area_laws(hills(), PAIR, whole_map=False, **given),
+        {"normal_load": [1e-6, 2e-6], "hardness": 6e9},
+    ),
     "random_surface": (
         hs.random_surface,
         {"shape": (16, 16), "pixel_size": 1e-6, "rms_height": 1e-9, "autocorrelation_length": 4e-6, "seed": 1},
@@ -223,7 +234,6 @@ CALLS = {
     ),
     "laws.ShiftedLoad": (hs.laws.ShiftedLoad, {"coefficient": 0.2, "work_of_adhesion": 0.1}),
     "laws.SlidFriction": (hs.laws.SlidFriction, {"distance": (0.0, 1e-6), "coefficient": (0.1, 0.2)}),
-    "plots.LoopMarks": (hs.plots.LoopMarks, {"first_loading": (0.02, 0.05)}),
     "surfaces.drawn_summits": (
         drawn,
         {"radius": 1e-5, "summit_density": 1e10, "nominal_area": 1e-9},
@@ -264,7 +274,6 @@ NUMBERS_ALONE = {
     "finish_for_a_drift": "a search of seconds; its arguments are keys of scenarios",
     "texture_for_a_drift": "a search of seconds; its arguments are keys of scenarios",
     "roughness": "a sweep of seconds; its arguments are keys of scenarios",
-    "plot_contact_map": "a time that stands in a heading",
     "read_surface": "needs a file; its pixel_size is that of Surface",
     "write_fmu": "needs a compiler; tried by the command",
 }

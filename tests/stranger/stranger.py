@@ -1,4 +1,4 @@
-"""A package of somebody else: three laws, an event, a surface, a loading, a reader, a kind of file and a picture."""
+"""A package of somebody else: laws, an event, a surface, a step of preparation, a loading, readers and a picture."""
 
 import attrs
 import numpy as np
@@ -13,7 +13,9 @@ from historysim.results.report.page import Section, page, page_of, paragraph
 from historysim.results.result_files import FileKind
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
-from historysim.surfaces.raw_map import MapReader, RawMap
+from historysim.surfaces.heights import Surface
+from historysim.surfaces.map_files import MapReader, RawMap
+from historysim.surfaces.preparation import Preparation
 from historysim.surfaces.summits import Summits
 
 
@@ -49,6 +51,27 @@ class SquaredWear(WearLaw):
     @property
     def text(self):
         return f"squared: {self.rate:g} m²/N²"
+
+
+@attrs.frozen(kw_only=True)
+class Filled(Preparation):
+    """Fills what lies below a height.
+
+    Attributes
+    ----------
+    floor
+        Lower points are raised to it.
+    """
+
+    kind, order = "filled", 70
+
+    floor: Length | None = None
+
+    def prepare(self, surface, notify):
+        if self.floor is None:
+            return surface
+        notify(f"filled up to {self.floor:g} m")
+        return Surface(np.maximum(surface.heights, self.floor), surface.pixel_size, surface.periodic)
 
 
 @attrs.frozen
@@ -112,8 +135,8 @@ class Strokes(Loading):
 
     kind = "strokes"
 
-    def events(self, folder, tell=None):
-        del folder, tell
+    def events(self, folder, notify=None):
+        del folder, notify
         ends = [(-1) ** number * self.stroke for number in range(2 * self.count)]
         return [NormalLoad(0.0, self.load), *(TangentialDisplacement(1.0 + k, end) for k, end in enumerate(ends))]
 
