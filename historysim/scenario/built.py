@@ -1,4 +1,4 @@
-"""A scenario built: its sections read once into the surface, the ensemble and the events that everything else takes."""
+"""A scenario built: its sections made once into the surface, the ensemble and the events of a replay."""
 
 import math
 from collections.abc import Sequence
@@ -27,15 +27,11 @@ if TYPE_CHECKING:
 
 
 WALKED_AT_ONCE = 256
-"""Event times that are walked before it is looked at the clock."""
+"""Event times between two looks at the clock."""
 
 
 class _EndedError(Exception):
-    """The time for a walk is over."""
-
-    def __init__(self, time: float) -> None:
-        super().__init__(time)
-        self.time = time
+    """The seconds of a walk are over; its argument is the time [s] of the last event."""
 
 
 @attrs.frozen
@@ -56,28 +52,23 @@ class BuiltScenario:
         """The replay of the events on the ensemble, as the scenario says."""
         from historysim.replaying import Replay
 
-        loading, record = self.sections.loading, self.sections.record.asperities
+        loading = self.sections.loading
         return Replay(
             self.ensemble,
             self.events,
             substeps=loading.substeps,
             saturate=loading.saturate,
-            record=record,
+            record=self.sections.record.asperities,
             instrument=self.sections.instrument,
         )
 
     def walk(self, seconds: float) -> float | None:
-        """Walk the loads without recording anything, for as long as that takes or is allowed.
+        """Walk the loads for some seconds, recording nothing; errors as for `Replay`.
 
         Returns
         -------
         float or None
             The time of the last event that was reached [s], where that was not all of them.
-
-        Raises
-        ------
-        LoadError, InputError
-            See `Replay`.
         """
         from historysim.recording.recorder import StateOnly
 
@@ -93,15 +84,13 @@ class BuiltScenario:
         try:
             job.walk(job.recorder(StateOnly), most_rows=rows, after=look)
         except _EndedError as ended:
-            return ended.time
+            return float(ended.args[0])
         return None
 
     def adhering(self) -> "AdheringAsperities | None":
         """Return how adhesive the asperities are where they are pressed most.
 
-        None without ``[adhesion]``, or where nothing touches.
-
-        Raises InputError: an ``[adhesion]`` that cannot be used; the message names the field.
+        None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
         adhesion = self.sections.adhesion
         if adhesion is None:
@@ -122,13 +111,9 @@ class BuiltScenario:
 def build(
     sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
 ) -> BuiltScenario:
-    """Build a scenario from its sections, the surface as it comes, and its events.
-
-    Raises InputError: what cannot be used, or an event that does not fit the number of asperities; the message names
-    file and field.
-    """
+    """Return a scenario built of its sections, the surface as it comes, and its events."""
     events = as_events(events)
-    surface = as_loaded(sections, name, surface, events, notify)
+    surface = _as_loaded(sections, name, surface, events, notify)
     ensemble = ensemble_on(sections, name, surface)
     for event in events if loads_of(events) is None else ():
         if problem := event.problem(len(ensemble)):
@@ -136,15 +121,13 @@ def build(
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
-def as_loaded(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
+def _as_loaded(
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltSurface:
-    """Return a surface with what depends on the largest load; what is to be known of that is told.
+    """Return a surface with what depends on the largest load.
 
     That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
-    a ball: that of the smooth ball under that load, after Hertz. Any other surface is returned as it is.
-
-    Raises InputError: a map that cannot be solved, or nothing ever touches.
+    a ball: that of the smooth ball under that load, after Hertz.
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
@@ -167,10 +150,7 @@ def as_loaded(
 
 
 def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
-    """Return the ensemble on a surface as it is loaded.
-
-    Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
-    """
+    """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
     from historysim.asperities.ensemble import Ensemble
 
     with reported(name):
@@ -212,16 +192,15 @@ def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, 
 
 
 def _check_steady(sections: Sections) -> None:
-    """Check that nothing is asked for that patches of a normal curve cannot do."""
+    """Check that no key asks for what patches of a normal curve cannot do."""
     asked = {
         ("wear",): sections.wear is not None,
         ("record", "sliding"): sections.record.sliding,
         ("friction", "law"): not isinstance(sections.friction, Coefficients | None),
     }
-    for place, is_asked in asked.items():
-        if is_asked:
-            problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
-            raise misfit(problem, *place)
+    for place in (key for key, is_asked in asked.items() if is_asked):
+        problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
+        raise misfit(problem, *place)
 
 
 def _check_record(record: str | tuple[int, ...], count: int) -> None:

@@ -1,4 +1,4 @@
-"""``[fit]``: parameters of a scenario fitted to what was measured, and the scenario with what was found."""
+"""``[fit]``: parameters of a scenario fitted to a record, and the scenario with the fitted values."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
@@ -33,10 +33,7 @@ Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 
 def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
-    """Return ``[fit]``, the model as a function of the parameters that are fitted, and where these start.
-
-    Raises InputError: a scenario without ``[fit]``, or with parameters that it does not have.
-    """
+    """Return ``[fit]``, the model as a function of the fitted parameters, and the values that these start from."""
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     section = scenario.sections.fit
     with reported(scenario.path.name):
@@ -99,7 +96,7 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
 
 @attrs.frozen(eq=False)
 class Fit:
-    """Parameters of a scenario that were fitted to what was measured."""
+    """Parameters of a scenario, fitted to what was measured."""
 
     scenario: Scenario
     """The scenario as it was."""
@@ -125,33 +122,17 @@ class Fit:
         return self.estimates.values
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): what was found, how sure it is, and how far the two are still apart."""
+        """Return lines of (label, text): the estimates with their intervals, and the difference that is left."""
         return [*self.estimates.summary(), *self.comparison.summary()]
 
     def scenario_text(self, output: str | Path) -> str:
-        """Return the scenario with the fitted values, as TOML that keeps its comments.
-
-        Parameters
-        ----------
-        output : path
-            The file that it is for, to which its paths are relative.
-        """
+        """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
         return fitted_text(self.scenario, self.parameters, Path(output))
 
     def write(self, output: str | Path) -> None:
-        """Write the scenario with the fitted values to a file, whole or not at all.
+        """Write the scenario with the fitted values to a file, which is replaced, whole or not at all.
 
-        Parameters
-        ----------
-        output : path
-            An existing file is replaced.
-
-        Raises
-        ------
-        InputError
-            It is a file that the scenario reads, or has another ending than .toml.
-        OSError
-            It cannot be written.
+        Raises InputError: a file that the scenario reads, or with another ending than .toml.
         """
         text = self.scenario_text(output)
         check_outputs([Output(Path(output), (FITTED,))], self.scenario.files, force=True)
@@ -191,7 +172,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             displacement_noise=section.displacement_noise,
             load_noise=section.load_noise,
         )
-        # how many walks it takes is not known before
+        # nobody knows the number of walks before
         with progress_bar(progress, " walks", desc="fitting", delay=2) as notify:
             estimates = fit_parameters(model, start, observation, notify=notify)
     ensemble, instrument = model(estimates.values)
@@ -200,7 +181,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
-    """Return the scenario with the fitted values, as TOML that keeps its comments; paths are relative to `output`."""
+    """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
     import tomlkit
 
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
@@ -210,8 +191,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
         elif parameter.name == "lateral_stiffness":
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
-            surface = scenario.sections.surface
-            scale = getattr(surface, "height_scale", None)
+            scale = getattr(scenario.sections.surface, "height_scale", None)
             _put(document["surface"], "height_scale", parameter, scale or 1.0)
         else:
             _put_moduli(document, scenario, parameter)

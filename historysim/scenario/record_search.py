@@ -1,9 +1,9 @@
 """Find loops, or sliding friction, in a history, a measurement, a scenario, or a file of them."""
 
+import functools
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import singledispatch
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -39,15 +39,14 @@ def loops(
     Parameters
     ----------
     record : xarray.Dataset, Measurement, Scenario or path
-        A history; a measurement; a scenario (TOML) that replays one; or the file of a scenario or of a result
-        (netCDF).
+        A history; a measurement; a scenario that replays one; or the file of a scenario (TOML) or a result (netCDF).
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts as a reversal [m]; by default what a measurement
-        or its scenario says of that channel, else 5 % of the range of the displacement.
+        The smallest swing of the tangential displacement that counts as a reversal [m]; by default that of the
+        measurement or its scenario, else 5 % of the range of the displacement.
     skip : int
-        How many loops at the start are left out.
+        Loops at the start that are left out.
     skip_per_level : int
-        How many loops are left out at the start of each series at one normal load.
+        Loops that are left out at the start of each series at one normal load.
     definitions : Definitions, optional
         What is taken for sliding, for reached, and for the beginning of a branch.
 
@@ -82,14 +81,13 @@ def loops(
         return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 
 
-def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) -> "Sliding":
+def sliding(record: Record, *, over: "Over | None" = None, windows: int = 50) -> "Sliding":
     """Return friction over time or distance of a record that slides one way, measured or simulated.
 
     Parameters
     ----------
-    record : xarray.Dataset, Measurement, Scenario or path
-        A history; a measurement; a scenario (TOML) that replays one; or the file of a scenario or of a result
-        (netCDF).
+    record
+        As for `loops`.
     over : {"time", "distance"}, optional
         What friction is given over; by default the distance where the displacement is known.
     windows : int
@@ -113,7 +111,7 @@ def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) 
         return sliding_of_measurement(channels, over=over, windows=windows)
 
 
-@singledispatch
+@functools.singledispatch
 def _opened(record: object) -> AbstractContextManager[tuple[xr.Dataset | Measurement, Scenario | None]]:
     """Give a history or a measurement by the kind of record, and the scenario of a measurement."""
     raise InputError(
@@ -159,7 +157,7 @@ def _(record: str | Path) -> Opened:
 
 
 def _question(scenario: Scenario) -> str:
-    """Return the question whether the right columns were read, which names them."""
+    """Return the columns that were read, as a question whether they are right."""
     loading = scenario.measured_loading()
     channels = {**given(loading.columns), **given(loading.response)}
     used = [
@@ -170,13 +168,16 @@ def _question(scenario: Scenario) -> str:
     return f"are the columns right, {' and '.join(used)}? historysim columns {loading.files[0]} shows what there is"
 
 
-def find_loops(*args: Any, **options: Any) -> "Loops":  # noqa: ANN401 - what `loops` takes
-    """Return what `loops` does, under its earlier name, and warn."""
-    warnings.warn("hs.find_loops is called hs.loops now, as its command is", DeprecationWarning, stacklevel=2)
-    return loops(*args, **options)
+def _earlier(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function under its earlier name, which warns."""
+
+    @functools.wraps(function)
+    def called(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
+        own = function.__name__
+        warnings.warn(f"hs.{name} is called hs.{own} now, as its command is", DeprecationWarning, stacklevel=2)
+        return function(*args, **options)
+
+    return called
 
 
-def find_sliding(*args: Any, **options: Any) -> "Sliding":  # noqa: ANN401 - what `sliding` takes
-    """Return what `sliding` does, under its earlier name, and warn."""
-    warnings.warn("hs.find_sliding is called hs.sliding now, as its command is", DeprecationWarning, stacklevel=2)
-    return sliding(*args, **options)
+find_loops, find_sliding = _earlier("find_loops", loops), _earlier("find_sliding", sliding)

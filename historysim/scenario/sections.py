@@ -43,9 +43,6 @@ if TYPE_CHECKING:
     from historysim.scenario.grid import Grid
 
 Pictures = tuple["Picture", ...]
-"""What ``[picture]`` says."""
-
-
 MaterialEntry = Annotated[Any, "material"]
 """A `Material`, which is imported when there is one."""
 
@@ -77,7 +74,7 @@ class MaterialsSection:
 
     def __attrs_post_init__(self) -> None:
         """Check that the pair is given in one way, and fully."""
-        limits = {"hardness", "yield_stress"} & set(given(self))
+        limits = {"hardness", "yield_stress"} & given(self).keys()
         keys = [key for key in given(self) if key not in limits]
         if self.first is not None and limits:
             raise misfit("belongs to one material; expected it in first or second", min(limits))
@@ -190,10 +187,7 @@ class Coefficients:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
-        """Return what ``[friction]`` says.
-
-        Raises InputError: no such law, or keys that are neither of a coefficient nor of the law.
-        """
+        """Return the coefficients of ``[friction]``, or its law."""
         entry = table(value)
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
@@ -316,7 +310,7 @@ class MetadataSection:
     """Which version of the data."""
 
     def attributes(self) -> dict[str, str]:
-        """Return what is given as attributes of a file; keywords stand in one text, with commas."""
+        """Return the attributes of a file; keywords are one string, with commas."""
         return {key: value if isinstance(value, str) else ", ".join(value) for key, value in given(self).items()}
 
 

@@ -32,7 +32,7 @@ def test_columns_of_a_scenario(value, expected):
 @pytest.mark.parametrize(
     ("value", "said"),
     [
-        (3, "3; expected a text"),
+        (3, "3; expected a string"),
         ("", "the text ''; expected a text that is not blank"),
         ({}, "column: missing; expected the name of a column in the file"),
         ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),

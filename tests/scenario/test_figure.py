@@ -167,7 +167,7 @@ def test_what_is_no_picture_is_told_with_its_place(write, text, message):
             '{ time = 0, normal_load = 1, name = "K" }, { after = 1, normal_load = 2, name = "K" }',
             r"waypoints\[1\].name: the text 'K' came",
         ),
-        ('{ time = 0, normal_load = 1, name = " " }', r"waypoints\[0\].name: the text ' '; expected a text"),
+        ('{ time = 0, normal_load = 1, name = " " }', r"waypoints\[0\].name: the text ' '; expected a string"),
     ],
 )
 def test_names_of_waypoints_are_told_apart(write, waypoints, message):

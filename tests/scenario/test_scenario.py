@@ -203,7 +203,7 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
 @pytest.mark.parametrize(
     ("layout", "column", "said"),
     [
-        ("delimiter = 7", '"F"', "s.toml: loading.delimiter: 7; expected a text"),
+        ("delimiter = 7", '"F"', "s.toml: loading.delimiter: 7; expected a string"),
         ('delimiter = ";"\ndecimal = ";"', '"F"', 's.toml: loading.decimal: the text \';\'; expected "." or ","'),
         ('delimiter = ","\ndecimal = ","', '"F"', "s.toml: loading.decimal: ',', as the delimiter"),
         ("header = -1", '"F"', "s.toml: loading.header: -1; expected the number of a line"),
@@ -332,7 +332,7 @@ def test_messages_name_the_field(folder, old, new, said):
     ("old", "new", "said"),
     [
         ('first = "silicon"', 'first = "silikon"', "s.toml: materials.first: 'silikon' is not a built-in material"),
-        ('first = "silicon"', "first = 7", "s.toml: materials.first: 7; expected a text"),
+        ('first = "silicon"', "first = 7", "s.toml: materials.first: 7; expected a string"),
         ("poissons_ratio = 0.2", "poissons_ratio = 0.7", "s.toml: materials.second: Material: poissons_ratio"),
         ("poissons_ratio", "poisson_ratio", "s.toml: materials.second.poisson_ratio: unknown key; did you mean"),
         ('"10 nm"', '"10 nN"', "s.toml: surface.height[1]: '10 nN': 'nN' is not"),
@@ -368,7 +368,7 @@ def test_messages_name_the_field_in_blocks(folder, old, new, said):
         ('file = "loads.csv"', 'file = "."', "s.toml: loading.file: "),
         ('file = "loads.csv"', 'file = "a\\u0000b"', "s.toml: loading.file: "),
         ('time = "t"', 'time = "tt"', "s.toml: loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
-        ('time = "t"', "time = 1", "s.toml: loading.columns.time: 1; expected a text"),
+        ('time = "t"', "time = 1", "s.toml: loading.columns.time: 1; expected a string"),
         ('time = "t"', 'time = { column = "t", units = "s" }', "s.toml: loading.columns.time.units: unknown key"),
         ('time = "t"', 'time = { unit = "s" }', "s.toml: loading.columns.time.column: missing"),
         ('unit = "mN"', 'unit = "mm"', "s.toml: loading.columns.normal_load.unit: 'mm' is not"),
