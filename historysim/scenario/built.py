@@ -9,7 +9,6 @@ import attrs
 
 from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
@@ -126,7 +125,7 @@ def _as_loaded(
 ) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
-    That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
+    That is the normal contact of a map with interaction, and the nominal area of one that lies on
     a ball: that of the smooth ball under that load, after Hertz.
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
@@ -152,6 +151,7 @@ def _as_loaded(
 def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
     from historysim.asperities.ensemble import Ensemble
+    from historysim.recording.recorder import chosen_asperities
 
     with reported(name):
         pair = sections.materials.pair()
@@ -169,25 +169,26 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                evolving = {
-                    "wear": sections.wear,
-                    "follow_sliding": sections.record.sliding,
-                    "yielding": surface.yielding,
-                }
-                ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
-        _check_record(sections.record.asperities, len(ensemble))
+                ensemble = Ensemble.from_summits(
+                    pair,
+                    surface.summits,
+                    coefficients,
+                    wear=sections.wear,
+                    follow_sliding=sections.record.sliding,
+                    yielding=surface.yielding,
+                )
+        if not isinstance(sections.record.asperities, str):
+            with at("record", "asperities"):
+                chosen_asperities(ensemble, (), sections.record.asperities)
     return ensemble
 
 
 def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, ...] | FrictionLaw | None":
     friction = sections.friction
-    if in_surface == (friction is not None):
-        problem = (
-            "given both here and in surface.columns; expected one of them"
-            if in_surface
-            else "missing; expected [friction] with a coefficient, or surface.columns.friction"
-        )
-        raise misfit(problem, "friction")
+    if friction is None and not in_surface:
+        raise misfit("missing; expected [friction] with a coefficient, or surface.columns.friction", "friction")
+    if friction is not None and in_surface:
+        raise misfit("given both here and in surface.columns; expected one of them", "friction")
     return friction.coefficient if isinstance(friction, Coefficients) else friction
 
 
@@ -201,18 +202,6 @@ def _check_steady(sections: Sections) -> None:
     for place in (key for key, is_asked in asked.items() if is_asked):
         problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
         raise misfit(problem, *place)
-
-
-def _check_record(record: str | tuple[int, ...], count: int) -> None:
-    if isinstance(record, str):
-        return
-    if not record or len(set(record)) < len(record):
-        raise misfit("expected one or more indices, each of them once", "record", "asperities")
-    for position, index in enumerate(record):
-        if not 0 <= index < count:
-            asperities = counted(count, "asperity", "asperities")
-            problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
-            raise misfit(problem, "record", "asperities", position)
 
 
 def _on_ball(surface: BuiltSurface, load: float, approach: float) -> "Summits | None":

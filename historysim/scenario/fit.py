@@ -1,4 +1,4 @@
-"""``[fit]``: parameters of a scenario fitted to a record, and the scenario with the fitted values."""
+"""The model of a scenario beside what was measured, and ``[fit]``: its parameters fitted to that."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
@@ -19,13 +19,12 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
-from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
-    from historysim.measured.comparison import Comparison
+    from historysim.measured.comparison import Comparison, Observation
     from historysim.measured.fitting import Parameter, ParameterFit
     from historysim.results.plots.canvas import Drawn, Place
 
@@ -101,7 +100,7 @@ class Fit:
     scenario: Scenario
     """The scenario as it was."""
     estimates: "ParameterFit"
-    """What was found, how sure it is, and what the data cannot tell."""
+    """The estimates with their intervals, and what the data do not determine."""
     comparison: "Comparison"
     """The fitted model beside what was measured."""
 
@@ -140,13 +139,60 @@ class Fit:
             unfinished.write_text(text, encoding="utf-8")
 
 
+def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
+    """Return the model of a scenario beside what was measured: the same displacements, and the loads of both.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario with a measured loading and a tangential load to compare with.
+    skip : int
+        Loops at the start that are walked through and not compared.
+
+    Returns
+    -------
+    Comparison
+        Its loops have the dead band that the scenario says of the tangential displacement, else as for `loops`.
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used or measures no tangential load, fewer loops than are to be skipped, or loops that
+        run the wrong way round.
+    LoadError
+        A normal load that the contact cannot carry.
+
+    Examples
+    --------
+    >>> comparison = hs.compare("scenarios/15_instrument_in_series.toml")
+    >>> print(f"{np.sqrt(np.mean(comparison.difference ** 2)) * 1e6:.0f} µN")
+    171 µN
+    """
+    from historysim.measured.comparison import Comparison, observe, passed
+
+    scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
+    measurement = scenario.measurement()
+    with reported(scenario.path.name), at("loading"):
+        observation = observe(measurement, skip=skip)
+    ensemble = scenario.ensemble()
+    response = passed(ensemble, scenario.instrument, observation)
+    return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
+
+
+def sticking_stiffness(ensemble: "Ensemble", observation: "Observation") -> float:
+    """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
+    state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
+    return float(state.tangential_stiffness)
+
+
 def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     """Return the parameters of a scenario, fitted as its ``[fit]`` says to what was measured.
 
     Parameters
     ----------
     scenario : Scenario or path
-        A scenario with ``[fit]`` whose loading is measured, with a tangential load to fit to.
+        A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
         Count the walks along the record on standard error where that is a terminal and they take long.
 

@@ -51,7 +51,7 @@ def _unquoted(name: str) -> str | None:
 def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     """Return a copy of a document in which keys have other values; a table that is missing on the way is made.
 
-    Raises InputError: a key whose place is not there and cannot be made.
+    Raises InputError: a key with a place that is not there and cannot be made.
     """
     result: Any = dict(document)
     for key, value in values.items():

@@ -53,7 +53,7 @@ def loops(
     Raises
     ------
     InputError
-        Something else, a file that cannot be used, a record without a whole loop, or one whose loops run the wrong way
+        Something else, a file that cannot be used, a record without a whole loop, or with loops that run the wrong way
         round.
 
     Examples

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
     from historysim.scenario.built import BuiltScenario
-    from historysim.scenario.loading_kinds.assembly import MeasuredLoading
+    from historysim.scenario.loading_kinds.measured import MeasuredLoading
 
 logger = logging.getLogger(__name__)
 
@@ -64,11 +64,6 @@ class Scenario:
     def substeps(self) -> int:
         """The number of steps that each stretch between two event times is divided into."""
         return self.sections.loading.substeps
-
-    @property
-    def saturate(self) -> bool:
-        """Whether a tangential load beyond the limit is held at the limit."""
-        return self.sections.loading.saturate
 
     @property
     def record(self) -> str | tuple[int, ...]:
@@ -237,7 +232,7 @@ class Scenario:
 
     @property
     def run(self) -> int | str | None:
-        """Which run of its file is read, or ``"each"``; None where that is not said."""
+        """Which run of its file is read, or ``"each"``; None where that is open."""
         run: int | str | None = getattr(self.sections.loading, "run", None)
         return run
 

@@ -1,4 +1,4 @@
-"""TOML tables → frozen attrs classes, whose fields say units and types; every message has the path to its field."""
+"""TOML tables → frozen attrs classes with units and types at their fields; every message has the path to its field."""
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
@@ -89,7 +89,7 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
 
 @attrs.frozen
 class KindOf:
-    """Marks a field whose table names its class: a kind of a registry, which is imported when a table says so."""
+    """Marks a field with a table that names its class: a kind of a registry, which is imported then."""
 
     registry: str
     """As ``"module:NAME"``."""
@@ -210,7 +210,7 @@ def _structure_of(cls: Hashable, converter: Converter, as_given: tuple[str, ...]
 
 
 def with_kinds(cls: Any, value: object, converter: Converter, *, in_turn: bool = False) -> Any:  # noqa: ANN401 - one
-    """Return an instance of a class of a table, whose further keys are names of kinds.
+    """Return an instance of a class of a table with further keys that are names of kinds.
 
     ``cls.by_kind`` says which field takes them, and which registry has them. One value of an event becomes a tuple of
     its fields beside the time; a table becomes the event. With ``in_turn`` the value is an array.

@@ -67,8 +67,8 @@ class MaterialsSection:
     shear_modulus: Pressure | None = None
     """G* of the pair."""
     hardness: Pressure | None = None
-    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it tells
-    whether the model may be used."""
+    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it serves
+    the check whether the model may be used."""
     yield_stress: Pressure | None = None
     """Of the softer one, likewise."""
 
@@ -380,7 +380,7 @@ class DesignSection:
     """
 
     key: str
-    """The key whose value is looked for."""
+    """The key to find a value for."""
     between: tuple[Any, ...]
     """The least and the greatest value."""
     target: Any = None

@@ -18,7 +18,7 @@ from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
 NAMED_BY_A_KEY = ("waypoints", "blocks", "file")
-"""Kinds whose name is a key of their own, so that no ``kind`` is needed."""
+"""Kinds with a key of their own name, which need no ``kind``."""
 
 LOADINGS: Registry[type["Loading"]] = Registry(
     "historysim.loadings", f"{__name__}:Loading", "kind of loading", __name__

@@ -1,6 +1,9 @@
-"""``loading.file``, a measured record: which column is which channel, and what is done to it before it is replayed."""
+"""``loading.file``, a measured record: which column is which channel, and how it is corrected before the replay."""
 
+import functools
+import operator
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import attrs
@@ -18,23 +21,26 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
-from historysim.basics.places import misfit
+from historysim.basics.notices import Notify, silent
+from historysim.basics.places import at, misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.loads.events import LOAD_KINDS
+from historysim.loads.events import LOAD_KINDS, Event
 from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import from_table, given
 from historysim.tables import REFUSE_OR_DROP, Column
 
 if TYPE_CHECKING:
     from historysim.basics.array_types import Floats
+    from historysim.measured.measurement import Measurement
 
-# ways to make one channel of several columns
 COMBINED = ("sum", "mean", "difference")
-# the label of remarks on how a file was read
-FILE_REMARK = "file"
-# the label of remarks on hum in a channel
-HUM_REMARK = "hum"
+"""Keys that make one channel of several columns."""
+FILE_REMARK, HUM_REMARK = "file", "hum"
+"""Labels of remarks on how a file was read, and on hum in a channel."""
+EACH = "each"
+"""Of several runs in one file, each by itself."""
 
 Area = Annotated[float, Quantity("m2")]
 
@@ -93,7 +99,7 @@ class Channel:
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
         self._check_combined(ways[0], chosen)
-        # a name, position or index that cannot be one is refused here, where it is known which channel it is of
+        # columns check their names, positions and indices; here the channel is known
         _ = self.sources
 
     def _check_combined(self, way: str, chosen: set[str]) -> None:
@@ -101,9 +107,8 @@ class Channel:
             return
         count = len(getattr(self, way))
         if count < 2 or (way == "difference" and count > 2):
-            expected = (
-                "two columns, of which the second is taken from the first" if way == "difference" else "two or more"
-            )
+            two = "two columns, of which the second is taken from the first"
+            expected = two if way == "difference" else "two or more"
             raise misfit(f"{count} given; expected {expected}", way)
         if alone := chosen & {"occurrence", "index"}:
             raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
@@ -123,26 +128,21 @@ class Channel:
     @property
     def notches(self) -> tuple[float, ...]:
         """The frequencies [Hz] that are taken off."""
-        if self.notch is None:
-            return ()
-        return self.notch if isinstance(self.notch, tuple) else (self.notch,)
+        return self.notch if isinstance(self.notch, tuple) else () if self.notch is None else (self.notch,)
 
     @property
     def sources(self) -> tuple[Column, ...]:
-        """The columns that it is made of; none for a constant. The unit of the channel is that of those without."""
+        """Its columns, none for a constant; those without a unit have the channel's."""
         if self.column is not None:
             return (Column(self.column, self.unit, self.occurrence, self.index),)
         columns = self.sum or self.mean or self.difference or ()
         return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
 
     def combined(self, values: "Sequence[Floats]") -> "Floats":
-        """Return what its columns make together, (row,)."""
-        first, *others = values
+        """Return its columns combined, (row,)."""
         if self.difference:
-            return first - others[0]
-        total = first
-        for other in others:
-            total = total + other
+            return values[0] - values[1]
+        total = functools.reduce(operator.add, values)
         return total / len(values) if self.mean else total
 
 
@@ -238,14 +238,10 @@ class DeadBand:
     """Of the tangential displacement."""
 
 
-# of several runs in one file, each by itself
-EACH = "each"
-
-
-# a kind of loading inherits this beside another section, and two bases with slots do not mix
-@attrs.frozen(kw_only=True, slots=False)
-class MeasuredFile(NumbersFile):
-    """A file with a record, and how it is read.
+@LOADINGS.register
+@attrs.frozen(kw_only=True)
+class MeasuredLoading(NumbersFile, Loading):
+    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint.
 
     Examples
     --------
@@ -265,6 +261,8 @@ class MeasuredFile(NumbersFile):
     tangential_displacement = "10 nm"
     """
 
+    kind = "file"
+
     columns: LoadColumns
     """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
     response: Channels = Channels()
@@ -273,7 +271,7 @@ class MeasuredFile(NumbersFile):
     """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
     value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
     runs_by: Column | None = None
-    """Column that tells the runs apart."""
+    """Column with the number of the run."""
     start: Time | None = None
     """Samples before this time are left out."""
     end: Time | None = None
@@ -292,6 +290,7 @@ class MeasuredFile(NumbersFile):
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""
+        Loading.__attrs_post_init__(self)
         is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
         is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
         if self.run not in {None, EACH} and not (is_number and is_counted):
@@ -303,9 +302,8 @@ class MeasuredFile(NumbersFile):
         channels = given(self.columns)
         for key, channel in given(self.response).items():
             if key in channels:
-                raise misfit(
-                    "is replayed already, by columns; expected a channel that was measured beside it", "response", key
-                )
+                problem = "is replayed already, by columns; expected a channel that was measured beside it"
+                raise misfit(problem, "response", key)
             channels[key] = channel
         self._check_free_play(channels)
         self._check_clock(channels)
@@ -314,17 +312,12 @@ class MeasuredFile(NumbersFile):
                 raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
 
     def _check_clock(self, channels: Mapping[str, Any]) -> None:
+        """Check that no channel needs the times of a record without a clock."""
         if self.columns.time is not None:
             return
         for key, channel in channels.items():
-            needing = {
-                "time": channel.time is not None,
-                "shift": channel.shift != 0,
-                "notch": channel.notch is not None,
-                "low_pass": channel.low_pass is not None,
-            }
-            for needs, asked in needing.items():
-                if asked:
+            for needs in ("time", "shift", "notch", "low_pass"):
+                if getattr(channel, needs):
                     group = "columns" if getattr(self.columns, key) else "response"
                     problem = "needs the times of the record; expected a column for loading.columns.time"
                     raise misfit(problem, group, key, needs)
@@ -335,5 +328,35 @@ class MeasuredFile(NumbersFile):
         moved = channels.get("tangential_displacement")
         if moved is not None and moved.free_play and "tangential_load" not in channels:
             group = "columns" if self.columns.tangential_displacement else "response"
-            problem = "needs the tangential load, which tells where the clearance is open; expected a column for it"
+            problem = "needs the tangential load, at which the clearance opens; expected a column for it"
             raise misfit(problem, group, "tangential_displacement", "free_play")
+
+    def measurement(self, folder: Path) -> "Measurement":
+        """Return what was measured, read from the file and made ready.
+
+        Raises InputError: a file that cannot be read, missing samples or gaps, or a correction that cannot be made.
+        """
+        from historysim.scenario.loading_kinds.assembly import assembled
+
+        with at("loading"):
+            return assembled(folder, self)
+
+    def place(self, folder: Path, index: int) -> str:
+        """Return the line of the file that has an event."""
+        measurement = self.measurement(folder)
+        sample = int(measurement.kept()[index // len(measurement.channels)])
+        return f"loading.file: {self.name}: {measurement.place(sample)}"
+
+    def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
+        """Return the events of the file; ``notify`` takes remarks on how it was read, and on noise."""
+        measurement = self.measurement(folder)
+        for label, notice in measurement.remarks:
+            if label in {FILE_REMARK, HUM_REMARK}:
+                notify(f"{self.name}: {notice}")
+        if noise := measurement.false_reversals():
+            notify(f"{self.name}: {noise}")
+        with at("loading", "file"):
+            try:
+                return measurement.events()
+            except InputError as error:
+                raise InputError(f"{self.name}: {error}") from error
