@@ -54,15 +54,10 @@ def test_a_notch_takes_it_off_and_says_how_much(folder):
     ("keys", "said"),
     [
         ("notch = -50", "loading.columns.tangential_displacement.notch: -50 Hz; expected more than 0 Hz"),
-        ("notch = '50 nm'", "loading.columns.tangential_displacement.notch: '50 nm': 'nm' is not a unit of frequency"),
         ("low_pass = 200", "loading.columns.tangential_displacement.low_pass: m.csv: 200 Hz is beyond half"),
         (
             "median = 4",
             "loading.columns.tangential_displacement.median: 4; expected an odd number of samples, 3 or more",
-        ),
-        (
-            "median = 4801",
-            "loading.columns.tangential_displacement.median: m.csv: samples is 4801; expected an odd number",
         ),
     ],
 )

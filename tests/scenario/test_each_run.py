@@ -84,10 +84,7 @@ def test_one_run_is_taken(folder, run, friction):
         ('run = 1\nruns_by = "Step"', r"there is no run 1; expected one of 10, 20, 30"),
         ('run = "each"', r'loading\.run: "each"; expected one of the runs 1, 2, 3 here'),
         ("run = 0", r"loading\.run: 0; expected the number of a run"),
-        ("run = true", r"loading\.run: true; expected the number of a run"),
-        ('run = "all"', r"loading\.run: the text 'all'; expected the number of a run, from 1, or \"each\""),
         ('runs_by = "Step"', r"loading\.run: missing; expected the value of runs_by"),
-        ('run = 1\nruns_by = "Stop"', r"Stop"),
     ],
 )
 def test_runs_that_are_none(folder, run, said):
