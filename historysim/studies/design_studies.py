@@ -55,7 +55,7 @@ NOT_IN_A_SCENARIO = ("roughness", "ball_radius", "source")
 """Of a material: what changes no contact."""
 
 
-class Options(TypedDict, total=False):
+class StudyOptions(TypedDict, total=False):
     """How a sweep is carried out, as for `historysim.sweep`."""
 
     workers: int
@@ -74,7 +74,7 @@ def equal_asperities(
     pitch: Quantity,
     count: Iterable[tuple[int, int]] | tuple[int, int] = ((1, 1), (2, 2), (4, 4), (8, 8)),
     scaling: str | Iterable[str] = ("self-similar", "curvature-invariant"),
-    **options: Unpack[Options],
+    **options: Unpack[StudyOptions],
 ) -> "xr.Dataset":
     """Return what n equal asperities in place of one do, which carry F/n each.
 
@@ -119,7 +119,7 @@ def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario
     height_scatter: Quantities,
     radius_scatter: float | Iterable[float] = 0.0,
     seeds: Seeds = range(1, 11),
-    **options: Unpack[Options],
+    **options: Unpack[StudyOptions],
 ) -> "xr.Dataset":
     """Return what scatter of heights and radii does to a texture of ``count`` (nx, ny) asperities, over seeds.
 
@@ -152,7 +152,7 @@ def radius_load_friction(
     normal_load: Quantities,
     friction: Quantities,
     later_load: Quantities | None = None,
-    **options: Unpack[Options],
+    **options: Unpack[StudyOptions],
 ) -> "xr.Dataset":
     """Return the preliminary displacement of one contact, which goes as R^(-1/3) N^(2/3) μ, and how it drifts.
 
@@ -186,7 +186,7 @@ def roughness(
     shape: tuple[int, int] = (256, 256),
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
-    **options: Unpack[Options],
+    **options: Unpack[StudyOptions],
 ) -> "xr.Dataset":
     """Return what random surfaces of other roughness and autocorrelation length do, over random seeds.
 
@@ -217,7 +217,7 @@ def _swept(
     values: Mapping[str, Any],
     *,
     outputs: Sequence[str],
-    **options: Unpack[Options],
+    **options: Unpack[StudyOptions],
 ) -> "xr.Dataset":
     """Return the sweep of a study (``NAME: what it is``) over those values of which there are several.
 
