@@ -631,8 +631,8 @@ class Ensemble:
 
     def _evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Any:
         laws = self.law, self.wear, self.yielding
-        followed = {"follow_sliding": self.follow_sliding, "virgin_radius": virgin_radius, "goal": goal}
-        return evolution_of(self.pair, *laws, **followed)
+        follow = self.follow_sliding
+        return evolution_of(self.pair, *laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
 
     @cached_property
     def _contact(self) -> Any:
