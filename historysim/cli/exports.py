@@ -59,7 +59,7 @@ def fmu(
     """Write the contact of SCENARIO (TOML), of a log or of a result as a unit of co-simulation (FMU)."""
     output = output or Path(f"{scenario.stem}.fmu")
     at = None if moment is None else quantity_option("--at", moment, "s")
-    from historysim.scenario.sources import source_of
+    from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
     from historysim.exchange.fmu.unit_file import write_fmu
@@ -120,7 +120,7 @@ def reduce(
 ) -> None:
     """Reduce the contact of SCENARIO (TOML), of a log or of a result to few springs that slide, with a bound."""
     normal_load = None if load is None else quantity_option("--normal-load", load, "N")
-    from historysim.scenario.sources import source_of
+    from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
     from historysim.exchange.reduced.model_files import form_of, output_of

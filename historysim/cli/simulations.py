@@ -56,23 +56,12 @@ def run(
     """
     output = output or Path(f"{scenario.stem}.nc")
     pictures = [path for path in (output.with_suffix(".png") if with_picture else None, picture) if path is not None]
-    from historysim.scenario.run import write
-    from historysim.scenario.sources import source_of
+    from historysim.log.result import RunOptions
+    from historysim.scenario.run import source_of, write
 
     source = source_of(scenario, values)
-    outputs = [*source.outputs(output), *(Output(path, (PICTURE,)) for path in pictures)]
-    check_outputs(outputs, source.files, force=force)
-    write(
-        source,
-        output,
-        progress=not quiet,
-        resume=resume,
-        snapshot_every=snapshot_every,
-        compression=compression,
-        threads=threads,
-        force=force,
-        notify=notice,
-    )
+    options = RunOptions(not quiet, resume, snapshot_every, compression, threads, force, notice)
+    write(source, output, options, *(Output(path, (PICTURE,)) for path in pictures))
     if pictures:
         from historysim.results.result_files import open_result
         from historysim.verbs import plot

@@ -12,6 +12,7 @@ import attrs
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Notify, silent
+from historysim.basics.processors import threads_of
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
@@ -21,7 +22,7 @@ from historysim.log.file import Content, LogFile, start_before
 from historysim.log.header import LogHeader
 from historysim.log.snapshot import Snapshot
 from historysim.recording import surface_group
-from historysim.recording.netcdf import FileRecorder, Unfinished, check_room
+from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression, check_room
 
 if TYPE_CHECKING:
     import netCDF4
@@ -46,17 +47,25 @@ def log_beside(output: Path) -> Path:
     return beside
 
 
-def write_result(
-    file: LogFile,
-    output: Path,
-    *,
-    progress: bool = False,
-    resume: bool = False,
-    snapshot_every: int | None = None,
-    compression: str = "none",
-    threads: int | None = None,
-    notify: Notify = silent,
-) -> None:
+def _check_interval(_: object, __: "attrs.Attribute[int | None]", value: int | None) -> None:
+    if value is not None and not (isinstance(value, int) and value >= 1):
+        raise InputError(f"snapshot_every is {value!r}; expected a whole number of 1 or more")
+
+
+@attrs.frozen
+class RunOptions:
+    """How a history is replayed and written: the options of `historysim.run`."""
+
+    progress: bool = False
+    resume: bool = False
+    snapshot_every: int | None = attrs.field(default=None, validator=_check_interval)
+    compression: str = attrs.field(default="none", validator=lambda *each: check_compression(each[-1]))
+    threads: int | None = attrs.field(default=None, converter=threads_of)
+    force: bool = False
+    notify: Notify = silent
+
+
+def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open to write, into a result, which appears under its name when it is complete.
 
     Parameters
@@ -64,8 +73,7 @@ def write_result(
     file : LogFile
         Snapshots of the state are put beside its events.
     output : Path
-    progress, resume, snapshot_every, compression, threads, notify
-        See `historysim.run`.
+    options : RunOptions
 
     Raises
     ------
@@ -74,20 +82,20 @@ def write_result(
     OSError, KeyboardInterrupt
         ``output`` cannot be written; the user has stopped it. The message says what is kept.
     """
-    head, content = file.head, file.sound()
+    head, content, notify = file.head, file.sound(), options.notify
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
-    job = head.replay(content.events, threads)
+    job = head.replay(content.events, options.threads)
     tip = content.links[-1]
     unfinished = Unfinished(output)
     kept, last = False, 0
     logger.info("%s: %r", file.path, job)
     try:
-        if resume and _is_result_of(output, tip):
+        if options.resume and _is_result_of(output, tip):
             return
         now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-        written = _name_of(unfinished.path, tip) if resume else ""
-        start = _start(file, content, written, notify) if resume else Start(head.ensemble.initial_state())
+        written = _name_of(unfinished.path, tip) if options.resume else ""
+        start = _start(file, content, written, notify) if options.resume else Start(head.ensemble.initial_state())
         kept = start.rows > 0
         made = partial(
             job.recorder,
@@ -97,20 +105,20 @@ def write_result(
         )
         with made(path=unfinished.path, go_on=start.rows) as target:
             check_room(output.parent, target.size - 512 * getattr(unfinished.path.stat(), "st_blocks", 0))
-            if target.size > LARGE and compression == "none":
+            if target.size > LARGE and options.compression == "none":
                 notify(_size_notice(output, target))
-            every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
+            every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
             after = _Snapshots(file, content, target, written if kept else f"{unfinished.path.name} {now}", every)
             try:
-                job.walk(target, start=start, most_rows=every, progress=progress, after=after)
+                job.walk(target, start=start, most_rows=every, progress=options.progress, after=after)
                 target.finish()
             finally:
                 last = after.last
                 kept = last > 0
-        if compression == "none":
+        if options.compression == "none":
             unfinished.publish()
         else:
-            with replacing(output) as smaller, made(path=smaller, compression=compression) as target:
+            with replacing(output) as smaller, made(path=smaller, compression=options.compression) as target:
                 target.copy_rows(unfinished.path)
                 target.finish()
         logger.info("%s: written, %d bytes", output, output.stat().st_size)

@@ -7,7 +7,7 @@ import xarray as xr
 import historysim as hs
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
-from historysim.log.result import write_result
+from historysim.log.result import RunOptions, write_result
 from historysim.results import rebuilt
 
 E, G, MU = 40e9, 8e9, 0.2
@@ -79,7 +79,7 @@ def result(tmp_path):
     path = tmp_path / "r.nc"
     with EventLog.create(tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE) as log:
         log.append([hs.TangentialLoad(2.0, 0.01 * LOAD)])
-        write_result(log._file, path)
+        write_result(log._file, path, RunOptions())
     return path
 
 
