@@ -188,9 +188,7 @@ def test_messages_about_how_a_file_is_written(folder, layout, column, said):
 
 
 def test_importing_the_module_loads_nothing_heavy():
-    code = (
-        "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'cf_units'} & set(sys.modules))"
-    )
+    code = "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'pint'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
 
