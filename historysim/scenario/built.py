@@ -7,21 +7,24 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, silent
+from historysim.asperities.ensemble import Ensemble
+from historysim.basics.notices import Notify
 from historysim.basics.places import at, misfit
+from historysim.contact import hertz
 from historysim.errors import InputError
 from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
+from historysim.replaying import Replay
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
-    from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.laws import FrictionLaw
     from historysim.loads.schedule import Cursor
-    from historysim.replaying import Replay
+    from historysim.scenario.scenario import Scenario
     from historysim.surfaces.summits import Summits
 
 
@@ -37,28 +40,24 @@ class _EndedError(Exception):
 class BuiltScenario:
     """What a scenario describes, checked and built once."""
 
-    sections: Sections = attrs.field(repr=False)
-    name: str
-    """The file's, as messages call it."""
+    scenario: "Scenario"
     surface: BuiltSurface
     """As it is loaded."""
-    ensemble: "Ensemble"
+    ensemble: Ensemble
     events: Sequence[Event] = attrs.field(converter=as_events)
     """In time order; each fits the number of asperities."""
 
     @property
-    def replay(self) -> "Replay":
+    def replay(self) -> Replay:
         """The replay of the events on the ensemble, as the scenario says."""
-        from historysim.replaying import Replay
-
-        loading = self.sections.loading
+        sections = self.scenario.sections
         return Replay(
             self.ensemble,
             self.events,
-            substeps=loading.substeps,
-            saturate=loading.saturate,
-            record=self.sections.record.asperities,
-            instrument=self.sections.instrument,
+            substeps=sections.loading.substeps,
+            saturate=sections.loading.saturate,
+            record=sections.record.asperities,
+            instrument=sections.instrument,
         )
 
     def walk(self, seconds: float) -> float | None:
@@ -69,8 +68,6 @@ class BuiltScenario:
         float or None
             The time of the last event that was reached [s], where that was not all of them.
         """
-        from historysim.recording.recorder import StateOnly
-
         end = monotonic() + seconds
 
         def look(cursor: "Cursor", _: object) -> None:
@@ -91,13 +88,12 @@ class BuiltScenario:
 
         None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
-        adhesion = self.sections.adhesion
+        adhesion = self.scenario.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
-        from historysim.recording.recorder import largest_approach
 
-        with reported(self.name), at("adhesion"):
+        with reported(self.scenario.path.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -107,22 +103,18 @@ class BuiltScenario:
             )
 
 
-def build(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
-) -> BuiltScenario:
-    """Return a scenario built of its sections, the surface as it comes, and its events."""
+def build(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltScenario:
+    """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
-    surface = _as_loaded(sections, name, surface, events, notify)
-    ensemble = ensemble_on(sections, name, surface)
+    surface = _as_loaded(scenario, surface, events, notify)
+    ensemble = ensemble_on(scenario, surface)
     for event in events if loads_of(events) is None else ():
         if problem := event.problem(len(ensemble)):
-            raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
-    return BuiltScenario(sections, name, surface, ensemble, events)
+            raise InputError(f"{scenario.path.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+    return BuiltScenario(scenario, surface, ensemble, events)
 
 
-def _as_loaded(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
-) -> BuiltSurface:
+def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
     That is the normal contact of a map with interaction, and the nominal area of one that lies on
@@ -130,7 +122,7 @@ def _as_loaded(
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
-    modulus = sections.materials.pair().contact_modulus
+    modulus = scenario.sections.materials.pair().contact_modulus
     largest_load = max([0.0, *values_of(events, NormalLoad)]) / modulus
     largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
@@ -139,21 +131,19 @@ def _as_loaded(
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with reported(name), at("surface", "interaction"):
+    with reported(scenario.path.name), at("surface", "interaction"):
         solutions = NormalSolutions.of(
             surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, notify=notify
         )
     for notice in solutions.notices:
-        notify(f"{name}: {notice}")
+        notify(f"{scenario.path.name}: {notice}")
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
+def ensemble_on(scenario: "Scenario", surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    from historysim.asperities.ensemble import Ensemble
-    from historysim.recording.recorder import chosen_asperities
-
-    with reported(name):
+    sections = scenario.sections
+    with reported(scenario.path.name):
         pair = sections.materials.pair()
         if sections.adhesion and sections.adhesion.work_of_adhesion is not None:
             with at("adhesion"):
@@ -206,8 +196,6 @@ def _check_steady(sections: Sections) -> None:
 
 def _on_ball(surface: BuiltSurface, load: float, approach: float) -> "Summits | None":
     """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at an approach [m]."""
-    from historysim.contact import hertz
-
     radius = surface.ball_radius or 0.0
     pressed = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
     area = math.pi * radius * max(pressed, approach)

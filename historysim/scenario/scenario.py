@@ -145,7 +145,7 @@ class Scenario:
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
         from historysim.scenario.built import build
 
-        return build(self.sections, self.path.name, surface, events, notify)
+        return build(self, surface, events, notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -158,7 +158,7 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self.sections, self.path.name, surface)
+        return ensemble_on(self, surface)
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""

@@ -7,6 +7,7 @@ from typing import Any
 import attrs
 from cattrs import Converter
 
+from historysim.asperities.running_in import Pass, run_in
 from historysim.basics.fields import Force, Key, Length
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
@@ -61,8 +62,6 @@ class Passes:
 
         Raises InputError: see `run_in`, or more than one coefficient of friction.
         """
-        from historysim.asperities.running_in import Pass, run_in
-
         if built.surface is None or built.summits is None or built.find is None:
             raise misfit("given for a surface without a height map; expected a random, measured or sum", "passes")
         if built.interacts:
