@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.laws import FrictionLaw
     from historysim.loads.schedule import Cursor
-    from historysim.scenario.scenario import Scenario
     from historysim.surfaces.summits import Summits
 
 
@@ -40,7 +39,9 @@ class _EndedError(Exception):
 class BuiltScenario:
     """What a scenario describes, checked and built once."""
 
-    scenario: "Scenario"
+    sections: Sections = attrs.field(repr=False)
+    name: str
+    """The file's, as messages call it."""
     surface: BuiltSurface
     """As it is loaded."""
     ensemble: Ensemble
@@ -50,7 +51,7 @@ class BuiltScenario:
     @property
     def replay(self) -> Replay:
         """The replay of the events on the ensemble, as the scenario says."""
-        sections = self.scenario.sections
+        sections = self.sections
         return Replay(
             self.ensemble,
             self.events,
@@ -88,12 +89,12 @@ class BuiltScenario:
 
         None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
-        adhesion = self.scenario.sections.adhesion
+        adhesion = self.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
 
-        with reported(self.scenario.path.name), at("adhesion"):
+        with reported(self.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -103,18 +104,22 @@ class BuiltScenario:
             )
 
 
-def build(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltScenario:
+def build(
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+) -> BuiltScenario:
     """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
-    surface = _as_loaded(scenario, surface, events, notify)
-    ensemble = ensemble_on(scenario, surface)
+    surface = _as_loaded(sections, name, surface, events, notify)
+    ensemble = ensemble_on(sections, name, surface)
     for event in events if loads_of(events) is None else ():
         if problem := event.problem(len(ensemble)):
-            raise InputError(f"{scenario.path.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
-    return BuiltScenario(scenario, surface, ensemble, events)
+            raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+    return BuiltScenario(sections, name, surface, ensemble, events)
 
 
-def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltSurface:
+def _as_loaded(
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
     That is the normal contact of a map with interaction, and the nominal area of one that lies on
@@ -122,7 +127,7 @@ def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Eve
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
-    modulus = scenario.sections.materials.pair().contact_modulus
+    modulus = sections.materials.pair().contact_modulus
     largest_load = max([0.0, *values_of(events, NormalLoad)]) / modulus
     largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
@@ -131,19 +136,18 @@ def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Eve
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with reported(scenario.path.name), at("surface", "interaction"):
+    with reported(name), at("surface", "interaction"):
         solutions = NormalSolutions.of(
             surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, notify=notify
         )
     for notice in solutions.notices:
-        notify(f"{scenario.path.name}: {notice}")
+        notify(f"{name}: {notice}")
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(scenario: "Scenario", surface: BuiltSurface) -> Ensemble:
+def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    sections = scenario.sections
-    with reported(scenario.path.name):
+    with reported(name):
         pair = sections.materials.pair()
         if sections.adhesion and sections.adhesion.work_of_adhesion is not None:
             with at("adhesion"):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
     from historysim.scenario.built import BuiltScenario
-    from historysim.scenario.loading_kinds.measured import MeasuredLoading
+    from historysim.scenario.loading_kinds.assembly import MeasuredLoading
 
 logger = logging.getLogger(__name__)
 
@@ -145,7 +145,7 @@ class Scenario:
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
         from historysim.scenario.built import build
 
-        return build(self, surface, events, notify)
+        return build(self.sections, self.path.name, surface, events, notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -158,7 +158,7 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self, surface)
+        return ensemble_on(self.sections, self.path.name, surface)
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""
