@@ -112,9 +112,8 @@ def run_in(
             raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
         ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
         state = ensemble.advance(ensemble.initial_state(), normal_load=one.normal_load)
-        height, radius = summits.height, summits.radius
-        if (left := state.yielded) is not None:
-            height, radius = left.summit_height, left.summit_radius
+        left = state.yielded
+        height, radius = (left.summit_height, left.summit_radius) if left else (summits.height, summits.radius)
         own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         heights = surface.heights.copy()
         for i in np.flatnonzero(height < summits.height):

@@ -12,8 +12,8 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
+from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws import law_from
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Array
@@ -151,7 +151,7 @@ class LogHeader:
                 tolerance=self.settings["tolerance"],
             )
         if (law := self.settings.get("friction_law")) is not None:
-            kept, own["friction"] = own["friction"], law_from(law)
+            kept, own["friction"] = own["friction"], FrictionLaw.from_settings(law)
             own_law = own["friction"]
             if own_law.depends_on == "nothing" and not np.array_equal(own_law.at_start(kept.size), kept):
                 # another version of numpy draws otherwise; what stands in the log holds
