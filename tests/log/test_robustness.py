@@ -14,6 +14,7 @@ from preloaded import POSSIBLE, REASON, run_script
 
 import historysim as hs
 from historysim.log.file import LogFile
+from historysim.log.snapshot import snapshots
 from historysim.recording import recorder
 from historysim.recording.netcdf import FileRecorder, Unfinished
 
@@ -268,10 +269,9 @@ def test_two_runs_at_once_are_told_apart(folder):
 
 def test_two_logs_for_one_result_are_told_apart(folder):
     shutil.copy(folder / "killed.history", folder / "copy.history")
-    held = Unfinished(folder / "x.nc")
-    with pytest.raises(OSError, match="another process is writing this result"):
+    busy = pytest.raises(OSError, match="another process is writing this result")
+    with Unfinished(folder / "x.nc"), busy:
         hs.run(folder / "copy.history", folder / "x.nc")
-    held.close(keep=False)
 
 
 # -- verified --------------------------------------------------------------------------------------
@@ -329,7 +329,7 @@ def test_a_log_of_another_version_still_replays(folder, whole, monkeypatch):
 def test_a_snapshot_that_differs_from_the_replay_is_told(folder):
     with LogFile(folder / "killed.history", write=True) as file:
         content = file.sound()
-        snapshot = next(found for found in file.snapshots(content) if not isinstance(found, str))
+        snapshot = next(found for found in snapshots(file, content) if not isinstance(found, str))
         state = file.head.ensemble.initial_state()
         file.add_snapshot(type(snapshot).of(snapshot.cursor, snapshot.batches, snapshot.link, state))
     told = []
