@@ -123,17 +123,16 @@ class LogHeader:
     def check(self) -> None:
         """Check that settings are of their types, and make an ensemble and an instrument; else it is an InputError."""
         for name, kinds in OF_SETTINGS.items():
-            value = self.settings.get(name)
-            if (value is None and name not in self.settings) or not isinstance(value, kinds):
+            value = self.settings.get(name, ...)
+            if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
                 raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
-        metadata = self.settings.get("metadata", {})
+        metadata, record = self.settings.get("metadata", {}), self.settings["record"]
         if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
-            raise InputError("is damaged: its metadata are no texts")
-        record = self.settings["record"]
+            raise InputError("is damaged: its metadata are no strings")
         if isinstance(record, list) and not all(type(each) is int for each in record):
             raise InputError("is damaged: what it records are no indices")
-        if isinstance(self.settings["substeps"], bool) or not 1 <= self.substeps <= most("STEPS"):
-            raise InputError(f"says {shown(self.settings['substeps'])} as substeps; {at_most('STEPS')}")
+        if not 1 <= self.substeps <= most("STEPS"):
+            raise InputError(f"says {shown(self.substeps)} as substeps; {at_most('STEPS')}")
         try:
             # either is computed once
             _ = self.ensemble, self.instrument
@@ -147,8 +146,7 @@ class LogHeader:
         """The ensemble, whole."""
         own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
         pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
-        given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
-        if given:
+        if given := self._group(CURVES):
             return Patches(
                 pair,
                 NormalCurves(**given),
@@ -218,7 +216,10 @@ class LogHeader:
     @property
     def surface(self) -> dict[str, Array]:
         """Arrays of the surface group of the result."""
-        return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+        return self._group(SURFACE)
+
+    def _group(self, prefix: str) -> dict[str, Array]:
+        return {name.removeprefix(prefix): values for name, values in self.arrays.items() if name.startswith(prefix)}
 
 
 def _form(ensemble: Ensemble, *, evolves: bool) -> int:

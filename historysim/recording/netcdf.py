@@ -313,18 +313,7 @@ def recording(path: Path, recorder_of: Callable[..., FileRecorder]) -> Iterator[
 
 
 def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
-    """Return how many rows and columns a chunk has.
-
-    Few enough of both that one row of all columns, and one column of all rows, are each read without reading much
-    else.
-    """
+    """Return the rows and columns of a chunk: one row of all columns, or one column of all rows, is read with few."""
     rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
     across = min(columns, CHUNK_CELLS // rows)
-    rows = min(steps, max(rows, CHUNK_CELLS // across))
-    # all of about the same size, so that little room is lost at the ends
-    return _even(steps, rows), _even(columns, across)
-
-
-def _even(count: int, most: int) -> int:
-    size = -(-count // -(-count // most))
-    return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))
+    return min(steps, max(rows, CHUNK_CELLS // across)), across
