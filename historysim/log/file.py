@@ -35,7 +35,6 @@ from historysim.log.database import (
     transaction,
 )
 from historysim.log.header import LogHeader, head_from
-from historysim.log.snapshot import Snapshot
 
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 SHORTEST_LIMIT = 1_000_000
@@ -190,12 +189,11 @@ class LogFile:
             for batch in _put_events(self._open, content.links, content.ends, events):
                 self._content = content = attrs.evolve(content, events=Events.joined([content.events, batch]))
 
-    def add_snapshot(self, snapshot: Snapshot) -> None:
-        """Put a snapshot beside the events."""
+    def insert(self, query: str, values: tuple[int | str | bytes, ...]) -> None:
+        """Put something beside the events into the log, in a transaction."""
         self.lock()
-        query = "INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)"
         with reported(self.path), transaction(self._open):
-            self._open.execute(query, snapshot.row)
+            self._open.execute(query, values)
 
     # -- the connection ----------------------------------------------------------------------------
 

@@ -22,7 +22,7 @@ from historysim.log import embedded_log
 from historysim.log.database import ENDING
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
-from historysim.log.snapshot import Snapshot, program, start_before
+from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
 from historysim.recording import surface_group
 from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression, check_room
 
@@ -158,7 +158,7 @@ class _Snapshots:
         self.target.flush()
         ahead = self.content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
         link, here = self.content.links[ahead], program(self.target.ensemble.packages)
-        self.file.add_snapshot(Snapshot(cursor, ahead, link, here, state.to_bytes(), self.written))
+        add_snapshot(self.file, Snapshot(cursor, ahead, link, here, state.to_bytes(), self.written))
         logger.debug("%s: snapshot after %d of %d steps", self.file.path, cursor.rows, self.target.steps)
         self.unfinished.kept = cursor.rows
 

@@ -3,7 +3,7 @@
 import hashlib
 import json
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import attrs
 
@@ -13,9 +13,7 @@ from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start, cursor_at
-
-if TYPE_CHECKING:
-    from historysim.log.file import Content, LogFile
+from historysim.log.file import Content, LogFile
 
 
 @attrs.frozen
@@ -57,7 +55,12 @@ def program(packages: Iterable[str] = ()) -> str:
     return ", ".join((f"historysim {__version__}", *packages))
 
 
-def snapshots(file: "LogFile", content: "Content") -> Iterator[Snapshot | str]:
+def add_snapshot(file: LogFile, snapshot: Snapshot) -> None:
+    """Put a snapshot beside the events of a log."""
+    file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", snapshot.row)
+
+
+def snapshots(file: LogFile, content: Content) -> Iterator[Snapshot | str]:
     """Yield the snapshots of a log, the latest first, and in the place of those that cannot be trusted why."""
     try:
         numbers = file.rows("SELECT number FROM snapshot ORDER BY events DESC")
@@ -76,7 +79,7 @@ def snapshots(file: "LogFile", content: "Content") -> Iterator[Snapshot | str]:
 
 
 def trusted_snapshots(
-    file: "LogFile", content: "Content", notify: Notify = silent, *, written: str | None = None
+    file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
 ) -> Iterator[Start]:
     """Yield where the snapshots of a log let a replay begin, the latest first.
 
@@ -95,7 +98,7 @@ def trusted_snapshots(
 
 
 def start_before(
-    file: "LogFile", content: "Content", time: float, notify: Notify = silent, *, written: str | None = None
+    file: LogFile, content: Content, time: float, notify: Notify = silent, *, written: str | None = None
 ) -> Start:
     """Return the latest place up to a time [s] where a replay can begin; `written` as for `trusted_snapshots`."""
     starts = trusted_snapshots(file, content, notify, written=written)
@@ -103,7 +106,7 @@ def start_before(
     return next(of_snapshot, None) or Start(file.head.ensemble.initial_state())
 
 
-def _start(file: "LogFile", content: "Content", snapshot: Snapshot) -> Start | str:
+def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     """Return where a snapshot lets a replay begin, or why it does not."""
     cursor, here = snapshot.cursor, program(file.head.ensemble.packages)
     if snapshot.program != here:

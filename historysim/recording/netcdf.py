@@ -316,4 +316,10 @@ def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
     """Return the rows and columns of a chunk: one row of all columns, or one column of all rows, is read with few."""
     rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
     across = min(columns, CHUNK_CELLS // rows)
-    return min(steps, max(rows, CHUNK_CELLS // across)), across
+    return _even(steps, max(rows, CHUNK_CELLS // across)), _even(columns, across)
+
+
+def _even(count: int, most: int) -> int:
+    """Return the size of pieces of about the same size, so that little room is lost at the end."""
+    size = -(-count // -(-count // most))
+    return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))

@@ -75,6 +75,10 @@ class Changes:
         return not (self.friction or self.evolve)
 
 
+def _always(_: Changes) -> bool:
+    return True
+
+
 @attrs.frozen
 class Variable:
     """One output variable."""
@@ -89,7 +93,7 @@ class Variable:
     """numpy's name of the type."""
     extra: dict[str, Any] = attrs.field(factory=dict, hash=False)
     """Further attributes."""
-    when: Callable[[Changes], bool] = attrs.field(default=lambda _: True, kw_only=True, eq=False, repr=False)
+    when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
     """In which histories it is recorded."""
     source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
     """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name."""

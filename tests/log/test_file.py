@@ -16,7 +16,7 @@ from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile, links_of
 from historysim.log.header import LogHeader, head_from
-from historysim.log.snapshot import Snapshot, program, snapshots
+from historysim.log.snapshot import Snapshot, add_snapshot, program, snapshots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ENSEMBLE = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5, x=[0.0, 1.0, 2.0])
@@ -272,7 +272,7 @@ def with_snapshot(path):
     with LogFile(path, write=True) as file:
         state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
         cursor = Cursor(events=2, rows=2, time=1.0, heading=(4, -1))
-        file.add_snapshot(Snapshot(cursor, 1, file.sound().links[1], program(), state.to_bytes()))
+        add_snapshot(file, Snapshot(cursor, 1, file.sound().links[1], program(), state.to_bytes()))
     return cursor, state
 
 
