@@ -3,7 +3,7 @@
 import functools
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
 import attrs
@@ -12,8 +12,8 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
+from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws import law_from
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Array
@@ -44,12 +44,12 @@ OF_SETTINGS: Mapping[str, Any] = {
 }
 """What each setting has to be."""
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
-LAWS: Mapping[str, tuple[str, Callable[[Any], Any]]] = {
-    "friction_law": ("law", law_from),
-    "wear": ("wear", WearLaw.from_settings),
-    "yielding": ("yielding", YieldingLaw.from_settings),
+LAWS: Mapping[str, tuple[str, type[Any]]] = {
+    "friction_law": ("law", FrictionLaw),
+    "wear": ("wear", WearLaw),
+    "yielding": ("yielding", YieldingLaw),
 }
-"""Settings that make asperities evolve: the attribute of an ensemble with each, and what makes it of its settings."""
+"""Settings that make asperities evolve: the attribute of an ensemble with each, and its class."""
 
 
 # slots would leave no room for what is computed once
@@ -154,7 +154,8 @@ class LogHeader:
                 highest_summit=float(own["summit_height"].max()),
                 tolerance=self.settings["tolerance"],
             )
-        laws = {name: build(self.settings[name]) for name, (_, build) in LAWS.items() if name in self.settings}
+        written = {name: law for name, (_, law) in LAWS.items() if name in self.settings}
+        laws = {name: law.from_settings(self.settings[name]) for name, law in written.items()}
         if (law := laws.pop("friction_law", None)) is not None:
             kept = own["friction"]
             # another version of numpy draws otherwise; what stands in the log holds

@@ -13,7 +13,7 @@ from historysim.basics.array_types import Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.schedule import changes_geometry
+from historysim.loads.schedule import changes_geometry, friction_changes
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, recorded
 
@@ -54,6 +54,26 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     if counts.max() > 1:
         raise InputError("record names an asperity twice; expected each index once")
     return indices
+
+
+def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
+    """Return what changes along the history of these events."""
+    law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
+    ruled = law is not None and law.depends_on != "nothing"
+    each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
+    changes = friction_changes(events)
+    differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
+    return Changes(
+        friction=bool(changes) or ruled,
+        friction_differs=bool(differs) and curves is None,
+        sliding=ensemble.slides,
+        wear=wears,
+        yielding=ensemble.yielding is not None,
+        geometry=wears or changes_geometry(events),
+        spring=not instrument.rigid,
+        patches=curves is not None,
+        areas=curves is None or curves.area is not None,
+    )
 
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:

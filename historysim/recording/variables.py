@@ -4,21 +4,18 @@ import functools
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
-from historysim.asperities.asperity import SlipState
-from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Array
-from historysim.loads import schedule
-from historysim.loads.events import Event
 
 if TYPE_CHECKING:
+    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.instrument import Instrument
     from historysim.memory.rows import Rows
 
 
@@ -43,26 +40,6 @@ class Changes:
     """Whether the asperities are patches of normal curves."""
     areas: bool = True
     """Whether contact areas are known, which normal curves may leave open."""
-
-    @classmethod
-    def of(cls, ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID) -> Self:
-        """Return what there is in the history of these events."""
-        law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
-        ruled = law is not None and law.depends_on != "nothing"
-        each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
-        changes = schedule.friction_changes(events)
-        differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
-        return cls(
-            friction=bool(changes) or ruled,
-            friction_differs=bool(differs) and curves is None,
-            sliding=ensemble.slides,
-            wear=wears,
-            yielding=ensemble.yielding is not None,
-            geometry=wears or schedule.changes_geometry(events),
-            spring=not instrument.rigid,
-            patches=curves is not None,
-            areas=curves is None or curves.area is not None,
-        )
 
     @property
     def evolve(self) -> bool:
@@ -109,7 +86,7 @@ class Variable:
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
-    def values(self, rows: "Rows", ensemble: Ensemble, instrument: Instrument) -> Array:
+    def values(self, rows: "Rows", ensemble: "Ensemble", instrument: "Instrument") -> Array:
         """Return its values in recorded rows (row) or (row, column)."""
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
@@ -125,12 +102,12 @@ def _flags(**meanings: int) -> dict[str, Any]:
     return {"flag_values": np.array([*meanings.values()], np.int8), "flag_meanings": " ".join(meanings)}
 
 
-def _separation(rows: "Rows", ensemble: Ensemble, _: Instrument) -> Array:
+def _separation(rows: "Rows", ensemble: "Ensemble", _: "Instrument") -> Array:
     separation: Array = ensemble.highest_summit - rows.totals["approach"]
     return separation
 
 
-def _drive(rows: "Rows", _: Ensemble, instrument: Instrument) -> Array:
+def _drive(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
     return instrument.drive_displacement(rows.totals["displacement"], rows.totals["tangential_load"])
 
 
@@ -161,7 +138,7 @@ SLIDE_TIME = Variable(
 )
 """What is recorded once, at the end."""
 
-_SLIP_FLAGS = _flags(**{state.name.lower(): state.value for state in SlipState})
+_SLIP_FLAGS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
 _HELD_FLAGS = _flags(within_limit=0, held_at_limit=1)
 _DIRECTION = {
     "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
@@ -316,6 +293,8 @@ VARIABLES = (
 """All that is recorded of a history; `register` adds to it."""
 
 _added: list[Variable] = []
+_OWN = frozenset({"netcdf", "provenance", "recorder", "surface_group", "variables"})
+"""Modules of this folder that add no variables; who asks what is recorded need not import them."""
 
 
 def register(variable: Variable) -> Variable:
@@ -330,10 +309,11 @@ def register(variable: Variable) -> Variable:
 
 
 def known() -> tuple[Variable, ...]:
-    """Return all variables along ``step``, with those of other modules in this folder."""
+    """Return all variables along ``step``, with those of modules that were added to this folder."""
     room = importlib.import_module("historysim.recording")
-    for module in pkgutil.iter_modules(room.__path__, "historysim.recording."):
-        importlib.import_module(module.name)
+    for module in pkgutil.iter_modules(room.__path__):
+        if module.name not in _OWN:
+            importlib.import_module(f"historysim.recording.{module.name}")
     return (*VARIABLES, *_added)
 
 
