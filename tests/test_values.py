@@ -123,9 +123,7 @@ VALUES = {
     "Surface": surface,
     "Summits": lambda: surface().summits(),
     "Form": lambda: surface().form("quadratic"),
-    "statistics": lambda: [
-        getattr(WHOLE, name)() for name in ("statistics", "autocorrelation", "power_spectral_density")
-    ],
+    "statistics": lambda: [getattr(WHOLE, name)() for name in ("statistics", "autocorrelation")],
     "distributions": lambda: (Gaussian(1e-8), Tabulated([0.0, 1e-8, 2e-8], [1.0, 0.5, 0.0])),
     "GreenwoodWilliamson": lambda: hs.GreenwoodWilliamson(1e11, 1e-4, 1e-8, 1e10, 1e-6),
     "NormalSolutions": lambda: hs.NormalSolutions(

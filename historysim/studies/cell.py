@@ -34,7 +34,7 @@ class Summary:
     """One number that sums a history up."""
 
     units: str
-    """UDUNITS text; "1" where dimensionless."""
+    """UDUNITS string; "1" where dimensionless."""
     long_name: str
     of: "Callable[[xr.Dataset], float]"
     """Takes a history in which the coordinates of all asperities stand, and returns the number."""
