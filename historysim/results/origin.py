@@ -58,7 +58,7 @@ class Origin:
     @classmethod
     def of_log(cls, log: EventLog) -> Self:
         """Return the origin of the result of a log, which uses its snapshots while it is open."""
-        return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings, log.job)
+        return cls(log.ensemble, log.job().events, lambda at: log.state(at=at), log.surface, log.settings, log.job)
 
     @classmethod
     def of_result(cls, path: Path) -> Self:

@@ -26,6 +26,9 @@ SWING = 0.1
 
 def slip_note(history: "Traceable") -> str:
     """Return that slip begins and ends between recorded steps, with the substeps that show it; see `unseen_slip`."""
+    # the log is opened only where there is something to say
+    if not unseen_slip(history):
+        return ""
     from historysim.results.origin import ask_origin
 
     return unseen_slip(history, ask_origin(history, lambda origin: origin.replay().substeps))
