@@ -57,28 +57,25 @@ class NormalCurves:
     rounding. A patch, or a point of the surface, has its part of what all carry more from row to row: pressures
     grow with the approach everywhere, so that no traction is beyond the friction limit at any point (Jäger; Ciavarella:
     tangential loads are superpositions of normal ones, whatever the contact).
-
-    Attributes
-    ----------
-    approach, load, area, noise
-        Of the table: approaches of the whole contact from first touch (row) [m], loads N_i (row, patch) [N], contact
-        areas A_i (row, patch) [m²], and standard deviations of the noise of the total (row) [N], where there is any.
-    label, stiffness, weight
-        Of the curve: approaches of the knots (element) [m], 0 of a Hertzian contact; dP/da there (element) [N/m]; or k
-        of P(a) = k a^(3/2) (element) [N/m^1.5], of a Hertzian contact.
-    x, y
-        Positions (patch) [m].
     """
 
     approach: Floats
+    """Of the table: approaches of the whole contact from first touch (row) [m]."""
     load: Floats = attrs.field(repr=False)
+    """Loads (row, patch) [N]."""
     label: Floats = attrs.field(repr=False)
+    """Of the curve: approaches of its knots (element) [m]; 0 of a Hertzian contact."""
     stiffness: Floats | None = attrs.field(default=None, repr=False)
+    """dP/da at the knots (element) [N/m]."""
     weight: Floats | None = attrs.field(default=None, repr=False)
+    """Of a Hertzian contact: k of P(a) = k a^(3/2) (element) [N/m^1.5]."""
     area: Floats | None = attrs.field(default=None, repr=False)
+    """Contact areas (row, patch) [m²]."""
     noise: Floats | None = attrs.field(default=None, repr=False)
+    """Standard deviations of the noise of the total (row) [N], where there is any."""
     x: Floats | None = attrs.field(default=None, repr=False)
     y: Floats | None = attrs.field(default=None, repr=False)
+    """Positions (patch) [m]."""
 
     @classmethod
     def from_table(

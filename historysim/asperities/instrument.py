@@ -67,13 +67,7 @@ class Instrument:
         return self.lateral_stiffness == math.inf
 
     def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
-        """Return the displacement of the drive, U + T/k_s [m].
-
-        Parameters
-        ----------
-        tangential_displacement, tangential_load : float or array
-            U [m] and T [N] of the contact, of one shape.
-        """
+        """Return the displacement of the drive, U + T/k_s [m]; U [m] and T [N] of the contact have one shape."""
         return tangential_displacement + tangential_load / self.lateral_stiffness
 
 

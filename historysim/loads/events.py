@@ -255,20 +255,7 @@ register = EVENTS.register
 
 @attrs.frozen
 class LoadEvent(Event):
-    """What one load channel has reached at a time.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    value : float
-        The load [N] or displacement [m] reached at that time.
-
-    Raises
-    ------
-    InputError
-        A time or value that is not a finite number.
-    """
+    """What one load channel has reached at a time [s]: a load [N] or a displacement [m], a finite number."""
 
     time: float = attrs.field(converter=seconds, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)
