@@ -114,7 +114,7 @@ def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: 
         values[index, ...][np.ix_(*where)] = variable.values
     dims = (*grid.dims, *map(str, model.dims))
     # flags have the type of what they are flags of
-    flags = {key: value.astype(values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
+    flags = {key: np.asarray(value, values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
     return xr.Variable(
         dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
     )
