@@ -17,7 +17,7 @@ CONTROLS = click.Choice(["load", "displacement"])
 @options.output_option("The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
 @click.option(
     "--at",
-    type=options.Quantity("s"),
+    type=options.QuantityType("s"),
     help='Start from the state at this time, as "12.5 s". [default: nothing has touched]',
 )
 @click.option(
@@ -76,7 +76,7 @@ def fmu(
 )
 @click.option(
     "--normal-load",
-    type=options.Quantity("N"),
+    type=options.QuantityType("N"),
     help='The normal load at which the springs are placed, as "50 mN". [default: the largest]',
 )
 @options.path_option(

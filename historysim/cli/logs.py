@@ -60,7 +60,9 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
 
 @click.command()
 @options.log_argument
-@click.option("--at", type=options.Quantity("s"), default=math.inf, help='The time, as "12.5 s". [default: the end]')
+@click.option(
+    "--at", type=options.QuantityType("s"), default=math.inf, help='The time, as "12.5 s". [default: the end]'
+)
 @click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
 @options.output_option("Write all asperities (netCDF); with --asperity a picture.")
 @options.json_option
@@ -100,7 +102,7 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None, as_js
 
 @click.command()
 @options.log_argument
-@click.option("--at", type=options.Quantity("s"), required=True, help='The time, as "12.5 s".')
+@click.option("--at", type=options.QuantityType("s"), required=True, help='The time, as "12.5 s".')
 @options.output_option("The new log.", required=True)
 @options.force_option
 def fork(log: Path, at: float, output: Path, force: bool) -> None:
@@ -141,9 +143,9 @@ def append(log: Path, table: Path, layout: "Format") -> None:
     "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
 )
 @click.option(
-    "--from", "begin", type=options.Quantity("s"), default=-math.inf, help='Only from this time on, as "12.5 s".'
+    "--from", "begin", type=options.QuantityType("s"), default=-math.inf, help='Only from this time on, as "12.5 s".'
 )
-@click.option("--to", "end", type=options.Quantity("s"), default=math.inf, help="Only up to this time.")
+@click.option("--to", "end", type=options.QuantityType("s"), default=math.inf, help="Only up to this time.")
 @click.option("--first", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
 @click.option("--last", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
 @options.path_option("--csv", "table", help="Write them to this file instead, a table that append reads.")

@@ -41,7 +41,7 @@ class PathType(click.Path):
         return path
 
 
-class Quantity(click.ParamType):  # type: ignore[type-arg]
+class QuantityType(click.ParamType):  # type: ignore[type-arg]
     """A number in SI, or a number with a unit."""
 
     name = "quantity"

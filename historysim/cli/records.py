@@ -69,7 +69,7 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option(
     "--dead-band",
-    type=options.Quantity("m"),
+    type=options.QuantityType("m"),
     help=(
         'Swings below which there is no reversal, as "5 nm". '
         "[default: the scenario's; else 5 % of the range, or six deviations of the noise]"
