@@ -209,6 +209,7 @@ class _Plan:
         self.names = [""] * len(self.points)
         if self.folder is None:
             return
+        # damaged and unfinished cells count as missing, and are computed again
         self.folder.mkdir(parents=True, exist_ok=True)
         store = Store(self.folder)
         store.tidy()
@@ -277,6 +278,7 @@ class _Plan:
                 batches = []
             except BrokenError as broken:
                 batches = broken.waiting
+                # which of the cells under way was killed is not known: each is tried alone
                 for batch in broken.suspects:
                     for cell_alone in batch.cells:
                         one = attrs.evolve(batch, cells=(cell_alone,))
