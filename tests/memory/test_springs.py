@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-from histories import TABLE, follow, histories, random_contact, random_moves, to_events
+from histories import follow, histories, random_contact, to_events
 from hypothesis import given, settings
 from springs import Contact, SpringRow
 
