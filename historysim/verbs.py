@@ -301,6 +301,7 @@ def plot(
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         if isinstance(what, list | tuple):
             what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
+        # whoever asks for something else does not get the picture of the scenario
         if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
             return drawn
         return figure_of(what, picture=picture, place=place, **fields)
@@ -434,5 +435,5 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
         with opened(history) as content:
             return explore(content)  # type: ignore[arg-type] # what is no Dataset is refused below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
-        raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
+        raise InputError(f"explore: {type(history).__name__}; expected a history, such as hs.run gives")
     return Explorer(interactive_page(history))

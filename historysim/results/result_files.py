@@ -142,6 +142,7 @@ def _opened(path: Path) -> "Iterator[xr.Dataset]":
 
     check_named(path)
     try:
+        # elapsed time in s is no date
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error
@@ -224,8 +225,8 @@ STRINGS = (
 )
 MODULI = ("contact_modulus", "shear_modulus")
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
+# variables that every result has; a contact that is given by its loads alone has no area
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
-"""Variables that every result has; a contact that is given by its loads alone has no area."""
 
 Layout = Mapping[str, tuple[tuple[Any, ...], Any]]
 """The dimensions and the type of each variable."""
