@@ -24,11 +24,9 @@ class QuestionName(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name as it is in Python."""
-        from historysim.results.asking import asked
-
-        known = _tables()
-        if (name := asked(str(value))) not in known:
-            hint = nearest(str(value).replace("_", "-"), [each.replace("_", "-") for each in known])
+        known, name = _tables(), str(value).replace("-", "_")
+        if name not in known:
+            hint = nearest(name.replace("_", "-"), [each.replace("_", "-") for each in known])
             self.fail(f"{value!r} is no question; {hint}", param, ctx)
         return name
 

@@ -74,7 +74,7 @@ def run(
         from historysim.results.analysis.history_summary import summary
         from historysim.results.result_files import open_recorded
 
-        with open_recorded(output) as recorded:
+        with open_recorded(output, own=True) as recorded:
             lines = summary(recorded)
         files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
         write_answer(Answer([*lines, *files]), as_json=as_json)

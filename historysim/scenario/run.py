@@ -180,15 +180,13 @@ class _ScenarioSource(_WithNewLog):
             notify(f"{self.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
         built = scenario.build(notify)
         surface = built.surface
-        shown, attributes = surface_group.contents(surface.summits, surface.surface, surface.solutions)
         header = LogHeader.of(
             built.replay,
             scenario=scenario.text,
             title=scenario.title,
             metadata=scenario.metadata,
             seeds=scenario.seeds,
-            surface=shown,
-            surface_attributes=attributes,
+            surface=surface_group.contents(surface.summits, surface.surface, surface.solutions),
         )
         return header, built.events
 

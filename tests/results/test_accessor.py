@@ -72,9 +72,3 @@ def test_one_step_holds_its_asperities(history):
 def test_one_step_is_not_enough_for_some_questions(history, name):
     with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
         getattr(history.isel(step=-1).contact, name)()
-
-
-def test_earlier_names_still_answer(history):
-    assert history.contact.telling_step() == history.contact.representative_step()
-    with pytest.raises(AttributeError, match="a history has no question 'slips_first'"):
-        history.contact.slips_first()

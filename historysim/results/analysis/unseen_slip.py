@@ -26,6 +26,9 @@ SWING = 0.1
 
 def slip_note(history: "Traceable") -> str:
     """Return that slip begins and ends between recorded steps, with the substeps that show it; see `unseen_slip`."""
+    # the log is opened only where there is something to say
+    if not unseen_slip(history):
+        return ""
     from historysim.results.origin import ask_origin
 
     return unseen_slip(history, ask_origin(history, lambda origin: origin.replay().substeps))
@@ -34,11 +37,7 @@ def slip_note(history: "Traceable") -> str:
 def unseen_slip(history: Recorded, substeps: int | None = None) -> str:
     """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    substeps : int, optional
-        Those that it was recorded with; then the text says how many would show it, else how many times as many.
+    With the substeps that it was recorded with the text says how many would show it, else how many times as many.
     """
     names = ("tangential_displacement", "total_tangential_load", "friction_limit")
     if not all(name in history for name in names):
