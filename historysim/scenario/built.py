@@ -7,21 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, silent
+from historysim.asperities.ensemble import Ensemble
+from historysim.basics.notices import Notify
 from historysim.basics.places import at, misfit
+from historysim.contact import hertz
 from historysim.errors import InputError
 from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
+from historysim.replaying import Replay
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
-    from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.laws import FrictionLaw
     from historysim.loads.schedule import Cursor
-    from historysim.replaying import Replay
     from historysim.surfaces.summits import Summits
 
 
@@ -42,23 +44,21 @@ class BuiltScenario:
     """The file's, as messages call it."""
     surface: BuiltSurface
     """As it is loaded."""
-    ensemble: "Ensemble"
+    ensemble: Ensemble
     events: Sequence[Event] = attrs.field(converter=as_events)
     """In time order; each fits the number of asperities."""
 
     @property
-    def replay(self) -> "Replay":
+    def replay(self) -> Replay:
         """The replay of the events on the ensemble, as the scenario says."""
-        from historysim.replaying import Replay
-
-        loading = self.sections.loading
+        sections = self.sections
         return Replay(
             self.ensemble,
             self.events,
-            substeps=loading.substeps,
-            saturate=loading.saturate,
-            record=self.sections.record.asperities,
-            instrument=self.sections.instrument,
+            substeps=sections.loading.substeps,
+            saturate=sections.loading.saturate,
+            record=sections.record.asperities,
+            instrument=sections.instrument,
         )
 
     def walk(self, seconds: float) -> float | None:
@@ -69,8 +69,6 @@ class BuiltScenario:
         float or None
             The time of the last event that was reached [s], where that was not all of them.
         """
-        from historysim.recording.recorder import StateOnly
-
         end = monotonic() + seconds
 
         def look(cursor: "Cursor", _: object) -> None:
@@ -95,7 +93,6 @@ class BuiltScenario:
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
-        from historysim.recording.recorder import largest_approach
 
         with reported(self.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
@@ -108,9 +105,9 @@ class BuiltScenario:
 
 
 def build(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
+    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltScenario:
-    """Return a scenario built of its sections, the surface as it comes, and its events."""
+    """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
     surface = _as_loaded(sections, name, surface, events, notify)
     ensemble = ensemble_on(sections, name, surface)
@@ -148,11 +145,8 @@ def _as_loaded(
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
+def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    from historysim.asperities.ensemble import Ensemble
-    from historysim.recording.recorder import chosen_asperities
-
     with reported(name):
         pair = sections.materials.pair()
         if sections.adhesion and sections.adhesion.work_of_adhesion is not None:
@@ -206,8 +200,6 @@ def _check_steady(sections: Sections) -> None:
 
 def _on_ball(surface: BuiltSurface, load: float, approach: float) -> "Summits | None":
     """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at an approach [m]."""
-    from historysim.contact import hertz
-
     radius = surface.ball_radius or 0.0
     pressed = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
     area = math.pi * radius * max(pressed, approach)

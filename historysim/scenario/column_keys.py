@@ -42,30 +42,21 @@ class NumbersFile(Format):
         missing: bool = False,
     ) -> Table:
         """Return its columns, in their units, by `read_table`; its path is relative to the folder."""
-        tables = [self._table(folder / file, columns, units, missing=missing) for file in self.files]
+        tables = []
+        for path in (folder / file for file in self.files):
+            if not is_file(path):
+                problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
+                raise misfit(f"{path.name}: {problem}", "file")
+            try:
+                tables.append(read_table(path, columns, units, self, missing=missing))
+            except InputError as error:
+                # an error of no key belongs to the file
+                error.place = error.place or ("file",)
+                raise
         if len(tables) == 1:
             return tables[0]
-        several = [_of_file(table, file) for table, file in zip(tables, self.files, strict=True)]
         with at("file"):
-            return join_tables(several)
-
-    def _table(
-        self,
-        path: Path,
-        columns: Mapping[str, Column],
-        units: Mapping[str, str | tuple[str, ...]],
-        *,
-        missing: bool,
-    ) -> Table:
-        if not is_file(path):
-            problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
-            raise misfit(f"{path.name}: {problem}", "file")
-        try:
-            return read_table(path, columns, units, self, missing=missing)
-        except InputError as error:
-            # an error of no key belongs to the file
-            error.place = error.place or ("file",)
-            raise
+            return join_tables([_of_file(table, file) for table, file in zip(tables, self.files, strict=True)])
 
 
 def _of_file(table: Table, file: str) -> Table:

@@ -19,9 +19,9 @@ from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
-from historysim.scenario.schema import kind_from_toml, schema_converter, table
+from historysim.scenario.schema import from_table, kind_from_toml, schema_converter, table
 from historysim.scenario.sections import RECORDS, MaterialEntry, Pictures, Sections, material_from_toml
-from historysim.scenario.surface_kinds import CHANGES, SURFACES, SurfaceKind
+from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
 
 DEEPEST = 20
 """Sums within sums that are followed."""
@@ -108,13 +108,14 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
         level, depth = [part for each in level for part in _parts(each)], depth + 1
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    keys = {key: entry.pop(key) for key in CHANGES if key in entry}
-    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    if not keys:
-        return surface
-    from historysim.scenario.surface_kinds.changes import changed
+    from historysim.scenario.surface_kinds.changes import ChangedSurface
 
-    return changed(surface, keys, converter)
+    own = attrs.fields_dict(ChangedSurface).keys() - {"of"}
+    keys = {key: entry.pop(key) for key in sorted(own & entry.keys())}
+    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
+    if keys:
+        surface = from_table(ChangedSurface, {"of": surface, **keys}, converter, "of")
+    return surface
 
 
 def _parts(entry: object) -> list[object]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
+import tomlkit
 
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
@@ -17,6 +18,8 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.measured.comparison import Comparison, Observation, observe, passed
+from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -24,8 +27,6 @@ from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
-    from historysim.measured.comparison import Comparison, Observation
-    from historysim.measured.fitting import Parameter, ParameterFit
     from historysim.results.plots.canvas import Drawn, Place
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
@@ -99,9 +100,9 @@ class Fit:
 
     scenario: Scenario
     """The scenario as it was."""
-    estimates: "ParameterFit"
+    estimates: ParameterFit
     """The estimates with their intervals, and what the data do not determine."""
-    comparison: "Comparison"
+    comparison: Comparison
     """The fitted model beside what was measured."""
 
     def __repr__(self) -> str:
@@ -139,7 +140,7 @@ class Fit:
             unfinished.write_text(text, encoding="utf-8")
 
 
-def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
+def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     """Return the model of a scenario beside what was measured: the same displacements, and the loads of both.
 
     Parameters
@@ -168,8 +169,6 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     >>> print(f"{np.sqrt(np.mean(comparison.difference ** 2)) * 1e6:.0f} µN")
     171 µN
     """
-    from historysim.measured.comparison import Comparison, observe, passed
-
     scenario = as_scenario(scenario)
     scenario.check_steady_friction()
     measurement = scenario.measurement()
@@ -180,7 +179,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> "Comparison":
     return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
 
 
-def sticking_stiffness(ensemble: "Ensemble", observation: "Observation") -> float:
+def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
     """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
     state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
     return float(state.tangential_stiffness)
@@ -204,9 +203,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     LoadError
         A normal load that the contact cannot carry.
     """
-    from historysim.measured.comparison import Comparison, observe
-    from historysim.measured.fitting import fit_parameters
-
     scenario = as_scenario(scenario)
     scenario.check_steady_friction()
     measurement = scenario.measurement()
@@ -228,8 +224,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
     """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
-    import tomlkit
-
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
     for parameter in parameters:
         if parameter.name == "friction":
@@ -249,20 +243,16 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     return tomlkit.dumps(document)
 
 
-def _put(table: MutableMapping[str, Any], key: str, parameter: "Parameter", unit: float = 1.0) -> None:
+def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: float = 1.0) -> None:
     """Write a fitted value in its place, in front of the comment that stands there."""
-    import tomlkit
-
     value = tomlkit.float_(parameter.value * unit)
     known = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
     value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", known])))
     table[key] = value
 
 
-def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: "Parameter") -> None:
+def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: Parameter) -> None:
     """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
-    import tomlkit
-
     if "shear_modulus" not in document["materials"]:
         pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
         if adhesion is not None:

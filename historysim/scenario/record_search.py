@@ -5,22 +5,21 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import xarray as xr
 
+from historysim.asperities.instrument import RIGID
 from historysim.basics.places import at
 from historysim.errors import InputError
+from historysim.measured.branches import DEFAULT, Definitions
+from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.measurement import Measurement
+from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
 from historysim.results.result_files import kind_of, open_result
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import given, reported
-
-if TYPE_CHECKING:
-    from historysim.measured.branches import Definitions
-    from historysim.measured.loops import Loops
-    from historysim.measured.sliding import Over, Sliding
 
 Record = xr.Dataset | Measurement | Scenario | str | Path
 Opened = Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]
@@ -32,8 +31,8 @@ def loops(
     dead_band: float | None = None,
     skip: int = 0,
     skip_per_level: int = 0,
-    definitions: "Definitions | None" = None,
-) -> "Loops":
+    definitions: Definitions | None = None,
+) -> Loops:
     """Return the friction loops of a record, measured or simulated.
 
     Parameters
@@ -62,10 +61,6 @@ def loops(
     >>> len(loops)
     8
     """
-    from historysim.asperities.instrument import RIGID
-    from historysim.measured.branches import DEFAULT
-    from historysim.measured.loops import loops_of_history, loops_of_measurement
-
     options: dict[str, Any] = {
         "dead_band": dead_band,
         "skip": skip,
@@ -81,7 +76,7 @@ def loops(
         return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 
 
-def sliding(record: Record, *, over: "Over | None" = None, windows: int = 50) -> "Sliding":
+def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding:
     """Return friction over time or distance of a record that slides one way, measured or simulated.
 
     Parameters
@@ -103,8 +98,6 @@ def sliding(record: Record, *, over: "Over | None" = None, windows: int = 50) ->
     InputError
         Something else, a file that cannot be used, or a record that turns back or never presses.
     """
-    from historysim.measured.sliding import sliding_of_history, sliding_of_measurement
-
     with _opened(record) as (channels, _):
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
     from historysim.scenario.built import BuiltScenario
-    from historysim.scenario.loading_kinds.measured import MeasuredLoading
+    from historysim.scenario.loading_kinds.assembly import MeasuredLoading
 
 logger = logging.getLogger(__name__)
 

@@ -4,6 +4,7 @@ import numpy as np
 
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
+from historysim.loads.event_sequence import time_text
 from historysim.recording.provenance import validity_findings
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sections import SweepSection
@@ -53,8 +54,6 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
 
 
 def _walked_line(reached: float, seconds: float) -> str:
-    from historysim.loads.event_sequence import time_text
-
     return (
         f"the loads were walked up to t = {time_text(reached)} within {seconds:g} s, and not beyond; the environment "
         "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"

@@ -23,6 +23,7 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
     AnyFrictionLaw,
@@ -40,7 +41,6 @@ if TYPE_CHECKING:
     from historysim.contact.materials import Material, MaterialPair
     from historysim.loads.friction_course import FrictionCourse, Over
     from historysim.results.plots.pictures import Picture
-    from historysim.scenario.grid import Grid
 
 Pictures = tuple["Picture", ...]
 MaterialEntry = Annotated[Any, "material"]
@@ -150,7 +150,7 @@ class CourseFile(NumbersFile):
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing."""
         with at("columns"):
-            _place(self.columns)
+            _over(self.columns)
 
     def course(self, folder: Path) -> "FrictionCourse":
         """Return the course that the file has; its path is relative to the folder."""
@@ -162,7 +162,7 @@ class CourseFile(NumbersFile):
                 raise misfit(f"{self.name}: {error.args[0]}") from error
 
 
-def _place(course: Mapping[str, object]) -> "Over":
+def _over(course: Mapping[str, object]) -> "Over":
     if ("time" in course) == ("distance" in course):
         problem = "time and distance together" if "time" in course else "neither time nor distance"
         raise InputError(f"{problem}; expected one of them, with which the coefficient goes")
@@ -172,7 +172,7 @@ def _place(course: Mapping[str, object]) -> "Over":
 def _course(course: Mapping[str, Any]) -> "FrictionCourse":
     from historysim.loads.friction_course import FrictionCourse
 
-    over = _place(course)
+    over = _over(course)
     return FrictionCourse(over, course[over], course["coefficient"])
 
 
@@ -359,10 +359,8 @@ class SweepSection:
         """Check that there is a grid."""
         self.grid()
 
-    def grid(self) -> "Grid":
+    def grid(self) -> Grid:
         """Return the grid that the keys span."""
-        from historysim.scenario.grid import grid_of
-
         return grid_of(self.over, self.together)
 
 
@@ -407,10 +405,8 @@ class DesignSection:
             raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 
-    def grid(self) -> "Grid":
+    def grid(self) -> Grid:
         """Return the grid over which the search is repeated: of one point where there is none."""
-        from historysim.scenario.grid import Grid, grid_of
-
         return grid_of(self.over) if self.over is not None else Grid(())
 
 

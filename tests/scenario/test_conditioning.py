@@ -68,11 +68,6 @@ def test_what_cannot_be_filtered_is_refused(folder, keys, said):
     assert str(refused.value).split(": ", 1)[1].startswith(said.split(" is not a unit")[0])
 
 
-def test_filters_by_frequency_need_a_clock(folder):
-    with pytest.raises(InputError, match=r"tangential_displacement\.notch: needs the times of the record"):
-        hs.load(written(folder, {**NOTCHED, "time": None}))
-
-
 def test_several_filters_act_in_turn(folder):
     keys = "median = 3, notch = [50, 100], low_pass = '120 Hz'"
     found = hs.load(

@@ -10,8 +10,6 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.each_run import each_run
-from historysim.tables.clocks import one_clock
-from historysim.tables.columns import Part
 
 SCENARIO = """
 [materials]
@@ -125,7 +123,7 @@ def test_commands_have_a_row_for_each_run(folder, monkeypatch):
     assert call("compare", "f_2.toml", "-o", "c.png").exit_code == 0
     done = call("loops", "e.toml", "-o", "l.nc")
     assert done.exit_code == 2
-    assert "holds what one run has" in done.output
+    assert "can be written for one run; expected its number" in done.output
     done = call("sliding", "e.toml")
     assert done.exit_code == 2
     assert "none of 3 runs can be used" in done.output
@@ -138,17 +136,3 @@ def test_columns_show_the_runs(folder, monkeypatch):
     # the name t alone does not say its unit
     assert 'time = { column = "t", unit = "?" }' in done.output
     assert "run = 1  # of 3, the clock starts again" in done.output
-
-
-def test_tables_are_put_at_the_start_times_that_a_file_gives():
-    """The clock of the file itself, in which the first table begins at its own start; and one from that start on."""
-    times = np.array([0.2, 1.0, 2.17, 0.0, 1.0])
-    parts = (Part("block 1", 3, 0.2), Part("block 2", 2, 2.355))
-    joined, told = one_clock(times, parts)
-    assert joined.tolist() == [0.2, 1.0, 2.17, 2.355, 3.355]
-    assert told == ["the clock starts again: block 2 put at the start times of the file"]
-    joined, _ = one_clock(times - [0.2, 0.2, 0.2, 0, 0], parts)
-    assert joined[3] == pytest.approx(2.155)
-    # a start that is one digit short of the end of the table before
-    joined, _ = one_clock(times, (parts[0], Part("block 2", 2, 2.16)))
-    assert joined[3] == 2.17

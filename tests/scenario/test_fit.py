@@ -202,21 +202,6 @@ def test_adhesion_outlives_its_materials(folder):
     assert tomllib.loads(text)["adhesion"]["work_of_adhesion"] == work
 
 
-@pytest.mark.parametrize(
-    ("before", "after"),
-    [
-        ("[friction]\ncoefficient = 0.2  # as in the last test", "[friction]\ncoefficient = 0.2"),
-        ("[friction]\ncoefficient = 0.2  # as in the last test", "[friction]\ncoefficient = [0.2, 0.2, 0.2]"),
-        ("[friction]\ncoefficient = 0.2  # as in the last test", "[friction]\n'coefficient'=2e-1#x"),
-    ],
-)
-def test_ways_to_write_a_coefficient(folder, before, after):
-    of = loaded(folder, base=ROUGH.replace(before, after))
-    assert of.ensemble().friction is not None
-    again = reloaded(folder, fitted_text(of, found(friction=0.25), folder / "fitted.toml"))
-    assert np.unique(again.ensemble().friction).tolist() == [0.25]
-
-
 def test_sections_in_one_line(folder):
     """A comment would end an inline table in the middle."""
     base = ROUGH.replace("[friction]\ncoefficient = 0.2  # as in the last test\n", "")

@@ -145,13 +145,6 @@ def test_progress_is_shown_at_a_terminal_on_request(scenario, monkeypatch, progr
     assert ("17/17" in terminal.getvalue()) == progress
 
 
-def test_a_short_run_shows_no_bar(scenario, monkeypatch):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    hs.run(scenario, progress=True)
-    assert "17" not in terminal.getvalue()
-
-
 # -- threads ---------------------------------------------------------------------------------------
 
 

@@ -1,7 +1,6 @@
 """The kinds of ``[surface]``: the summits that each gives, and what is said about those that give none."""
 
 import math
-import re
 import sys
 import warnings
 
@@ -311,15 +310,6 @@ def test_paths_in_a_sum_are_relative_to_the_scenario_too(folder):
     assert found.surface.heights.tobytes() == (2 * one.surface.heights).tobytes()
 
 
-def test_a_sum_of_sums(folder):
-    inner = {"kind": "sum", "first": {"kind": "random", **OTHER}, "second": SHORT["measured"], "rotation": 0.1}
-    found = built(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": inner})
-    measured = read_surface(folder / "maps" / "rough.txt", pixel_size=1e-6, height_unit="nm").detrended()
-    expected = random_surface(**ROUGH) + random_surface(**OTHER).combined(measured, rotation=0.1)
-    assert found.surface.heights.tobytes() == expected.heights.tobytes()
-    assert bits(found.summits) == bits(expected.summits())
-
-
 def shifted_sum(**keys):
     first, second = ({"kind": "random", **OTHER, "seed": seed} for seed in (1, 2))
     return {"kind": "sum", "first": first, "second": second, "shift": [0.5e-6, 1.5e-6], **keys}
@@ -336,20 +326,15 @@ def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolat
 def test_what_splines_take_from_a_sum_is_noticed(folder):
     (notice,) = built(folder, shifted_sum()).notices
     assert notice.startswith("second surface of the sum: it is interpolated by cubic splines between its points")
-    for without in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
-        assert built(folder, shifted_sum(**without)).notices == ()
+    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
+    notices = []
+    hs.run(folder / "s.toml", folder / "s.nc", notify=notices.append).close()
+    assert notices == [f"s.toml: {notice}"]
+    for without_splines in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
+        assert built(folder, shifted_sum(**without_splines)).notices == ()
     # of a sum within a sum too
     nested = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": shifted_sum()}
     assert notice in built(folder, nested).notices
-
-
-def test_a_run_tells_what_splines_take(folder):
-    told = []
-    (notice,) = built(folder, shifted_sum()).notices
-    hs.run(folder / "s.toml", notify=told.append)
-    hs.run(folder / "s.toml", folder / "s.nc", notify=told.append).close()
-    assert told == [f"s.toml: {notice}"] * 2
-    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
 
 
 @pytest.mark.parametrize("name", ["random", "measured", "sum"])
@@ -394,15 +379,6 @@ def test_all_seeds_are_in_the_result_and_its_log(folder, entry, seeds):
         assert (found.tolist() if isinstance(found, np.ndarray) else found) == seeds
     assert hs.run(of.path).attrs.get("seed") == seeds
     assert hs.verify(folder / "s.nc")
-
-
-def test_an_interpolation_that_a_sum_cannot_have(folder):
-    for keys, message in (
-        ({"interpolation": "furier"}, "interpolation is 'furier'; did you mean 'fourier'?"),
-        ({"interpolation": "fourier", "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
-    ):
-        with pytest.raises(InputError, match=re.escape(message)):
-            built(folder, shifted_sum(**keys))
 
 
 @pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
@@ -561,6 +537,8 @@ def test_kinds_that_there_are_not(folder, kind, said):
             {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},
             "surface: the two surfaces have no point in common; expected a shift within",
         ),
+        ("sum", {"interpolation": "furier"}, "surface: interpolation is 'furier'; did you mean 'fourier'?"),
+        ("sum", {"interpolation": "fourier"}, "surface: "),
         ("sum", {"rotation": "30"}, "surface.rotation: '30' has no unit"),
     ],
 )
@@ -662,10 +640,6 @@ def test_a_map_and_a_profile_have_no_sum(folder):
     profile = {"kind": "measured", "file": "profile.npy", "pixel_size": 1e-6, "height_unit": "nm"}
     entry = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": profile}
     assert refusal(folder, entry).startswith("s.toml: surface: surfaces of (30, 1) and (24, 17) points; expected two")
-    both = {"kind": "sum", "first": profile, "second": profile}
-    assert "expected 3, the rule for profiles" in refusal(folder, both)
-    assert len(built(folder, {**both, "rule": 3}).summits) > 3
-    assert "expected a shift along it" in refusal(folder, {**both, "rule": 3, "shift": [0, 1]})
 
 
 def nested(levels):
@@ -748,11 +722,6 @@ def test_an_indentation_curve_is_a_contact(tmp_path):
 def test_what_does_not_fit_a_normal_curve_is_refused(tmp_path, change, message):
     with pytest.raises(hs.InputError, match=message):
         hs.run(indented(tmp_path, INDENTED.replace(*change)))
-
-
-def test_a_curve_that_softens_names_the_surface(tmp_path):
-    with pytest.raises(hs.InputError, match=r"s\.toml: surface: the total load is not convex"):
-        hs.run(indented(tmp_path, load=lambda approach: approach**0.5))
 
 
 ON_A_BALL = """

@@ -1,7 +1,7 @@
 """From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -10,26 +10,33 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.fields import POSITIVE, Time
 from historysim.basics.limits import LARGEST, SIZE
+from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
+from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured import correction, reduction
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
+from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
     COMBINED,
     EACH,
     FILE_REMARK,
     HUM_REMARK,
     Channel,
+    Channels,
+    DeadBand,
     ForceChannel,
     LengthChannel,
-    MeasuredLoading,
+    LoadColumns,
 )
 from historysim.scenario.schema import given
-from historysim.tables import Column, MissingValueError, Table
+from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
 from historysim.tables.clocks import one_clock
 from historysim.tables.columns import fitting
 
@@ -42,7 +49,7 @@ HUM_DEAD_BAND = 0.2
 Remarks = list[tuple[str, str]]
 
 
-def assembled(folder: Path, section: MeasuredLoading) -> Measurement:
+def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     """Return the measurement of a file, made ready by the keys of ``[loading]``."""
     remarks: Remarks = []
     channels = dict(_channels(section))
@@ -104,7 +111,7 @@ class _Clocked:
         return Measurement(self.time, {}, row=self.row).place(index)
 
 
-def _channels(section: MeasuredLoading) -> Iterator[tuple[tuple[str, str], Channel]]:
+def _channels(section: "MeasuredLoading") -> Iterator[tuple[tuple[str, str], Channel]]:
     for group in ("columns", "response"):
         for key, channel in given(getattr(section, group)).items():
             if isinstance(channel, Channel):
@@ -133,7 +140,7 @@ def _unit(channel: Channel) -> str:
 
 
 def _on_one_clock(
-    folder: Path, section: MeasuredLoading, channels: Mapping[tuple[str, str], Channel], remarks: Remarks
+    folder: Path, section: "MeasuredLoading", channels: Mapping[tuple[str, str], Channel], remarks: Remarks
 ) -> _Clocked:
     measured = {place: channel for place, channel in channels.items() if channel.sources}
     tables: dict[Column | None, Table] = {}
@@ -166,7 +173,7 @@ def _names(key: str, channel: Channel) -> list[str]:
     return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
 
 
-def _read(folder: Path, section: MeasuredLoading, clock: Column | None, channels: Mapping[str, Channel]) -> Table:
+def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
     columns: dict[str, Column] = {} if clock is None else {"time": clock}
     units = {"time": "s"}
     if section.runs_by is not None and clock == section.columns.time:
@@ -211,7 +218,7 @@ def _samples(count: int) -> str:
     return counted(count, "sample", "samples")
 
 
-def _within(section: MeasuredLoading, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+def _within(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
     """Leave out samples before the start or after the end."""
     start = -math.inf if section.start is None else section.start
     end = math.inf if section.end is None else section.end
@@ -226,7 +233,7 @@ def _within(section: MeasuredLoading, clocked: _Clocked, remarks: Remarks) -> _C
     return clocked.at(~outside)
 
 
-def _without_missing(section: MeasuredLoading, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+def _without_missing(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
     """Leave out samples outside of a channel's own clock, and with ``missing = "drop"`` those that miss a channel."""
     outside = int(np.count_nonzero(~clocked.inside))
     if outside:
@@ -247,7 +254,7 @@ def _without_missing(section: MeasuredLoading, clocked: _Clocked, remarks: Remar
     return clocked.at(whole)
 
 
-def runs_of(folder: Path, section: MeasuredLoading) -> dict[int, int]:
+def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
     """Return the runs of a file, in their order, and how many samples each has."""
     run = _on_one_clock(folder, section, dict(_channels(section)), []).run
     known = run[~np.isnan(run)]
@@ -266,7 +273,7 @@ def _run_of(table: Table) -> Floats:
     return number
 
 
-def _of_run(section: MeasuredLoading, clocked: _Clocked, remarks: Remarks) -> _Clocked:
+def _of_run(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
     """Leave out all but the run of the scenario."""
     if section.run is None:
         return clocked
@@ -424,3 +431,125 @@ def _in_si(
         values = np.maximum(values, 0.0)
         remarks.append((f"{name}: negative, taken as 0", _samples(negative)))
     return values
+
+
+@LOADINGS.register
+@attrs.frozen(kw_only=True)
+class MeasuredLoading(NumbersFile, Loading):
+    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint.
+
+    Examples
+    --------
+    [loading]
+    file = "measured.csv"
+    reduce = true
+
+    [loading.columns]
+    time = "t"
+    normal_load = { column = "Fn", unit = "mN" }
+    tangential_displacement = { column = "x", unit = "nm", centred = true }
+
+    [loading.response]
+    tangential_load = { column = "Ft", unit = "mN" }
+
+    [loading.dead_band]
+    tangential_displacement = "10 nm"
+    """
+
+    kind = "file"
+
+    columns: LoadColumns
+    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
+    response: Channels = attrs.Factory(Channels)
+    """What was measured beside it, to compare with; the same keys."""
+    run: int | str | None = None
+    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
+    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
+    runs_by: Column | None = None
+    """Column with the number of the run."""
+    start: Time | None = None
+    """Samples before this time are left out."""
+    end: Time | None = None
+    """Samples after this time are left out."""
+    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
+    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
+    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """A longer time between samples is an error."""
+    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """Samples evenly spaced by this time instead, straight between the measured ones."""
+    dead_band: DeadBand = attrs.Factory(DeadBand)
+    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
+    with ``reduce``."""
+    reduce: bool = False
+    """Replays only the samples that the contact remembers, by the dead bands."""
+
+    def __attrs_post_init__(self) -> None:
+        """Check what the types leave open."""
+        Loading.__attrs_post_init__(self)
+        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
+        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not (is_number and is_counted):
+            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+        if self.runs_by is not None and self.run is None:
+            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
+        if self.start is not None and self.end is not None and self.end < self.start:
+            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
+        channels = given(self.columns)
+        for key, channel in given(self.response).items():
+            if key in channels:
+                problem = "is replayed already, by columns; expected a channel that was measured beside it"
+                raise misfit(problem, "response", key)
+            channels[key] = channel
+        self._check_free_play(channels)
+        self._check_clock(channels)
+        for key in LOAD_KINDS:
+            if getattr(self.dead_band, key) and key not in channels:
+                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
+
+    def _check_clock(self, channels: Mapping[str, Any]) -> None:
+        """Check that no channel needs the times of a record without a clock."""
+        if self.columns.time is not None:
+            return
+        for key, channel in channels.items():
+            for needs in ("time", "shift", "notch", "low_pass"):
+                if getattr(channel, needs):
+                    group = "columns" if getattr(self.columns, key) else "response"
+                    problem = "needs the times of the record; expected a column for loading.columns.time"
+                    raise misfit(problem, group, key, needs)
+        if not any(channel.sources for channel in channels.values()):
+            raise misfit("constants alone, and no time; expected a column", "columns")
+
+    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
+        moved = channels.get("tangential_displacement")
+        if moved is not None and moved.free_play and "tangential_load" not in channels:
+            group = "columns" if self.columns.tangential_displacement else "response"
+            problem = "needs the tangential load, at which the clearance opens; expected a column for it"
+            raise misfit(problem, group, "tangential_displacement", "free_play")
+
+    def measurement(self, folder: Path) -> Measurement:
+        """Return what was measured, read from the file and made ready.
+
+        Raises InputError: a file that cannot be read, missing samples or gaps, or a correction that cannot be made.
+        """
+        with at("loading"):
+            return assembled(folder, self)
+
+    def place(self, folder: Path, index: int) -> str:
+        """Return the line of the file that has an event."""
+        measurement = self.measurement(folder)
+        sample = int(measurement.kept()[index // len(measurement.channels)])
+        return f"loading.file: {self.name}: {measurement.place(sample)}"
+
+    def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
+        """Return the events of the file; ``notify`` takes remarks on how it was read, and on noise."""
+        measurement = self.measurement(folder)
+        for label, notice in measurement.remarks:
+            if label in {FILE_REMARK, HUM_REMARK}:
+                notify(f"{self.name}: {notice}")
+        if noise := measurement.false_reversals():
+            notify(f"{self.name}: {noise}")
+        with at("loading", "file"):
+            try:
+                return measurement.events()
+            except InputError as error:
+                raise InputError(f"{self.name}: {error}") from error

@@ -2,9 +2,7 @@
 
 import functools
 import operator
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 import attrs
 from cattrs import Converter
@@ -21,19 +19,17 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at, misfit
+from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
-from historysim.loads.events import LOAD_KINDS, Event
-from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.loading_kinds import LOADINGS, Loading
+from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.schema import from_table, given
-from historysim.tables import REFUSE_OR_DROP, Column
+from historysim.tables import Column
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from historysim.basics.array_types import Floats
-    from historysim.measured.measurement import Measurement
 
 COMBINED = ("sum", "mean", "difference")
 """Keys that make one channel of several columns."""
@@ -236,127 +232,3 @@ class DeadBand:
     """Of the tangential load."""
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     """Of the tangential displacement."""
-
-
-@LOADINGS.register
-@attrs.frozen(kw_only=True)
-class MeasuredLoading(NumbersFile, Loading):
-    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint.
-
-    Examples
-    --------
-    [loading]
-    file = "measured.csv"
-    reduce = true
-
-    [loading.columns]
-    time = "t"
-    normal_load = { column = "Fn", unit = "mN" }
-    tangential_displacement = { column = "x", unit = "nm", centred = true }
-
-    [loading.response]
-    tangential_load = { column = "Ft", unit = "mN" }
-
-    [loading.dead_band]
-    tangential_displacement = "10 nm"
-    """
-
-    kind = "file"
-
-    columns: LoadColumns
-    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
-    response: Channels = Channels()
-    """What was measured beside it, to compare with; the same keys."""
-    run: int | str | None = None
-    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
-    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
-    runs_by: Column | None = None
-    """Column with the number of the run."""
-    start: Time | None = None
-    """Samples before this time are left out."""
-    end: Time | None = None
-    """Samples after this time are left out."""
-    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
-    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
-    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """A longer time between samples is an error."""
-    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """Samples evenly spaced by this time instead, straight between the measured ones."""
-    dead_band: DeadBand = DeadBand()
-    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
-    with ``reduce``."""
-    reduce: bool = False
-    """Replays only the samples that the contact remembers, by the dead bands."""
-
-    def __attrs_post_init__(self) -> None:
-        """Check what the types leave open."""
-        Loading.__attrs_post_init__(self)
-        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
-        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
-        if self.run not in {None, EACH} and not (is_number and is_counted):
-            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
-        if self.runs_by is not None and self.run is None:
-            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
-        if self.start is not None and self.end is not None and self.end < self.start:
-            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
-        channels = given(self.columns)
-        for key, channel in given(self.response).items():
-            if key in channels:
-                problem = "is replayed already, by columns; expected a channel that was measured beside it"
-                raise misfit(problem, "response", key)
-            channels[key] = channel
-        self._check_free_play(channels)
-        self._check_clock(channels)
-        for key in LOAD_KINDS:
-            if getattr(self.dead_band, key) and key not in channels:
-                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
-
-    def _check_clock(self, channels: Mapping[str, Any]) -> None:
-        """Check that no channel needs the times of a record without a clock."""
-        if self.columns.time is not None:
-            return
-        for key, channel in channels.items():
-            for needs in ("time", "shift", "notch", "low_pass"):
-                if getattr(channel, needs):
-                    group = "columns" if getattr(self.columns, key) else "response"
-                    problem = "needs the times of the record; expected a column for loading.columns.time"
-                    raise misfit(problem, group, key, needs)
-        if not any(channel.sources for channel in channels.values()):
-            raise misfit("constants alone, and no time; expected a column", "columns")
-
-    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
-        moved = channels.get("tangential_displacement")
-        if moved is not None and moved.free_play and "tangential_load" not in channels:
-            group = "columns" if self.columns.tangential_displacement else "response"
-            problem = "needs the tangential load, at which the clearance opens; expected a column for it"
-            raise misfit(problem, group, "tangential_displacement", "free_play")
-
-    def measurement(self, folder: Path) -> "Measurement":
-        """Return what was measured, read from the file and made ready.
-
-        Raises InputError: a file that cannot be read, missing samples or gaps, or a correction that cannot be made.
-        """
-        from historysim.scenario.loading_kinds.assembly import assembled
-
-        with at("loading"):
-            return assembled(folder, self)
-
-    def place(self, folder: Path, index: int) -> str:
-        """Return the line of the file that has an event."""
-        measurement = self.measurement(folder)
-        sample = int(measurement.kept()[index // len(measurement.channels)])
-        return f"loading.file: {self.name}: {measurement.place(sample)}"
-
-    def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events of the file; ``notify`` takes remarks on how it was read, and on noise."""
-        measurement = self.measurement(folder)
-        for label, notice in measurement.remarks:
-            if label in {FILE_REMARK, HUM_REMARK}:
-                notify(f"{self.name}: {notice}")
-        if noise := measurement.false_reversals():
-            notify(f"{self.name}: {noise}")
-        with at("loading", "file"):
-            try:
-                return measurement.events()
-            except InputError as error:
-                raise InputError(f"{self.name}: {error}") from error

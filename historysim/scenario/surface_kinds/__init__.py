@@ -21,8 +21,6 @@ SURFACES: Registry[type["SurfaceKind"]] = Registry(
     "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
 )
 """The kinds of ``[surface]`` by their names."""
-CHANGES = ("height_scale", "interaction", "yielding", "passes")
-"""Keys that a surface of any kind may have: the fields of `ChangedSurface`."""
 
 
 @attrs.frozen(eq=False)
