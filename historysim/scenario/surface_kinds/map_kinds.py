@@ -15,7 +15,6 @@ from historysim.errors import InputError
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
-from historysim.surfaces.random import random_surface
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.summits import WOLF, Summits
 
@@ -146,6 +145,9 @@ class RandomMap(HeightMap):
 
     def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
+        # with scipy, which maps of files do not need
+        from historysim.surfaces.random import random_surface
+
         return random_surface(
             self.shape,  # type: ignore[arg-type] # its length is checked there
             self.pixel_size,

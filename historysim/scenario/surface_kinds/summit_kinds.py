@@ -15,7 +15,6 @@ from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import ColumnsOf, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
-from historysim.surfaces.distribution import LAWS, textured_summits
 from historysim.surfaces.summits import Summits
 from historysim.tables import Column
 
@@ -145,6 +144,9 @@ class Textured(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
+        # with scipy, which other kinds here do not need
+        from historysim.surfaces.distribution import LAWS, textured_summits
+
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
