@@ -23,6 +23,7 @@ from historysim.scenario.surface_kinds import BuiltSurface
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.asperities.laws import FrictionLaw
+    from historysim.contact.materials import MaterialPair
     from historysim.loads.schedule import Cursor
     from historysim.surfaces.summits import Summits
 
@@ -47,6 +48,16 @@ class BuiltScenario:
     ensemble: Ensemble
     events: Sequence[Event] = attrs.field(converter=as_events)
     """In time order; each fits the number of asperities."""
+
+    def __attrs_post_init__(self) -> None:
+        """Check that the events and the recorded indices fit the number of asperities."""
+        record = self.sections.record.asperities
+        with reported(self.name), at("record", "asperities"):
+            if not isinstance(record, str):
+                chosen_asperities(self.ensemble, (), record)
+        for event in self.events if loads_of(self.events) is None else ():
+            if problem := event.problem(len(self.ensemble)):
+                raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
 
     @property
     def replay(self) -> Replay:
@@ -105,20 +116,23 @@ class BuiltScenario:
 
 
 def build(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+    sections: Sections,
+    name: str,
+    pair: "MaterialPair",
+    surface: BuiltSurface,
+    events: Sequence[Event],
+    *,
+    notify: Notify,
 ) -> BuiltScenario:
     """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
-    surface = _as_loaded(sections, name, surface, events, notify)
-    ensemble = ensemble_on(sections, name, surface)
-    for event in events if loads_of(events) is None else ():
-        if problem := event.problem(len(ensemble)):
-            raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+    surface = _as_loaded(name, pair, surface, events, notify)
+    ensemble = ensemble_on(sections, name, pair, surface)
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
 def _as_loaded(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+    name: str, pair: "MaterialPair", surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
@@ -127,8 +141,7 @@ def _as_loaded(
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
-    modulus = sections.materials.pair().contact_modulus
-    largest_load = max([0.0, *values_of(events, NormalLoad)]) / modulus
+    largest_load = max([0.0, *values_of(events, NormalLoad)]) / pair.contact_modulus
     largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
         surface = attrs.evolve(surface, summits=_on_ball(surface, largest_load, largest_approach))
@@ -145,13 +158,9 @@ def _as_loaded(
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> Ensemble:
+def ensemble_on(sections: Sections, name: str, pair: "MaterialPair", surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
     with reported(name):
-        pair = sections.materials.pair()
-        if sections.adhesion and sections.adhesion.work_of_adhesion is not None:
-            with at("adhesion"):
-                pair = pair.with_work_of_adhesion(sections.adhesion.work_of_adhesion)
         friction = _friction(sections, in_surface=surface.friction is not None)
         coefficients: Any = surface.friction if friction is None else friction
         if surface.curve is not None or surface.solutions is not None:
@@ -171,9 +180,6 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> Ensembl
                     follow_sliding=sections.record.sliding,
                     yielding=surface.yielding,
                 )
-        if not isinstance(sections.record.asperities, str):
-            with at("record", "asperities"):
-                chosen_asperities(ensemble, (), sections.record.asperities)
     return ensemble
 
 

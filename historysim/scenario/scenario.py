@@ -26,6 +26,7 @@ from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
+    from historysim.contact.materials import MaterialPair
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
     from historysim.scenario.built import BuiltScenario
@@ -145,7 +146,7 @@ class Scenario:
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
         from historysim.scenario.built import build
 
-        return build(self.sections, self.path.name, surface, events, notify)
+        return build(self.sections, self.path.name, self._pair(), surface, events, notify=notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -158,7 +159,17 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self.sections, self.path.name, surface)
+        return ensemble_on(self.sections, self.path.name, self._pair(), surface)
+
+    def _pair(self) -> "MaterialPair":
+        """Return the pair of materials, with the work of adhesion of ``[adhesion]``."""
+        adhesion = self.sections.adhesion
+        with reported(self.path.name):
+            pair = self.sections.materials.pair()
+            if adhesion is None or adhesion.work_of_adhesion is None:
+                return pair
+            with at("adhesion"):
+                return pair.with_work_of_adhesion(adhesion.work_of_adhesion)
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""
