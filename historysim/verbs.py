@@ -301,6 +301,7 @@ def plot(
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         if isinstance(what, list | tuple):
             what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
+        # whoever asks for something else does not get the picture of the scenario
         if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
             return drawn
         return figure_of(what, picture=picture, place=place, **fields)

@@ -13,8 +13,8 @@ from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
 from historysim.basics.display import html_table
 from historysim.basics.files import replacing
+from historysim.basics.notices import progress_bar
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
