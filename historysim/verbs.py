@@ -434,5 +434,5 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
         with opened(history) as content:
             return explore(content)  # type: ignore[arg-type] # what is no Dataset is refused below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
-        raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
+        raise InputError(f"explore: {type(history).__name__}; expected a history, such as hs.run gives")
     return Explorer(interactive_page(history))

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import attrs
 
 F = TypeVar("F", bound=Callable[..., Any])
+# modules, and packages of modules, that may declare questions
 HOMES = tuple(f"historysim.results.{name}" for name in ("analysis", "history_drift", "rebuilt", "point_maps"))
-"""Modules, and packages of modules, that may declare questions."""
 
 
 @attrs.frozen

@@ -36,8 +36,7 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-REST_TOLERANCE = 1e-9
-"""Part of its range by which a channel may move and count as at rest."""
+REST_TOLERANCE = 1e-9  # part of its range by which a channel may move and count as at rest
 
 
 @question(unit="m")

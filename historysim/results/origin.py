@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Answer = TypeVar("Answer")
+# steps below which a history is replayed for a smooth picture, and how many there are to be then
 FEW_STEPS, SMOOTH_STEPS = 240, 480
-"""Steps below which a history is replayed for a smooth picture, and how many there are to be then."""
 
 
 class Traceable(Recorded, Protocol):

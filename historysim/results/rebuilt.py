@@ -22,8 +22,8 @@ from historysim.results.analysis.recorded import check_recorded, column_of, posi
 from historysim.results.asking import question
 from historysim.results.origin import ask_origin
 
+# difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
-"""Difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history."""
 
 
 @question(per_step=True, table=None, name="asperity")

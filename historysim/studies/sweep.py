@@ -26,10 +26,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MOST_CELLS_IN_A_BATCH = 16
-"""A task costs some tenths of a millisecond beside its cells."""
-FEWEST_BATCHES_OF_A_WORKER = 8
-"""So that all workers end at about the same time."""
+MOST_CELLS_IN_A_BATCH = 16  # a task costs some tenths of a millisecond beside its cells
+FEWEST_BATCHES_OF_A_WORKER = 8  # so that all workers end at about the same time
 MOST_NOTICES = 10
 KILLED = "the process that computed it was killed, perhaps for lack of memory"
 

@@ -11,10 +11,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.loops import Loops
 
-CONTENT = "history over time"
-"""The attribute ``content`` of a history over time."""
-OF_THE_RESULT = ("complete", "id", "log_digest")
-"""Attributes that hold for the result alone."""
+CONTENT = "history over time"  # the attribute content of a history over time
+OF_THE_RESULT = ("complete", "id", "log_digest")  # attributes that hold for the result alone
 
 
 @question(table="loop,start_time")

@@ -18,10 +18,9 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.asking import question
 
-PEAK_OVER_MEAN = 1.5
-"""Greatest over mean pressure of a Hertz contact."""
+PEAK_OVER_MEAN = 1.5  # greatest over mean pressure of a Hertz contact
+# what sticks while the displacement goes on, and as it turns round
 RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
-"""What sticks while the displacement goes on, and as it turns round."""
 
 
 @question(per_step=True)

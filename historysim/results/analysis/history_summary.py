@@ -19,10 +19,8 @@ from historysim.results.asking import question
 if TYPE_CHECKING:
     from historysim.results.origin import Traceable
 
-MOST_COEFFICIENTS = 4
-"""Friction coefficients that a summary names."""
-NOTABLE_TRACTION_RATIO = 1.05
-"""Ratio of traction to friction limit from which a summary has it."""
+MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
+NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
 @question(per_step=True, table="name,value")

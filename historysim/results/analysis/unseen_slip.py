@@ -16,12 +16,9 @@ from historysim.results.analysis.recorded import Recorded
 if TYPE_CHECKING:
     from historysim.results.origin import Traceable
 
-FEWEST, SHOWN = 3, 10
-"""Steps between a reversal and sliding from which on slip is seen, and those that show it."""
-SLIDES = 0.99
-"""Tangential load over the friction limit from which on a contact is as good as sliding."""
-SWING = 0.1
-"""Part of the range of the displacement by which it turns round."""
+FEWEST, SHOWN = 3, 10  # steps between a reversal and sliding from which on slip is seen, and those that show it
+SLIDES = 0.99  # tangential load over the friction limit from which on a contact is as good as sliding
+SWING = 0.1  # part of the range of the displacement by which it turns round
 
 
 def slip_note(history: "Traceable") -> str:
