@@ -33,7 +33,7 @@ def test_columns_of_a_scenario(value, expected):
     ("value", "said"),
     [
         (3, "3; expected a text"),
-        ("", "the text ''; expected a string that is not blank"),
+        ("", "the text ''; expected a text that is not blank"),
         ({}, "column: missing; expected the name of a column in the file"),
         ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),
         ({"column": " "}, "column: the text ' '; expected a string that is not blank"),
