@@ -309,7 +309,7 @@ def test_two_waypoints_at_one_time_stay_two(folder):
         ("{ column = true }", "normal_load.column: true; expected a name, or a position"),
         ("{ column = 0 }", "normal_load.column: 0; expected a position counted from 1"),
         ("3", "normal_load: 3; expected the name of a column, or a table"),
-        ('""', "normal_load.column: the text ''; expected a text that is not blank"),
+        ('""', "normal_load.column: the text ''; expected a string that is not blank"),
         ("{}", "normal_load: neither column nor constant; expected one of them"),
         ('{ column = "N", occurrence = 0 }', "normal_load.occurrence: 0; expected an integer of 1 or more"),
         ('{ column = "N", index = 0 }', "normal_load.index: 0; expected an integer of 1 or more"),
