@@ -183,68 +183,99 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end, double share)
     return HS_OK;
 }
 
+/* Find where a chord ends, and how far asperities slide to there; where they wear, with the shapes that follow: twice. */
+static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end, int *slides) {
+    const hs_contact *contact = memory->contact;
+    const hs_law *law = &w->evolution->law;
+    const size_t size = (size_t)contact->count * sizeof(double);
+    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
+    int passes = w->wears ? 2 : by_distance, searches = w->course.tangential_by_load || w->compliance > 0.0;
+    for (int pass = 0;; ++pass) {
+        if (!w->yield.now) normal_at(w, memory, share, &end->d, &end->load);
+        int status = hs_put_stations(w, memory, end->d, end->load, share, pass ? w->ahead : NULL);
+        if (status == HS_OK) status = find_end(w, memory, share, end);
+        if (status != HS_OK) return status;
+        w->moved = fabs(end->v - memory->displacement) * contact->units.displacement;
+        status = hs_slide_all(w, memory, end, w->wears && pass < passes);
+        if (status != HS_OK) return status;
+        for (int64_t i = 0; i < contact->count && !*slides; ++i) *slides = w->slid[i] > 0.0;
+        if (pass == passes) return HS_OK;
+        if (pass == 0) memcpy(w->shape.begun, w->slid, size);
+        /* what wears may be held by it: it goes in small jerks then, and slides half the way */
+        for (int64_t i = 0; i < contact->count; ++i)
+            w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
+        memcpy(w->ahead, w->slid, size);
+        if (!*slides) return HS_OK;
+        if (!w->wears) continue;
+        status = hs_foresee_wear(w, memory, end);
+        if (status != HS_OK) return status;
+        hs_set_shape(memory, w->shape.end_height, w->shape.end_radius, w->depth);
+        if (searches) hs_refresh_loads(memory);
+    }
+}
+
+/* Put down friction and loads at the end of a chord on which summits wear: groups may stand in another order there. */
+static int weigh_worn(walk *w, const hs_memory *memory, double share, chord_end *end) {
+    int status = hs_put_stations(w, memory, end->d, end->load, share, w->ahead);
+    for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK; ++end->touching) {
+        hs_curve curve = hs_group_of(memory, end->touching).curve;
+        if (curve.gap[0] >= end->d) break;
+        w->load[end->touching] = hs_load_at(curve, end->d).load;
+    }
+    return status;
+}
+
+/* Put down the volumes that asperities have lost on a chord, on which their summits took another shape or not. */
+static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
+    const hs_contact *contact = memory->contact;
+    hs_evolved *evolved = memory->evolved;
+    const size_t size = (size_t)contact->count * sizeof(double);
+    for (int64_t i = 0; i < contact->count; ++i)
+        w->shape.energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
+    if (!shaped) {
+        memset(w->shape.mean_load, 0, size);
+        memset(w->shape.taken, 0, size);
+    }
+    int status = hs_lost_volumes(&w->evolution->wear, contact->count, w->shape.mean_load, w->slid, w->shape.energy,
+                                 w->shape.lost);
+    for (int64_t i = 0; i < contact->count; ++i) {
+        evolved->worn_volume[i] += w->shape.lost[i];
+        evolved->waiting_volume[i] += w->shape.lost[i] - w->shape.taken[i];
+        evolved->shaped_volume[i] += w->shape.taken[i];
+    }
+    return status;
+}
+
 int hs_chord(walk *w, hs_memory *memory, double share) {
     hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
-    const hs_law *law = &w->evolution->law;
-    size_t size = (size_t)contact->count * sizeof(double);
-    int64_t count = contact->count;
-    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
-    int passes = w->wears ? 2 : by_distance, slides = 0, searches = w->course.tangential_by_load || w->compliance > 0.0;
+    const size_t size = (size_t)contact->count * sizeof(double);
     double stored = w->wears ? hs_stored(memory, NULL) : 0.0, erased = 0.0;
+    int status = HS_OK, slides = 0;
     chord_end end;
     hs_tick(memory, hs_toward(w->course.times[0], w->course.times[1], share));
     w->yield.now = w->yields && share > w->yield.onset;
     if (w->yield.now) {
-        int status = hs_yielding_end(w, memory, share, &end.d, &end.load);
+        status = hs_yielding_end(w, memory, share, &end.d, &end.load);
         if (status == HS_OK) status = hs_yield_on(w, memory, end.d);
         if (status != HS_OK) return status;
         if (isnan(end.load)) end.load = hs_load_at(hs_all_of(contact), end.d).load;
     }
     hs_note_gaps(w, contact);
     if (w->wears) {
-        for (int64_t i = 0; i < count; ++i) w->before[contact->order[i]] = memory->each[i];
+        for (int64_t i = 0; i < contact->count; ++i) w->before[contact->order[i]] = memory->each[i];
         memcpy(w->shape.end_height, evolved->summit_height, size);
         memcpy(w->shape.end_radius, evolved->summit_radius, size);
         hs_note_depths(w, memory);
     }
-    for (int pass = 0;; ++pass) {
-        if (!w->yield.now) normal_at(w, memory, share, &end.d, &end.load);
-        int status = hs_put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
-        if (status == HS_OK) status = find_end(w, memory, share, &end);
-        if (status != HS_OK) return status;
-        w->moved = fabs(end.v - memory->displacement) * contact->units.displacement;
-        status = hs_slide_all(w, memory, &end, w->wears && pass < passes);
-        if (status != HS_OK) return status;
-        for (int64_t i = 0; i < count && !slides; ++i) slides = w->slid[i] > 0.0;
-        if (pass == passes) break;
-        if (pass == 0) memcpy(w->shape.begun, w->slid, size);
-        /* what wears may be held by it: it goes in small jerks then, and slides half the way */
-        for (int64_t i = 0; i < count; ++i) w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
-        memcpy(w->ahead, w->slid, size);
-        if (!slides) break;
-        if (w->wears) {
-            status = hs_foresee_wear(w, memory, &end);
-            if (status != HS_OK) return status;
-            hs_set_shape(memory, w->shape.end_height, w->shape.end_radius, w->depth);
-            if (searches) hs_refresh_loads(memory);
-        }
-    }
-    int wears = w->wears && slides;
-    if (wears) erased = hs_wear_to(w, memory, w->shape.mid_height, w->shape.mid_radius, stored);
-    if (w->wears) {
-        /* groups may stand in another order than that of the end */
-        int status = hs_put_stations(w, memory, end.d, end.load, share, w->ahead);
-        if (status != HS_OK) return status;
-        for (end.touching = 0; end.touching < contact->groups; ++end.touching) {
-            hs_curve curve = hs_group_of(memory, end.touching).curve;
-            if (curve.gap[0] >= end.d) break;
-            w->load[end.touching] = hs_load_at(curve, end.d).load;
-        }
-    }
-    int status = carry(w, memory, &end, share);
+    status = find_sliding(w, memory, share, &end, &slides);
     if (status != HS_OK) return status;
-    if (wears) {
+    int shaped = w->wears && slides;
+    if (shaped) erased = hs_wear_to(w, memory, w->shape.mid_height, w->shape.mid_radius, stored);
+    if (w->wears) status = weigh_worn(w, memory, share, &end);
+    if (status == HS_OK) status = carry(w, memory, &end, share);
+    if (status != HS_OK) return status;
+    if (shaped) {
         hs_note_depths(w, memory);
         erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_stored(memory, NULL));
         hs_forget_worn(memory);
@@ -254,20 +285,7 @@ int hs_chord(walk *w, hs_memory *memory, double share) {
         memcpy(evolved->summit_radius, w->shape.end_radius, size);
         evolved->erased_energy += erased * contact->units.energy;
     }
-    if (w->wears) {
-        for (int64_t i = 0; i < count; ++i)
-            w->shape.energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
-        if (!wears) {
-            memset(w->shape.mean_load, 0, size);
-            memset(w->shape.taken, 0, size);
-        }
-        status = hs_lost_volumes(&w->evolution->wear, count, w->shape.mean_load, w->slid, w->shape.energy, w->shape.lost);
-        for (int64_t i = 0; i < count; ++i) {
-            evolved->worn_volume[i] += w->shape.lost[i];
-            evolved->waiting_volume[i] += w->shape.lost[i] - w->shape.taken[i];
-            evolved->shaped_volume[i] += w->shape.taken[i];
-        }
-    }
+    if (w->wears) status = lose_volumes(w, memory, shaped);
     hs_add_slides(w, memory);
     return status;
 }
