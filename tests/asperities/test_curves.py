@@ -251,21 +251,6 @@ def test_loads_of_patches_add_up_and_keep_within_the_limit(tabulated):
     assert bool((given["stick_area"] <= given["contact_area"] * (1 + 1e-12)).all())
 
 
-def test_contacts_that_press_on_one_another_obey_the_superposition():
-    load = pressing(APPROACH)
-    table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, load, friction=0.5)
-    assert table.curves.residual < 1e-6
-    depth, moved = 0.08, 0.01
-    state = table.advance(table.initial_state(), normal_displacement=depth)
-    state = table.advance(state, tangential_displacement=moved)
-    # T = μ [P(d) - P(d - U/(θμ))] for virgin loading, whatever the contact
-    first = pressing(np.array([depth])).sum() - pressing(np.array([depth - moved / 0.5])).sum()
-    assert state.tangential_load == pytest.approx(0.5 * first, rel=1e-5)
-    back = table.advance(state, tangential_displacement=-0.005)
-    half = pressing(np.array([depth])).sum() - pressing(np.array([depth - 0.015 / 2 / 0.5])).sum()
-    assert back.tangential_load == pytest.approx(0.5 * first - 2 * 0.5 * half, rel=1e-5)
-
-
 def test_friction_takes_energy_whatever_the_curve():
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, pressing(APPROACH), friction=0.5)
     history = hs.replay(table, random_moves(np.random.default_rng(4), 0.09), substeps=4)
