@@ -118,7 +118,9 @@ def run_in(
     return surface, records
 
 
-def _flattened(surface: Surface, summits: Summits, height: Floats, radius: Floats, own: Floats, worn: Floats) -> Floats:
+def _flattened(
+    surface: Surface, summits: Summits, height: Floats, *, radius: Floats, own: Floats, worn: Floats
+) -> Floats:
     """Return the heights of a map without what its summits lost as they yielded, own approaches deep, and wore."""
     heights = surface.heights.copy()
     places = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
