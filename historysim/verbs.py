@@ -386,8 +386,7 @@ def _page(what: object, name: str) -> str:
 def _page_of_scenario(scenario: "Scenario") -> str:
     from historysim.results.report.others import comparison_page
     from historysim.results.report.page import page_of
-    from historysim.scenario.compare import compare
-    from historysim.scenario.fit import fit
+    from historysim.scenario.fit import compare, fit
 
     if scenario.sections.fit is not None:
         return page_of(fit(scenario))

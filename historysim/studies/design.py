@@ -12,9 +12,8 @@ import numpy as np
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.display import Lines
-from historysim.basics.notices import Notify, silent
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError

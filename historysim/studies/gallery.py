@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, replacing
-from historysim.basics.notices import Notify, silent
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.errors import InputError
 from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.scenario import Scenario, load

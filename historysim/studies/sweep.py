@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, silent
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.errors import HistorySimError, InputError
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
