@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Sliding
-    from historysim.results.plots.canvas import Drawn, Place, Size
+    from historysim.results.plots.canvas import FigureOrAxes, Place, Size
     from historysim.results.result_files import RecordedFile
     from historysim.results.tables import WrittenTable
     from historysim.scenario.fit import Fit
@@ -253,7 +253,7 @@ def plot(
     figure: "Figure | SubFigure | None" = None,
     ax: "Axes | None" = None,
     **options: object,
-) -> "Drawn":
+) -> "FigureOrAxes":
     """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
 
     ``hs.plots`` has the pictures as functions; ``historysim kinds plots traction`` lists the options of one.
@@ -315,7 +315,7 @@ def _drawn(
     picture: str | None,
     place: "Place",
     options: dict[str, Any],
-) -> "Drawn":
+) -> "FigureOrAxes":
     """Draw the ``[picture]`` of the scenario of a result or a sweep where nothing else is asked for."""
     import xarray as xr
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from historysim.basics.array_types import Floats
 from historysim.basics.fields import Quantity
-from historysim.basics.units import newtons, prefixed, quantity_text
+from historysim.basics.units import newtons, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording.provenance import named_states, state_label, step_of
@@ -20,7 +20,18 @@ from historysim.results.analysis.recorded import is_complete
 from historysim.results.origin import dense
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
-from historysim.results.plots.style import FAINT, INK, LINES, MOST_LINES, line_style, zero_lines
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    LINES,
+    MOST_LINES,
+    SPAN,
+    WHITE,
+    label_loop,
+    line_style,
+    scale_of,
+    zero_lines,
+)
 from historysim.results.plots.swept import cell_label, selected
 
 if TYPE_CHECKING:
@@ -87,9 +98,8 @@ class LoopsPicture(Panel):
         loops = cells_of(data, LOOP, self.labels, self.where)
         axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
         smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
-        length, unit = _scale([row for loop in smooth for row in self._displacements(loop.rows)], "m")
-        force, force_unit = _scale([loop.rows[LOOP[0]].values for loop in smooth], "N")
-        zero_lines(axes)
+        moved = [each for loop in smooth for each in self._displacements(loop.rows)]
+        length, force = label_loop(axes, moved, [loop.rows[LOOP[0]].values for loop in smooth])
         for number, load in enumerate(self.first_loading):
             u, t = first_loading(loops[0].rows, load)
             dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
@@ -105,7 +115,6 @@ class LoopsPicture(Panel):
             for loop in loops:
                 _mark_states(axes, loop.rows, self.steps, length, force)
         axes.margins(0.07, 0.14)
-        axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
         if beside is not None:
             _draw_loads(*beside, loops[0].rows)
         elif self.loads:
@@ -143,11 +152,6 @@ def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
         return figure.add_subplot(), None
     axes, normal = figure.add_subplot(loop), figure.add_subplot(upper)
     return axes, (normal, figure.add_subplot(lower, sharex=normal))
-
-
-def _scale(values: Sequence[Floats], unit: str) -> tuple[float, str]:
-    factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in values))
-    return factor, prefix + unit
 
 
 @attrs.frozen(eq=False)
@@ -233,17 +237,10 @@ def _mark_states(
         axes.plot([u], [t], color=INK, **MARK)
         # on the way down a state lies on the lower right of the loop, on the way up on the upper left
         right = float(rows[LOOP[1]][max(step - 1, 0)]) * length > u
-        axes.annotate(
-            state_label(rows, step) if isinstance(state, str) else str(state),
-            (u, t),
-            xytext=(5 if right else -5, -5 if right else 5),
-            textcoords="offset points",
-            ha="left" if right else "right",
-            va="top" if right else "bottom",
-            fontsize=8,
-            fontstyle="italic",
-            zorder=6,
-        )
+        label = state_label(rows, step) if isinstance(state, str) else str(state)
+        offset, ha, va = ((5, -5), "left", "top") if right else ((-5, 5), "right", "bottom")
+        looks: dict[str, Any] = {"fontsize": 8, "fontstyle": "italic", "zorder": 6, "textcoords": "offset points"}
+        axes.annotate(label, (u, t), offset, ha=ha, va=va, **looks)
 
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
@@ -286,27 +283,14 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     for number, (reach, top) in enumerate(places):
         axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
         axes.plot([reach * length], [top * force], color=INK, **MARK)
-        axes.annotate(
-            rf"$\delta_{number + 1}$",
-            (reach * length, top * force),
-            xytext=(-3 if reach == min(place[0] for place in places) else 3, 4),
-            textcoords="offset points",
-            ha="right" if reach == min(place[0] for place in places) else "left",
-        )
+        left = reach == min(place[0] for place in places)
+        looks: dict[str, Any] = {"ha": "right" if left else "left", "textcoords": "offset points"}
+        axes.annotate(rf"$\delta_{number + 1}$", (reach * length, top * force), (-3 if left else 3, 4), **looks)
     first, second = (reach * length for reach, _ in places)
-    arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=arrow)
-    drift = abs(places[1][0] - places[0][0])
-    axes.annotate(
-        f"drift {quantity_text(drift, 'm', 3)}",
-        (max(first, second), low * force),
-        xytext=(4, 0),
-        textcoords="offset points",
-        va="center",
-        fontsize=7.5,
-        zorder=6,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
-    )
+    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
+    drift = quantity_text(abs(places[1][0] - places[0][0]), "m", 3)
+    looks = {"va": "center", "fontsize": 7.5, "zorder": 6, "bbox": WHITE}
+    axes.annotate(f"drift {drift}", (max(first, second), low * force), (4, 0), textcoords="offset points", **looks)
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
@@ -317,10 +301,9 @@ def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
     time = rows["time"].values
     for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
         values = rows[name].values
-        factor, unit = _scale([values], "N")
+        factor, unit = scale_of("N", values)
         axes.plot(time, values * factor, color=LINES[0][0], linewidth=1.1)
-        if symbol == "T":
-            axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+        zero_lines(axes, vertical=False)
         axes.set_ylabel(f"${symbol}$ ({unit})")
         axes.set_ylim(min(0.0, 1.1 * float(values.min()) * factor), 1.15 * float(values.max()) * factor)
         for step in names.values():

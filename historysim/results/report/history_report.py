@@ -82,14 +82,10 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
-    """Return pictures of a history, with what stands below them.
+    """Return pictures of a history by their names, with what stands below them, as HTML.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    names : sequence of str, optional
-        Of `PICTURES`; by default loop, loads and slip states, and the contact where nearest to half of it slips, or of
-        one asperity, whose map is a point, its traction; yielding and wear, where there are any.
+    By default loop, loads and slip states, and the contact where nearest to half of it slips, or of one asperity, whose
+    map is a point, its traction; yielding and wear, where there are any.
     """
     if names is None:
         names = ["history"]
@@ -107,7 +103,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
 
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
-    names.sort(key=lambda name: PICTURES[name].place)
+    names.sort(key=lambda name: PICTURES[name].order)
     note = slip_note(history)
     drawn = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
     drawn += [*figures, *history_pictures(history, names)]

@@ -6,7 +6,7 @@ import itertools
 import matplotlib as mpl
 import numpy as np
 import pytest
-from pictured import friction_changes
+from pictured import ball, friction_changes
 
 import historysim as hs
 from historysim.errors import InputError
@@ -277,3 +277,28 @@ def test_a_figure_shows_itself_in_a_notebook(history):
 def test_a_size_in_which_nothing_can_be_read_is_refused(history, picture, size):
     with pytest.raises(InputError, match=f"size is {size[0]} × {size[1]} mm, in which a panel .* would be too small"):
         hs.plot(history, picture=picture, size=size)
+
+
+def asperity(*displacements):
+    state = ball().advance(ball().initial_state(), normal_load=0.1)
+    for displacement in displacements:
+        state = ball().advance(state, tangential_displacement=displacement)
+    return ball().asperity(0, state)
+
+
+def test_the_traction_stays_within_friction_times_pressure():
+    one = asperity(1e-8, -5e-9)
+    (axes,) = hs.plots.asperity(one).axes
+    above, below, traction, *dots = axes.get_lines()
+    assert (np.abs(traction.get_ydata()) <= above.get_ydata() * (1 + 1e-9) + 1e-12).all()
+    np.testing.assert_array_equal(below.get_ydata(), -above.get_ydata())
+    assert len(dots) == len(one.reversal_points)
+    assert axes.get_xlabel() == "radius (µm)"
+    assert axes.get_title(loc="left") == "asperity 0, partial slip"
+
+
+def test_an_asperity_that_does_not_touch_is_drawn_too():
+    apart = ball().asperity(0, ball().initial_state())
+    (axes,) = hs.plots.asperity(apart).axes
+    assert axes.get_title(loc="left") == "asperity 0, separated"
+    assert not axes.get_lines()[2].get_ydata().any()

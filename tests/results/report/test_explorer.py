@@ -26,7 +26,7 @@ SHOWN = """() => {
     value: document.get_model_by_name("clock").data.now[0],
     shown: window.document.getElementById("explorer-time").value,
     marker: columns("marker"), fill: columns("map").fill, moment: columns("moment"), profile: columns("profile"),
-    curve: columns("curve"), told: window.document.getElementById("explorer-told").innerHTML,
+    curve: columns("curve"), told: window.document.getElementById("explorer-shown").innerHTML,
     clicked: window.document.getElementById("explorer-clicked").innerHTML,
     asperity: window.document.getElementById("explorer-asperity").selectedOptions[0].text,
     spoken: window.document.getElementById("explorer-time").getAttribute("aria-valuetext"),
