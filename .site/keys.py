@@ -1,11 +1,14 @@
 """``scenarios/keys.md``: every section and key of a scenario, from the classes that read them.
 
-The classes say what a key is: its type and unit, its default, and in their docstrings what it means and how it looks.
+The classes say what a key is: its type and unit, its default, below it what it means; docstrings show how it looks.
 ``python .site/keys.py`` writes the page; a test asks whether it is up to date.
 """
 
+import ast
 import inspect
+import itertools
 import sys
+import textwrap
 from pathlib import Path
 from types import NoneType, UnionType
 from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
@@ -124,7 +127,21 @@ def meanings(kind: type) -> dict[str, str]:
         for part in ("Parameters", "Attributes"):
             for entry in parsed[part]:
                 found |= dict.fromkeys(entry.name.split(", "), " ".join(entry.desc))
+        found |= beside_fields(each)
     return found
+
+
+def beside_fields(kind: type) -> dict[str, str]:
+    """Return the strings that stand below fields in the source of a class, by the names of the fields."""
+    if not attrs.has(kind) or kind.__module__.partition(".")[0] != "historysim":
+        return {}
+    # a height map with the steps of other packages has no source of its own
+    [body] = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+    return {
+        field.target.id: " ".join(text.value.value.split())
+        for field, text in itertools.pairwise(body.body)  # type: ignore[attr-defined] # of a class
+        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
+    }
 
 
 def example(kind: type) -> str:

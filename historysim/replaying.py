@@ -20,7 +20,7 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.recording import provenance
-from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, chosen_asperities
+from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, changes_of, chosen_asperities
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class Replay(FieldsAsHtml):
     @cached_property
     def changes(self) -> Changes:
         """What changes beside the loads, and is recorded at each step."""
-        return Changes.of(self.ensemble, self.events, self.instrument)
+        return changes_of(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""

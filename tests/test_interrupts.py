@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.log.file import LogFile
+from historysim.log import result as result_writer
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
 from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import Rows
@@ -132,7 +132,7 @@ def test_what_an_interrupted_run_keeps_is_resumed(tmp_path, monkeypatch):
     (tmp_path / "s.toml").write_text(scenario, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     whole = hs.run("s.toml", "whole.nc")
-    original, kept = LogFile.add_snapshot, []
+    original, kept = result_writer.add_snapshot, []
 
     def add(self, snapshot):
         original(self, snapshot)
@@ -141,7 +141,7 @@ def test_what_an_interrupted_run_keeps_is_resumed(tmp_path, monkeypatch):
             raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr(LogFile, "add_snapshot", add)
+        patch.setattr(result_writer, "add_snapshot", add)
         done = CliRunner().invoke(main, ["run", "s.toml", "--snapshot-every", "20", "-q"])
     assert done.exit_code == 130
     steps = whole.sizes["step"]

@@ -36,7 +36,7 @@ FREE = ("", "__main__")
 READERS = ("results.analysis", "results.plots.swept")
 ENGINE = {"memory", "asperities", "recording", "replaying", "log", "scenario"}
 LONGEST_CORRIDOR = 200
-HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "cf_units", "tqdm", "h5py", "nptdms"}
+HEAVY = {"numpy", "scipy", "xarray", "netCDF4", "matplotlib", "pint", "tqdm", "h5py", "nptdms"}
 
 
 def room(name):

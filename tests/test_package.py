@@ -104,7 +104,7 @@ def test_a_name_that_does_not_exist_is_an_attribute_error():
 def test_importing_the_package_imports_nothing_heavy():
     code = (
         "import sys, historysim; historysim.InputError, dir(historysim); "
-        "print(sorted({'numpy', 'xarray', 'scipy', 'netCDF4', 'matplotlib', 'cf_units', 'tqdm'} "
+        "print(sorted({'numpy', 'xarray', 'scipy', 'netCDF4', 'matplotlib', 'pint', 'tqdm'} "
         "& set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

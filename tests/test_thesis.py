@@ -14,8 +14,8 @@ from hertz_sums import HARD, SOFT, approaches, displacement
 from scipy import optimize
 
 import historysim as hs
-from historysim.recording.provenance import named_states
 from historysim.results import analysis, rebuilt
+from historysim.results.named_states import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
 mpl.use("Agg")

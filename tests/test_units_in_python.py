@@ -248,7 +248,6 @@ CALLS = {
         f"design_studies.{name}": (lambda name=name, **found: getattr(hs.design_studies, name)(PAIR, **found), given)
         for name, given in {
             "equal_asperities": {**STUDY, "pitch": 1e-4, "count": [(1, 1)], "scaling": "self-similar"},
-            "one_large_asperity": {**STUDY, "large_radius": 2e-5, "count": 4},
             "radius_load_friction": {**STUDY, "later_load": 2e-3},
             "texture_tolerances": {**STUDY, "count": (2, 2), "pitch": 1e-4, "height_scatter": 1e-9, "seeds": [1]},
         }.items()
@@ -271,8 +270,6 @@ NUMBERS_ALONE = {
     "summary": "what another function has found",
     "volume": "what a law is asked with",
     "first_loading": "what a law is asked with",
-    "finish_for_a_drift": "a search of seconds; its arguments are keys of scenarios",
-    "texture_for_a_drift": "a search of seconds; its arguments are keys of scenarios",
     "roughness": "a sweep of seconds; its arguments are keys of scenarios",
     "read_surface": "needs a file; its pixel_size is that of Surface",
     "write_fmu": "needs a compiler; tried by the command",

@@ -2,22 +2,22 @@
 
 import enum
 import math
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import Any
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.array_types import Array, Floats
+from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
-from historysim.memory.binding import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED
-
-if TYPE_CHECKING:
-    from historysim.memory.traction import TractionMemory
+from historysim.memory.binding import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, TIE, Memory, check, view
+from historysim.memory.rows import blank_rows
 
 
 class SlipState(enum.IntEnum):
@@ -29,11 +29,18 @@ class SlipState(enum.IntEnum):
     GROSS_SLIP = GROSS_SLIP
 
 
-@attrs.frozen(eq=False, repr=False)
-class Asperity:
-    """One asperity, holding its traction memory in one state of its ensemble.
+def _recorded(name: str, text: str) -> float:
+    """Return a property that reads what a recorder writes of an asperity, in SI."""
+    return property(lambda asperity: float(asperity.recorded[name]), doc=text)  # type: ignore[return-value]
 
-    What it answers follows from its geometry, its friction and its memory.
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, repr=False, slots=False)
+class Asperity:
+    """One asperity in one state of its ensemble: what it answers follows from its geometry, friction and memory.
+
+    Its memory is the polyline of its friction group, the anchor of the springs over the approach of the highest summit
+    at which a spring first touched, as far as that is beyond the asperity's own gap.
 
     Attributes
     ----------
@@ -42,8 +49,8 @@ class Asperity:
     pair : MaterialPair
     summit_height, summit_radius : float
         [m].
-    memory : TractionMemory
-        View of the friction group's polyline.
+    memory : hs_memory
+        Of this asperity alone, with what its group remembers.
 
     Examples
     --------
@@ -59,7 +66,14 @@ class Asperity:
     pair: MaterialPair
     summit_height: float
     summit_radius: float
-    memory: "TractionMemory"
+    memory: Memory
+
+    normal_load = _recorded("normal_load", "Normal load N [N].")
+    tangential_load = _recorded(
+        "tangential_load", "Tangential load T [N], with the sign of the displacement that raised it."
+    )
+    contact_radius = _recorded("contact_radius", "Contact radius a [m]; 0 where it does not touch.")
+    stick_radius = _recorded("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
 
     def __repr__(self) -> str:
         parts = [
@@ -69,53 +83,39 @@ class Asperity:
             f"stick radius {quantity_text(self.stick_radius, 'm')}",
             counted(self.reversal_points.size, "reversal point", "reversal points"),
         ]
-        state = self.slip_state.name.lower().replace("_", " ")
-        return f"<Asperity {self.index}: {state}{''.join(f', {text}' for text in parts)}>"
+        return f"<Asperity {self.index}: {', '.join([_state_text(self), *parts])}>"
 
-    @property
-    def friction(self) -> float:
-        """Coulomb coefficient μ in this state."""
-        return self.memory.friction
-
-    @property
-    def approach(self) -> float:
-        """Own approach δ [m]; negative where it does not touch."""
-        return self.memory.approach
-
-    @property
-    def normal_load(self) -> float:
-        """Normal load N [N]."""
-        return float(self.memory.recorded.normal_load[0, 0])
-
-    @property
-    def tangential_load(self) -> float:
-        """Tangential load T [N], with the sign of the displacement that raised it."""
-        return float(self.memory.recorded.tangential_load[0, 0])
-
-    @property
-    def contact_radius(self) -> float:
-        """Contact radius a [m]; 0 where it does not touch."""
-        return float(self.memory.recorded.contact_radius[0, 0])
-
-    @property
-    def stick_radius(self) -> float:
-        """Stick radius c [m]: a in full stick, 0 in gross slip."""
-        return float(self.memory.recorded.stick_radius[0, 0])
+    @cached_property
+    def recorded(self) -> dict[str, Any]:
+        """What a recorder writes of this asperity, by name, in SI."""
+        rows = blank_rows(1, 1)
+        check(lib.hs_read(self.memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
+        return {name: values[0, 0] for name, values in rows.each.items()}
 
     @property
     def slip_state(self) -> SlipState:
         """What the contact does at its edge and inside."""
-        return SlipState(self.memory.recorded.slip_state[0, 0])
+        return SlipState(self.recorded["slip_state"])
+
+    @property
+    def friction(self) -> float:
+        """Coulomb coefficient μ in this state."""
+        return float(self.memory.friction[0])
+
+    @property
+    def approach(self) -> float:
+        """Own approach δ [m]; negative where it does not touch."""
+        return float((self.memory.approach - self._gap) * self.memory.contact.units.length)
 
     @property
     def dissipated_energy(self) -> float:
         """Energy that friction has taken since the start [J]."""
-        return self.memory.dissipated_energy
+        return float(self.memory.each[0] * self.memory.contact.units.energy)
 
     @property
     def stored_energy(self) -> float:
         """Tangential elastic energy [J]."""
-        return self.memory.stored_energy
+        return float(lib.hs_stored_energy(self.memory))
 
     @property
     def preliminary_displacement(self) -> float:
@@ -128,7 +128,16 @@ class Asperity:
 
         Less, where a fall of friction lets a disc slide inside the stick zone.
         """
-        return self.memory.tangential_stiffness
+        return float(lib.hs_stiffness(self.memory, 0))
+
+    @property
+    def superposition(self) -> tuple[Floats, Floats]:
+        """Radii [m] and weights of the Hertz pressures of which the traction is the sum, the edge first.
+
+        The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside.
+        """
+        seen = self._seen
+        return self._radius(seen), np.diff(seen["slope"][::-1], prepend=0.0)
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
@@ -145,16 +154,25 @@ class Asperity:
         record array with fields ``radius`` [m], the stick radius at the reversal, and ``displacement`` [m], the
         tangential displacement U of the reversal.
         """
-        radius, displacement = self.memory.reversals
-        points = np.recarray(radius.size, dtype=[("radius", float), ("displacement", float)])
-        points.radius, points.displacement = radius, displacement
+        # with the vertex inside of those that are seen, which strain is measured against
+        stack = self._vertices[-len(self._seen) - 1 :] if len(self._seen) else self._seen
+        made_at = stack["made_at"]
+        tie = TIE * np.abs(made_at).max(initial=0.0)
+        steps = np.diff(made_at, append=made_at[-1:])
+        turns = np.flatnonzero(np.abs(steps) > tie)
+        # of each vertex, the first step outside it that is more than rounding
+        onward = np.append(steps[turns], 0.0)[np.searchsorted(turns, np.arange(len(stack)))]
+        # springs were at the limit at a slip front when it was made, at a former edge they were not strained; the front
+        # is left behind when the displacement then went the other way
+        strain = made_at - stack["anchor"]
+        left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
+        points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float)])
+        points.radius = self._radius(left)
+        points.displacement = left["made_at"][::-1] * self.memory.contact.units.displacement
         return points
 
     def traction(self, radius: npt.ArrayLike) -> Floats:
-        """Return the tangential traction τ(r) [Pa].
-
-        The superposition of Hertz pressures that belongs to the polyline: Σ_j Δm_j p(r; c_j) (Jäger;
-        Ciavarella).
+        """Return the tangential traction τ(r) [Pa], the sum of `superposition`: Σ_j Δm_j p(r; c_j) (Jäger; Ciavarella).
 
         Parameters
         ----------
@@ -168,7 +186,7 @@ class Asperity:
         """
         distance = np.abs(checked("radius", radius))
         total = np.zeros(distance.shape)
-        for weight, vertex_radius in zip(self.memory.jump, self.memory.radius, strict=True):
+        for vertex_radius, weight in zip(*self.superposition, strict=True):
             total += weight * self._pressure(distance, vertex_radius)
         return total
 
@@ -180,18 +198,36 @@ class Asperity:
         peak = 2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)
         return peak * half_chord(distance, contact_radius)
 
+    @property
+    def _gap(self) -> float:
+        return float(self.memory.contact.gap[0])
+
+    @property
+    def _vertices(self) -> Array:
+        return view(self.memory.vertices, self.memory.depth[0])
+
+    @property
+    def _seen(self) -> Array:
+        """The vertices beyond the asperity's gap, the deepest first."""
+        return self._vertices[self._vertices["label"] > self._gap]
+
+    def _radius(self, vertices: Array) -> Floats:
+        """Return the radii of vertices, edge first [m]: √(R (label - gap))."""
+        depth: Floats = np.maximum(vertices["label"][::-1] - self._gap, 0.0)
+        radius: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius
+        return radius
+
+
+def _state_text(asperity: Asperity) -> str:
+    return asperity.slip_state.name.lower().replace("_", " ")
+
 
 def summary(asperity: Asperity) -> list[tuple[str, str]]:
     """Return the state of an asperity in a few lines."""
-    return [
-        ("asperity", str(asperity.index)),
-        ("slip state", asperity.slip_state.name.lower().replace("_", " ")),
-        ("normal load", quantity_text(asperity.normal_load, "N")),
-        ("tangential load", quantity_text(asperity.tangential_load, "N")),
-        ("contact radius", quantity_text(asperity.contact_radius, "m")),
-        ("stick radius", quantity_text(asperity.stick_radius, "m")),
-        ("dissipated energy", quantity_text(asperity.dissipated_energy, "J")),
-    ]
+    units = {"normal_load": "N", "tangential_load": "N", "contact_radius": "m", "stick_radius": "m"}
+    units |= {"dissipated_energy": "J"}
+    values = [(name.replace("_", " "), quantity_text(getattr(asperity, name), unit)) for name, unit in units.items()]
+    return [("asperity", str(asperity.index)), ("slip state", _state_text(asperity)), *values]
 
 
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:

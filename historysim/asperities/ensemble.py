@@ -9,13 +9,13 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.channel_goals import channel, goals, goals_of
 from historysim.asperities.curves import NormalCurves, Superposition
-from historysim.asperities.evolution import Evolution
+from historysim.asperities.evolution import evolution_of
 from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.law import Law
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import Stepper, Totals
+from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import checked, one_per, scalar, workable
@@ -38,6 +38,7 @@ from historysim.memory.binding import (
     drive,
     new_contact,
     new_memory,
+    owned,
     slide_times,
     stack,
     view,
@@ -50,7 +51,7 @@ if TYPE_CHECKING:
     from historysim.interaction.solutions import NormalSolutions
 
 
-EVOLVED = (
+EVOLVED = {
     "slid_distance",
     "worn_volume",
     "summit_height",
@@ -58,7 +59,7 @@ EVOLVED = (
     "yielded_depth",
     "yielding_load",
     "yielding_energy",
-)
+}
 """What is recorded of asperities that evolve, beside what always is."""
 
 
@@ -67,11 +68,6 @@ def check_pair(pair: MaterialPair) -> MaterialPair:
     if not isinstance(pair, MaterialPair):
         raise InputError(f"pair is {pair!r}; expected a MaterialPair")
     return pair
-
-
-def _read_only(values: Floats) -> Floats:
-    values.flags.writeable = False
-    return values
 
 
 # slots would leave no place for what is computed once
@@ -165,7 +161,7 @@ class Ensemble:
             pair=pair,
             summit_height=height,
             summit_radius=radius,
-            friction=_read_only(at_start(friction, count)),
+            friction=each("friction", at_start(friction, count), count),
             x=None if x is None else each("x", x, count),
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
@@ -218,8 +214,8 @@ class Ensemble:
             Of the whole contact, from first touch at 0, ascending [m].
         load : array_like (row) or (row, patch)
             Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
-            indentation measures it. Their sum rises ever faster, or as fast, as that of a flat punch does. A sum that
-            does is met exactly; of another one the nearest that does is taken (see `NormalCurves.residual` and
+            indentation measures it. Their sum has to rise ever faster, or in proportion. A sum that does is met
+            exactly; of another one the nearest that does is taken (see `NormalCurves.residual` and
             `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
@@ -254,31 +250,31 @@ class Ensemble:
         return Patches(pair, curves, friction, highest_summit=solutions.highest_summit, tolerance=tolerance)
 
     def __repr__(self) -> str:
-        friction = f"friction {self._friction_text}" if self.law is None else f"friction of {self.law.text}"
-        ranges = [f"{name} {text}" for name, text in self._summit_ranges]
-        return f"<Ensemble: {', '.join([self._counted, *ranges, friction])}>"
+        name, friction, *more = self._lines
+        texts = [" ".join(line) for line in (*self._summit_ranges, friction, *more)]
+        return f"<Ensemble: {', '.join([counted(len(self), *name), *texts])}>"
 
     def _repr_html_(self) -> str:
-        return html_table(
-            [
-                (self._counted.split()[1], f"{len(self):,}"),
-                *self._summit_ranges,
-                ("friction", self._friction_text if self.law is None else self.law.text),
-                *([] if self.wear is None else [("wear", self.wear.text)]),
-                *([] if self.yielding is None else [("yielding", self.yielding.text)]),
-                ("contact modulus E*", quantity_text(self.pair.contact_modulus, "Pa")),
-                ("shear modulus G*", quantity_text(self.pair.shear_modulus, "Pa")),
-            ]
-        )
+        (_, noun), *more = self._lines
+        moduli = ("contact modulus E*", self.pair.contact_modulus), ("shear modulus G*", self.pair.shear_modulus)
+        texts = [(name, quantity_text(value, "Pa")) for name, value in moduli]
+        return html_table([(noun, f"{len(self):,}"), *self._summit_ranges, *more, *texts])
 
     @property
-    def _counted(self) -> str:
-        return counted(len(self), "asperity", "asperities")
-
-    @property
-    def _friction_text(self) -> str:
+    def _lines(self) -> list[tuple[str, str]]:
+        """What one and several of its bodies are called, then friction, wear and yielding, each in a line."""
         least, most = self.friction.min(), self.friction.max()
-        return f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        friction = f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+        laws = ("wear", self.wear), ("yielding", self.yielding)
+        return [
+            self._nouns,
+            ("friction", friction if self.law is None else self.law.text),
+            *((name, law.text) for name, law in laws if law is not None),
+        ]
+
+    @property
+    def _nouns(self) -> tuple[str, str]:
+        return "asperity", "asperities"
 
     @property
     def _summit_ranges(self) -> list[tuple[str, str]]:
@@ -306,10 +302,20 @@ class Ensemble:
         return changing or self.wear is not None or self.follow_sliding
 
     @property
+    def laws(self) -> tuple[Law, ...]:
+        """Its laws of friction, wear and yielding, those that it has."""
+        return tuple(law for law in (self.law, self.wear, self.yielding) if law is not None)
+
+    @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that its laws come from, each with its version."""
-        origins = [law.registry.provider(type(law)) for law in (self.law, self.wear, self.yielding) if law is not None]
+        origins = [law.registry.provider(type(law)) for law in self.laws]
         return tuple(dict.fromkeys(str(origin) for origin in origins if origin is not None))
+
+    @property
+    def highest_summit(self) -> float:
+        """Height of the highest summit [m]: the separation at first touch."""
+        return float(self.summit_height.max())
 
     @property
     def first_touch(self) -> Floats:
@@ -319,17 +325,8 @@ class Ensemble:
     @property
     def coordinates(self) -> dict[str, Floats]:
         """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
-        known = {"summit_height": self.summit_height, "summit_radius": self.summit_radius, "friction": self.friction}
-        return known | self._positions
-
-    @property
-    def _positions(self) -> dict[str, Floats]:
-        return {name: place for name, place in (("x", self.x), ("y", self.y)) if place is not None}
-
-    @property
-    def highest_summit(self) -> float:
-        """Height of the highest summit [m]: the separation at first touch."""
-        return float(self.summit_height.max())
+        names = ("summit_height", "summit_radius", "friction", "x", "y")
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
     def initial_state(self) -> EnsembleState:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
@@ -384,10 +381,9 @@ class Ensemble:
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         if self.curves is not None:
-            self.curves.check_reach(paths_to(goals(normal), goals(tangential)))
+            self.curves.check_reach(path_to(normal, tangential))
         if memory.evolved:
-            paths = paths_to(goals(normal), goals(tangential))
-            moved = self.walk(state, paths, saturate=saturate, instrument=instrument)
+            moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         else:
             driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
             moved = EnsembleState(advanced(memory, *normal, *tangential, driven), start)
@@ -409,27 +405,17 @@ class Ensemble:
     ) -> tuple[EnsembleState, Totals]:
         """Return the state after straight paths, one after the other, and the totals at the end of each.
 
-        It is what as many calls of `advance` would do, bit for bit. Arguments are as there, with one value for each
-        path, or one number for all of them.
-
-        Raises
-        ------
-        FrictionLimitError, CurveEndError
-            With the position of the path that cannot be walked.
-        InputError
-            As for `advance`, or lists of different lengths.
+        It is what as many calls of `advance` would do, bit for bit. Arguments and errors are as there, with one value
+        for each path, or one number for all of them; an error has the position of its path.
         """
         memory = self._memory_of(state)
         controls = memory.normal_control, memory.tangential_control
         normal = goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
         tangential = goals_of("tangential", tangential_load, tangential_displacement, controls[1])
         counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
-        if len(counts) > 1:
-            raise InputError(
-                f"the channels have {min(counts)} and {max(counts)} values; expected as many, or one number"
-            )
-        if 0 in counts:
-            raise InputError("there is no value; expected one for each path")
+        if len(counts) > 1 or 0 in counts:
+            numbers = " and ".join(map(str, sorted(counts)))
+            raise InputError(f"the channels have {numbers} values; expected as many, one or more, or one number")
         paths = paths_to(normal, tangential)
         rows = blank_rows(paths.size, None)
         state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
@@ -451,15 +437,11 @@ class Ensemble:
         Raises
         ------
         InputError
-            A file of something else or of another version, or a state of other materials, summits, friction or laws.
-            Positions and the tolerance may be others.
-        OSError
-            The file cannot be read.
+            Another file, or a state of other materials, summits, friction or laws; positions and the tolerance may be
+            others.
         """
-        path = Path(path)
-        content = path.read_bytes()
         try:
-            return EnsembleState.from_bytes(content, self.initial_state())
+            return EnsembleState.from_bytes(Path(path).read_bytes(), self.initial_state())
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
@@ -537,8 +519,8 @@ class Ensemble:
         memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
         self._follow(memory)
         count, evolved = self.elements, memory.evolved
-        height, radius = view(evolved.summit_height, count).copy(), view(evolved.summit_radius, count).copy()
-        old = height.copy(), radius.copy()
+        old = view(evolved.summit_height, count), view(evolved.summit_radius, count)
+        height, radius = old[0].copy(), old[1].copy()
         each = partial(one_per, "asperity", "asperities")
         if summit_height is not None:
             height[chosen] = workable("summit_height", each("summit_height", summit_height, chosen.size))
@@ -550,22 +532,10 @@ class Ensemble:
             fresh[chosen] = 1
         if not fresh.any():
             return state
-        before, units = state.memory, state.memory.contact.units
         virgin = np.where(fresh, radius, self._virgin_radius(memory))
-        with self.evolution.as_struct(virgin) as evolution:
+        with self._evolution(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
-        request = before.tangential_load + before.excess
-        compliance = units.stiffness / as_instrument(instrument).lateral_stiffness
-        reached = before.displacement + compliance * before.tangential_load
-        back = paths_to(
-            Goals(LOAD, before.normal_load * units.load)
-            if before.normal_control == LOAD
-            else Goals(DISPLACED, before.approach * units.length),
-            Goals(LOAD, request * units.load)
-            if before.tangential_control == LOAD
-            else Goals(DISPLACED, reached * units.displacement),
-            times=(before.clock.end, before.clock.end),
-        )
+        back = _back_to(state.memory, as_instrument(instrument))
         return self.walk(EnsembleState(memory, self._beginning), back, saturate=saturate, instrument=instrument)
 
     def walk(
@@ -589,14 +559,11 @@ class Ensemble:
         paths : Paths
             With targets in N and m.
         rows : Rows, optional
-            Where the rows that the paths record are written, in SI units (see `blank_rows`); none are
-            recorded by default.
+            Where the rows that the paths record are written, in SI (see `blank_rows`).
         asperities : array_like (column)
             Indices of the asperities to record, in the order of the columns of ``rows``.
-        saturate : bool
-            Hold tangential loads beyond the limit at the limit.
-        instrument : Instrument, optional
-            In series with the contact: tangential displacements are those of its drive.
+        saturate, instrument
+            As for `advance`.
         until : float
             Share of each path that is walked.
         friction : FrictionGoal, optional
@@ -613,7 +580,7 @@ class Ensemble:
         """
         columns = np.asarray(asperities, dtype=np.int64)
         memory = copied(self._memory_of(state))
-        if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
+        if friction is not None or (rows is not None and EVOLVED & rows.each.keys()):
             self._follow(memory)
         if rows is None:
             rows, paths = blank_rows(0, None), unrecorded(paths)
@@ -623,7 +590,7 @@ class Ensemble:
         if memory.evolved:
             if friction is not None:
                 view(memory.evolved.given, self.elements)[:] = 1
-            with self.evolution.as_struct(self._virgin_radius(memory), friction) as evolution:
+            with self._evolution(self._virgin_radius(memory), friction) as evolution:
                 status = lib.hs_walk_evolving(*way, evolution, refusal)
         else:
             status = lib.hs_walk(*way, refusal)
@@ -650,7 +617,6 @@ class Ensemble:
     def asperity(self, index: int, state: EnsembleState) -> "Asperity":
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError."""
         from historysim.asperities.asperity import Asperity
-        from historysim.memory.traction import TractionMemory
 
         if not 0 <= index < len(self):
             raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
@@ -660,13 +626,13 @@ class Ensemble:
             pair=self.pair,
             summit_height=float(evolved.summit_height[index]),
             summit_radius=float(evolved.summit_radius[index]),
-            memory=TractionMemory.of(memory, index),
+            memory=owned(lib.hs_memory_of_one(memory, index)),
         )
 
-    @property
-    def evolution(self) -> Evolution:
-        """What makes the asperities evolve."""
-        return Evolution(self.pair, self.law, self.wear, self.yielding, self.follow_sliding)
+    def _evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Any:
+        laws = self.law, self.wear, self.yielding
+        follow = self.follow_sliding
+        return evolution_of(self.pair, *laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
 
     @cached_property
     def _contact(self) -> Any:
@@ -675,19 +641,8 @@ class Ensemble:
         if self.wear is not None or (self.law is not None and self.law.depends_on in {"own", "slid"}):
             # where friction depends on each asperity itself, those that are alike share what they remember
             keys += [self.summit_height, self.summit_radius]
-        group = _alike(*keys)
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
-        return new_contact(self.summit_height, self.summit_radius, self._knot_stiffness, group, *moduli, self._watched)
-
-    @property
-    def _knot_stiffness(self) -> Floats | None:
-        """dP/da at the knots of a normal curve [N/m]; None of summits, which are Hertz's."""
-        return None
-
-    @property
-    def _watched(self) -> Floats | None:
-        """Approaches of first touch that are watched for sliding in place of asperities [m]; None of summits."""
-        return None
+        return new_contact(self.summit_height, self.summit_radius, None, _alike(*keys), *moduli)
 
     @cached_property
     def _beginning(self) -> Memory:
@@ -700,12 +655,12 @@ class Ensemble:
     @property
     def _more(self) -> bytes:
         """What states belong to beside the contact and its friction: what asperities evolve by."""
-        laws = [law.numbers for law in (self.law, self.wear, self.yielding) if law is not None]
-        if not laws and not self.follow_sliding:
+        if not self.laws and not self.follow_sliding:
             return b""
+        numbers = [law.numbers for law in self.laws]
         # an object of a law of one's own is known by its type: its address is another one elsewhere
-        content = json.dumps([laws, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
-        return content.encode()
+        text = json.dumps([numbers, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
+        return text.encode()
 
     def _memory_of(self, state: EnsembleState) -> Memory:
         """Return the memory of a state, which has to be of this ensemble."""
@@ -771,6 +726,22 @@ def _alike(*keys: Floats) -> Integers | None:
     return numbers.astype(np.int64) if numbers.any() else None
 
 
+def _back_to(before: Memory, instrument: Instrument) -> Paths:
+    """Return the path on which each channel goes back to where it was controlled to be."""
+    units = before.contact.units
+    compliance = units.stiffness / instrument.lateral_stiffness
+    normal = {LOAD: before.normal_load * units.load, DISPLACED: before.approach * units.length}
+    tangential = {
+        LOAD: (before.tangential_load + before.excess) * units.load,
+        DISPLACED: (before.displacement + compliance * before.tangential_load) * units.displacement,
+    }
+    return paths_to(
+        Goals(before.normal_control, normal[before.normal_control]),
+        Goals(before.tangential_control, tangential[before.tangential_control]),
+        times=(before.clock.end, before.clock.end),
+    )
+
+
 class Patches(Ensemble):
     """Patches of one contact, given by their normal curves; `Ensemble.from_normal_curves` makes them, and says more.
 
@@ -804,8 +775,8 @@ class Patches(Ensemble):
         return len(self.curves)
 
     @property
-    def _counted(self) -> str:
-        return counted(len(self), "patch", "patches")
+    def _nouns(self) -> tuple[str, str]:
+        return "patch", "patches"
 
     @property
     def _summit_ranges(self) -> list[tuple[str, str]]:
@@ -819,13 +790,13 @@ class Patches(Ensemble):
     @property
     def coordinates(self) -> dict[str, Floats]:
         """What is known of each patch: height, friction at the start, position."""
-        height = self.highest_summit - self.curves.first_touch
-        return {"summit_height": height, "friction": np.full(len(self), self.friction[0])} | self._positions
-
-    @property
-    def _positions(self) -> dict[str, Floats]:
-        places = ("x", self.curves.x), ("y", self.curves.y)
-        return {name: place for name, place in places if place is not None}
+        known = {
+            "summit_height": self.highest_summit - self.curves.first_touch,
+            "friction": np.full(len(self), self.friction[0]),
+            "x": self.curves.x,
+            "y": self.curves.y,
+        }
+        return {name: values for name, values in known.items() if values is not None}
 
     def with_friction(
         self,
@@ -857,7 +828,7 @@ class Patches(Ensemble):
         **how: Any,
     ) -> EnsembleState:
         """Return the state after straight paths, and record patches on the way; see `Ensemble.walk`."""
-        if friction is not None or (rows is not None and any(name in rows.each for name in EVOLVED)):
+        if friction is not None or (rows is not None and EVOLVED & rows.each.keys()):
             raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
         self.curves.check_reach(paths)
         if rows is None:
@@ -890,13 +861,12 @@ class Patches(Ensemble):
         found: Floats = super().slide_time(state)[np.unique(self.first_touch, return_inverse=True)[1]]
         return found
 
-    @property
-    def _knot_stiffness(self) -> Floats | None:
-        return self.curves.stiffness
-
-    @property
-    def _watched(self) -> Floats | None:
-        return np.unique(self.first_touch)
+    @cached_property
+    def _contact(self) -> Any:
+        """The contact of the elements of the curve, which watches when patches first slide."""
+        moduli = self.pair.contact_modulus, self.pair.displacement_ratio
+        watched = np.unique(self.first_touch)
+        return new_contact(self.summit_height, self.summit_radius, self.curves.stiffness, None, *moduli, watched)
 
     @property
     def _more(self) -> bytes:

@@ -2,12 +2,11 @@
 
 import contextlib
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import attrs
 import numpy as np
 
 from historysim.asperities.friction import FrictionGoal, FrictionLaw, Loaded
@@ -21,87 +20,81 @@ from historysim.errors import HistorySimError, InputError
 from historysim.memory.binding import fill, view
 
 
-@attrs.frozen(eq=False)
-class Evolution:
-    """What makes asperities evolve, as `Ensemble` has it."""
+@contextlib.contextmanager
+def evolution_of(
+    pair: MaterialPair,
+    law: FrictionLaw | None,
+    wear: WearLaw | None,
+    yielding: YieldingLaw | None,
+    *,
+    follow_sliding: bool,
+    virgin_radius: Floats,
+    goal: FrictionGoal | None,
+) -> Iterator[Any]:
+    """Give what makes asperities evolve as the library takes it, for one call; then raise errors of a user's own law.
 
-    pair: MaterialPair
-    law: FrictionLaw | None
-    wear: WearLaw | None
-    yielding: YieldingLaw | None = None
-    follow_sliding: bool = False
+    The radii are those of the summits before they yielded [m] (asperity).
+    """
+    raised: list[BaseException] = []
+    found = ffi.new("hs_evolution *")
+    found.contact_modulus, found.goal_fraction = pair.contact_modulus, 1.0
+    found.count, found.follow_sliding = virgin_radius.size, follow_sliding
+    # what the struct points to has to live as long as it does
+    kept: list[Any] = []
+    if goal is not None:
+        kept.append(pointer(goal.coefficients))
+        found.goal, found.goal_fraction = kept[-1], goal.fraction
 
-    @contextlib.contextmanager
-    def as_struct(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Iterator[Any]:
-        """Give it as the library takes it, for one call, after which errors of a user's own law are raised.
+    def add(name: str, law: Law, fields: Mapping[str, Any], asked: Callable[..., int]) -> None:
+        struct = getattr(found, name)
+        kept.append(fill(struct, fields))
+        if not struct.kind:
+            # a law that the library does not know is asked in Python
+            struct.kind = ffi.integer_const(f"HS_CALLERS_{name.upper()}")
+            kept.append(_callback(f"hs_{name}_function", law, asked, raised))
+            struct.function = kept[-1]
 
-        The radii are those of the summits before they yielded [m] (asperity).
-        """
-        raised: list[BaseException] = []
-        kept: list[Any] = []
-        found = ffi.new("hs_evolution *")
-        found.contact_modulus, found.goal_fraction = self.pair.contact_modulus, 1.0
-        found.count = virgin_radius.size
-        if goal is not None:
-            kept.append(pointer(goal.coefficients))
-            found.goal, found.goal_fraction = kept[-1], goal.fraction
-        if self.law is not None:
-            kept.append(fill(found.law, self.law.core()))
-            if not found.law.kind:
-                found.law.kind = ffi.integer_const("HS_CALLERS_LAW")
-                kept.append(_callback("hs_law_function", self.law, self._coefficients(self.law), raised))
-                found.law.function = kept[-1]
-        if self.wear is not None:
-            kept.append(fill(found.wear, self.wear.core()))
-            if not found.wear.kind:
-                found.wear.kind = ffi.integer_const("HS_CALLERS_WEAR")
-                kept.append(_callback("hs_wear_function", self.wear, _volumes(self.wear), raised))
-                found.wear.function = kept[-1]
-        if self.yielding is not None:
-            law = self.yielding
-            kept.append(fill(found.yielding, law.core(self.pair)))
-            onset = _numbers(law.critical_approach(virgin_radius, self.pair), virgin_radius.size, "critical approaches")
-            kept += [onset, pointer(onset)]
-            found.yielding.critical_approach = kept[-1]
-            found.follow_sliding = self.follow_sliding
-            if not found.yielding.kind:
-                found.yielding.kind = ffi.integer_const("HS_CALLERS_YIELDING")
-                kept.append(_callback("hs_yielding_function", law, self._first_loading(law), raised))
-                found.yielding.function = kept[-1]
-        try:
-            yield found
-        finally:
-            if raised:
-                raise raised[0]
-
-    def _coefficients(self, law: FrictionLaw) -> Callable[..., int]:
-        def fill(_user: Any, loaded: Any, friction: Any) -> int:
-            count = loaded.count
-            given = Loaded(
-                pair=self.pair,
-                normal_load=_given(loaded.normal_load, count),
-                total_normal_load=loaded.total_normal_load,
-                summit_radius=_given(loaded.summit_radius, count),
-                slid_distance=_given(loaded.slid_distance, count),
-            )
-            _put(friction, count, law.coefficients(given), "coefficients", least=0.0)
-            return 0
-
-        return fill
-
-    def _first_loading(self, law: YieldingLaw) -> Callable[..., int]:
-        def fill(_user: Any, count: int, approach: Any, radius: Any, load: Any, contact_radius: Any) -> int:
-            loads, radii = law.first_loading(_given(approach, count), _given(radius, count), self.pair)
-            _put(load, count, loads, "loads of first loading")
-            _put(contact_radius, count, radii, "contact radii of first loading")
-            return 0
-
-        return fill
+    if law is not None:
+        add("law", law, law.core(), _coefficients(law, pair))
+    if wear is not None:
+        add("wear", wear, wear.core(), _volumes(wear))
+    if yielding is not None:
+        add("yielding", yielding, yielding.core(pair), _first_loading(yielding, pair))
+        onset = yielding.critical_approach(virgin_radius, pair)
+        kept.append(_numbers(onset, virgin_radius.size, "critical approaches"))
+        found.yielding.critical_approach = pointer(kept[-1])
+    try:
+        yield found
+    finally:
+        if raised:
+            raise raised[0]
 
 
-def _volumes(wear: WearLaw) -> Callable[..., int]:
+def _coefficients(law: FrictionLaw, pair: MaterialPair) -> Callable[..., int]:
+    def fill(_user: Any, loaded: Any, friction: Any) -> int:
+        count = loaded.count
+        names = ("normal_load", "summit_radius", "slid_distance")
+        each = {name: _given(getattr(loaded, name), count) for name in names}
+        given = Loaded(pair=pair, total_normal_load=loaded.total_normal_load, **each)
+        _put(friction, count, law.coefficients(given), "coefficients", least=0.0)
+        return 0
+
+    return fill
+
+
+def _volumes(law: WearLaw) -> Callable[..., int]:
     def fill(_user: Any, count: int, load: Any, slid: Any, energy: Any, volume: Any) -> int:
-        _put(volume, count, wear.volume(*(_given(each, count) for each in (load, slid, energy))), "volumes")
+        _put(volume, count, law.volume(*(_given(each, count) for each in (load, slid, energy))), "volumes")
+        return 0
+
+    return fill
+
+
+def _first_loading(law: YieldingLaw, pair: MaterialPair) -> Callable[..., int]:
+    def fill(_user: Any, count: int, approach: Any, radius: Any, load: Any, contact_radius: Any) -> int:
+        loads, radii = law.first_loading(_given(approach, count), _given(radius, count), pair)
+        _put(load, count, loads, "loads of first loading")
+        _put(contact_radius, count, radii, "contact radii of first loading")
         return 0
 
     return fill

@@ -69,7 +69,11 @@ class FrictionLaw(Law):
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law``; a law without a ``kind`` there is asked by `coefficients`."""
-        return {"depends_on": _DEPENDENCE[self.depends_on]}
+        fields = {"depends_on": _DEPENDENCE[self.depends_on]}
+        if self.library_kind is None:
+            return fields
+        numbers = {name: number for name, number in self.numbers.items() if isinstance(number, float)}
+        return fields | {"kind": self.library_kind} | numbers
 
     def coefficients(self, loaded: Loaded) -> Floats:
         """Return the coefficient μ of each asperity (asperity); a law of your own computes it here, for arrays."""

@@ -19,6 +19,8 @@ class Law(abc.ABC):
     """All laws of its sort by their names."""
     kind: ClassVar[str]
     """Its name in scenarios and logs."""
+    library_kind: ClassVar[str | None] = None
+    """Its name in the C library; None of a law of your own."""
 
     @property
     @abc.abstractmethod

@@ -24,103 +24,75 @@ from historysim.memory.binding import (
 
 
 class Evolved(NamedTuple):
-    """What has become of asperities since the start, beside what their tractions remember.
-
-    Attributes
-    ----------
-    summit_height, summit_radius : array (asperity)
-        Present ones [m].
-    slid_distance : array (asperity)
-        ∫|dU| while the asperity slid as a whole [m].
-    worn_volume : array (asperity)
-        Volume lost since the start [m³].
-    waiting_volume : array (asperity)
-        What of it has not yet shaped the summit [m³].
-    shaped_volume : array (asperity)
-        What has, since the summit was last a whole paraboloid [m³].
-    given : array of bool (asperity)
-        Whose friction an event has given, in place of the law.
-    slid_together : float
-        ∫|dU| while all asperities in contact slid [m].
-    erased_memories : float
-        Contacts of which a change of geometry has erased the memory.
-    erased_energy : float
-        Tangential elastic energy that went with it, or with what was worn [J].
-    """
+    """What has become of asperities since the start, beside what their tractions remember; arrays are (asperity)."""
 
     summit_height: Floats
+    """Present heights [m]."""
     summit_radius: Floats
+    """Present radii [m]."""
     slid_distance: Floats
+    """∫|dU| while the asperity slid as a whole [m]."""
     worn_volume: Floats
+    """Volume lost since the start [m³]."""
     waiting_volume: Floats
+    """Part of it that has not yet shaped the summit [m³]."""
     shaped_volume: Floats
+    """Part of it that has, since the summit was last a whole paraboloid [m³]."""
     given: Booleans
+    """Where an event has set the friction, in place of the law."""
     slid_together: float
+    """∫|dU| while all asperities in contact slid [m]."""
     erased_memories: float
+    """Number of contacts that a change of geometry has replaced, with their memory."""
     erased_energy: float
+    """Tangential elastic energy lost with them, or with what was worn [J]."""
 
 
 class Yielded(NamedTuple):
-    """How asperities have yielded since the start.
-
-    Attributes
-    ----------
-    virgin_height, virgin_radius : array (asperity)
-        Summits before they yielded [m].
-    summit_height, summit_radius : array (asperity)
-        Present ones [m].
-    yielded_depth : array (asperity)
-        By which the summit has been flattened [m].
-    yielding_load : array (asperity)
-        Largest load under which it yielded, up to which it is elastic now; 0 where it never has [N].
-    yielding_energy : array (asperity)
-        That yielding has taken since the start [J]: apart from what friction dissipates.
-    """
+    """How asperities have yielded since the start; arrays are (asperity)."""
 
     virgin_height: Floats
+    """Heights before they yielded [m]."""
     virgin_radius: Floats
+    """Radii before they yielded [m]."""
     summit_height: Floats
+    """Present heights [m]."""
     summit_radius: Floats
-    yielded_depth: Floats
+    """Present radii [m]."""
     yielding_load: Floats
+    """Largest load under which each yielded, up to which it is elastic now; 0 where it never has [N]."""
     yielding_energy: Floats
+    """Energy that yielding has taken since the start [J], apart from what friction dissipates."""
+
+    @property
+    def yielded_depth(self) -> Floats:
+        """By how much each summit has been flattened [m] (asperity)."""
+        return self.virgin_height - self.summit_height
+
+
+def _in_si(field: str, unit: str, text: str) -> float:
+    """Return a property that reads a field of ``hs_memory``, which is dimensionless, in SI."""
+
+    def read(holder: Any) -> float:
+        memory = holder.memory
+        return float(getattr(memory, field) * getattr(memory.contact.units, unit))
+
+    return property(read, doc=text)  # type: ignore[return-value] # what it reads is a float
 
 
 class WholeContact:
-    """Totals of a memory in SI units."""
+    """Totals of a memory in SI."""
 
     __slots__ = ()
     memory: Memory
 
-    @property
-    def normal_load(self) -> float:
-        """Total normal load [N]."""
-        memory = self.memory
-        return float(memory.normal_load * memory.contact.units.load)
-
-    @property
-    def tangential_load(self) -> float:
-        """Total tangential load [N]."""
-        memory = self.memory
-        return float(memory.tangential_load * memory.contact.units.load)
-
-    @property
-    def approach(self) -> float:
-        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
-        memory = self.memory
-        return float(memory.approach * memory.contact.units.length)
-
-    @property
-    def tangential_displacement(self) -> float:
-        """Rigid tangential displacement U [m]."""
-        memory = self.memory
-        return float(memory.displacement * memory.contact.units.displacement)
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start, all asperities [J]."""
-        memory = self.memory
-        return float(memory.dissipated * memory.contact.units.energy)
+    normal_load = _in_si("normal_load", "load", "Total normal load [N].")
+    tangential_load = _in_si("tangential_load", "load", "Total tangential load [N].")
+    approach = _in_si(
+        "approach", "length", "Approach of the highest summit from first touch [m]; negative where nothing touches."
+    )
+    tangential_displacement = _in_si("displacement", "displacement", "Rigid tangential displacement U [m].")
+    dissipated_energy = _in_si("dissipated", "energy", "Energy that friction has taken since the start [J].")
 
 
 @attrs.frozen(eq=False, repr=False, init=False)
@@ -174,17 +146,11 @@ class EnsembleState(WholeContact):
         return hash((self.normal_load, self.tangential_load, self.approach, self.tangential_displacement))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _from_bytes, (self.to_bytes(),)
+        return EnsembleState.from_bytes, (self.to_bytes(),)
 
     @classmethod
     def from_bytes(cls, content: bytes, like: "EnsembleState | None" = None) -> Self:
-        """Return the state that `to_bytes` has made bytes of.
-
-        Raises
-        ------
-        InputError
-            Bytes that are damaged or of something else, or, where another state is given, of another ensemble.
-        """
+        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
         start = None if like is None else like.memory
         return cls(from_bytes(content, start), start)
 
@@ -193,13 +159,7 @@ class EnsembleState(WholeContact):
         return to_bytes(self.memory)
 
     def save(self, path: str | Path) -> None:
-        """Write the state to a file, with its geometry; `Ensemble.load_state` reads it.
-
-        Raises
-        ------
-        OSError
-            The file cannot be written.
-        """
+        """Write the state to a file, with its geometry; `Ensemble.load_state` reads it."""
         with replacing(Path(path)) as unfinished:
             unfinished.write_bytes(self.to_bytes())
 
@@ -262,27 +222,22 @@ class EnsembleState(WholeContact):
     @property
     def evolved(self) -> Evolved | None:
         """What has become of asperities that evolve; None where they do not."""
-        found = self.memory.evolved
-        if not found:
-            return None
-        count = self.memory.contact.count
-        arrays: dict[str, Any] = {name: getattr(found, name) for name in Evolved._fields}
-        for name in Evolved._fields[:7]:
-            arrays[name] = view(arrays[name], count).copy()
-        return Evolved(**arrays | {"given": arrays["given"].astype(bool)})
+        return Evolved(**self._of_each(Evolved)) if self.memory.evolved else None
 
     @property
     def yielded(self) -> Yielded | None:
         """How asperities have yielded; None where they do not."""
         found = self.memory.evolved
-        if not found or not found.virgin_height:
-            return None
-        arrays = {
-            name: view(getattr(found, name), self.memory.contact.count).copy()
-            for name in Yielded._fields
-            if name != "yielded_depth"
-        }
-        return Yielded(**arrays, yielded_depth=arrays["virgin_height"] - arrays["summit_height"])
+        return Yielded(**self._of_each(Yielded)) if found and found.virgin_height else None
+
+    def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
+        """Return the fields of ``hs_evolved`` that a tuple has, arrays as copies."""
+        found, count = self.memory.evolved, self.memory.contact.count
+        values: dict[str, Any] = {name: getattr(found, name) for name in kind._fields}
+        for name, value in values.items():
+            if not isinstance(value, float):
+                values[name] = view(value, count).astype(bool if name == "given" else float)
+        return values
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""
@@ -291,8 +246,3 @@ class EnsembleState(WholeContact):
 
 _fields: Any = EnsembleState
 _set_memory, _set_like = _fields.memory.__set__, _fields.like.__set__
-
-
-def _from_bytes(content: bytes) -> EnsembleState:
-    """Return the state that was pickled."""
-    return EnsembleState.from_bytes(content)

@@ -1,4 +1,4 @@
-"""Stepping by hand: the totals of many paths at once, and a tight loop in place (`Stepper`)."""
+"""Stepping by hand: where a step goes, the totals of many at once, and a tight loop in place (`Stepper`)."""
 
 import math
 import warnings
@@ -8,22 +8,72 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.channel_goals import channel, goals
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import EnsembleState, WholeContact
+from historysim.basics.arguments import checked, workable
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.library import ffi, lib
+from historysim.basics.limits import LARGEST
 from historysim.basics.one_at_a_time import OneAtATime
 from historysim.errors import InputError
-from historysim.memory.binding import LOAD, Slopes, check, check_belongs, copied
-from historysim.memory.paths import paths_to
+from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, check_belongs, copied
+from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 TURNS = 4
 """Reversals of the displacement in as many successive steps that look like trials."""
+HELD = math.nan
+"""Target of a channel that is held as it was controlled last."""
+
+
+def channel(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> tuple[int, float]:
+    """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`."""
+    if load is None:
+        if displacement is None:
+            return control, HELD
+        kind, value, least = DISPLACED, displacement, -math.inf
+    elif displacement is None:
+        kind, value = LOAD, load
+    else:
+        raise _both(name)
+    # of NaN each comparison is false, and `_workable` names what is wrong
+    if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
+        return kind, value
+    return kind, float(_workable(name, kind, value, least))
+
+
+def path_to(*channels: tuple[int, float]) -> Paths:
+    """Return the path on which the normal and the tangential channel go where `channel` says."""
+    normal, tangential = (Goals(kind, *STILL) if math.isnan(end) else Goals(kind, end) for kind, end in channels)
+    return paths_to(normal, tangential)
+
+
+def goals_of(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> Goals:
+    """Return where a channel goes on each of several paths, as `channel` does on one."""
+    if load is not None and displacement is not None:
+        raise _both(name)
+    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
+    if values is None:
+        return Goals(control, *STILL)
+    targets = _workable(name, kind, values, least)
+    if targets.ndim > 1:
+        raise InputError(f"{_name(name, kind)} has shape {targets.shape}; expected one number, or a list")
+    return Goals(kind, targets)
+
+
+def _both(name: str) -> InputError:
+    return InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
+
+
+def _name(name: str, kind: int) -> str:
+    return f"{name}_{'load' if kind == LOAD else 'displacement'}"
+
+
+def _workable(name: str, kind: int, values: Any, least: float) -> Floats:
+    return workable(_name(name, kind), checked(_name(name, kind), values, least=least))
 
 
 class Totals(NamedTuple):
-    """What the whole contact does at the end of each of several paths; all arrays are (path), in SI units."""
+    """What the whole contact does at the end of each of several paths; all arrays are (path), in SI."""
 
     normal_load: Floats
     tangential_load: Floats
@@ -35,9 +85,9 @@ class Totals(NamedTuple):
 
     @classmethod
     def of(cls, rows: npt.NDArray[Any]) -> Self:
-        """Take them from recorded rows of totals."""
+        """Return them of recorded rows, with the fields of ``hs_totals``."""
         names = ["displacement" if name == "tangential_displacement" else name for name in cls._fields]
-        columns = dict(zip(cls._fields, (rows[name].copy() for name in names), strict=True))
+        columns: dict[str, Any] = {field: rows[name].copy() for field, name in zip(cls._fields, names, strict=True)}
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
@@ -46,7 +96,7 @@ class Stepper(WholeContact):
 
     `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
     grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It can be pickled.
-    What it was is lost with each step: `save` first where a step may be undone, such as a trial inside an integrator's
+    Each step overwrites the state: `save` first where a step may be undone, such as a trial inside an integrator's
     stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
     Attributes
@@ -79,13 +129,7 @@ class Stepper(WholeContact):
         self._start = start
 
     def restore(self, state: EnsembleState) -> None:
-        """Go on from a state of the same ensemble, such as one that `save` has returned.
-
-        Raises
-        ------
-        InputError
-            A state of another ensemble; nothing is changed.
-        """
+        """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
         if not isinstance(state, EnsembleState):
             raise InputError(f"state is {state!r}; expected an EnsembleState, such as save() returns")
         check_belongs(state.memory, self.memory)
@@ -93,13 +137,10 @@ class Stepper(WholeContact):
             self._go_on_from(state)
 
     def _go_on_from(self, state: EnsembleState) -> None:
-        self._hold(copied(state.memory))
+        self.memory = copied(state.memory)
         check(lib.hs_memory_join(self.memory))
         self._start = state.approach
         self._reached, self._move, self._turns, self._time = self.memory.displacement, 0.0, 0, -math.inf
-
-    def _hold(self, memory: Any) -> None:
-        self.memory, self._units = memory, memory.contact.units
 
     def save(self) -> EnsembleState:
         """Return the present state, which later steps do not change."""
@@ -140,16 +181,16 @@ class Stepper(WholeContact):
         tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         start, free = memory.approach, self._place.free
         if self._curves is not None:
-            self._curves.check_reach(paths_to(goals((normal, end)), goals((tangential, goal))))
+            self._curves.check_reach(path_to((normal, end), (tangential, goal)))
+        # not `with self._place`, which costs a third of a step
         try:
             del free[0]
         except IndexError:
             raise self._place.taken() from None
         try:
             if memory.evolved:
-                paths = paths_to(goals((normal, end)), goals((tangential, goal)))
-                memory = self._walk(EnsembleState(memory), paths).memory
-                self._hold(memory)
+                path = path_to((normal, end), (tangential, goal))
+                self.memory = memory = self._walk(EnsembleState(memory), path).memory
             else:
                 status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
                 if status:
@@ -157,27 +198,24 @@ class Stepper(WholeContact):
         finally:
             free.append(None)
         # a ramp of both loads begins where the contact touches
-        self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * self._units.length
+        self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * memory.contact.units.length
         move = memory.displacement - self._reached
         if time is not None:
-            self._look_at(time, move)
+            # a trial that is taken again moves the contact to an earlier time
+            if time <= self._time and move != 0.0:
+                self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s")
+            self._time = time
         if move != 0.0:
             self._turns = self._turns + 1 if move * self._move < 0.0 else 0
             self._reached, self._move = memory.displacement, move
             if self._turns == TURNS:
-                self._warn(f"went back and forth in each of the last {TURNS} steps", 3)
+                self._warn(f"went back and forth in each of the last {TURNS} steps")
 
-    def _look_at(self, time: float, move: float) -> None:
-        """Warn of a move to a time that is not later than the last one."""
-        if time <= self._time and move != 0.0:
-            self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s", 4)
-        self._time = time
-
-    def _warn(self, what: str, level: int) -> None:
+    def _warn(self, what: str) -> None:
         warnings.warn(
             f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or they "
             "are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter steps",
-            stacklevel=level,
+            stacklevel=3,
         )
 
     def slopes(self) -> Slopes:

@@ -4,7 +4,6 @@ The asperities are paraboloids (a small beside R), elastic, without adhesion, an
 """
 
 import math
-from collections.abc import Iterator
 
 import attrs
 import numpy as np
@@ -49,23 +48,32 @@ ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
 
 
 @attrs.frozen
-class _Touching:
-    """The asperities that touch: radii R, approaches δ, contact radii a [m], and normal loads N [N].
+class _Contact:
+    """The asperities that touch (asperity): radii R, approaches δ, contact radii a [m], and normal loads N [N].
 
     Where they have yielded R and δ are those of the summit that is left, and the radius before is ``virgin_radius``.
     """
 
+    ensemble: Ensemble
+    instrument: Instrument
     index: Integers
     summit_radius: Floats
     approach: Floats
-    contact_radius: Floats
     normal_load: Floats
     virgin_radius: Floats
     yielded: Booleans
 
     @property
+    def contact_radius(self) -> Floats:
+        return hertz.contact_radius(self.approach, summit_radius=self.summit_radius)
+
+    @property
     def area(self) -> float:
         return float(np.pi * (self.contact_radius**2).sum())
+
+    @property
+    def mean_pressure(self) -> str:
+        return quantity_text(self.normal_load.sum() / self.area, "Pa", 3)
 
     def share(self, which: Booleans) -> float:
         """Return the share of the normal load that stands on some of them."""
@@ -94,12 +102,15 @@ def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID
     """
     # patches with normal curves may press on one another, and are no spheres
     if ensemble.curves is not None:
-        return tuple(_curve(ensemble.curves))
-    touching = _touching(ensemble, approach)
-    return () if touching is None else tuple(_found(ensemble, touching, instrument))
+        return tuple(finding for finding in _of_curve(ensemble.curves) if finding is not None)
+    contact = _contact(ensemble, approach, instrument)
+    if contact is None:
+        return ()
+    checks = [_outliers, _steep, _yielding, _area, _overlap, _hardening, _cracks, _adhesion, _resolution, _rising]
+    return tuple(finding for check in checks if (finding := check(contact)) is not None)
 
 
-def _touching(ensemble: Ensemble, approach: float) -> _Touching | None:
+def _contact(ensemble: Ensemble, approach: float, instrument: Instrument) -> _Contact | None:
     depth = ensemble.summit_height - (ensemble.highest_summit - approach)
     index = np.flatnonzero(depth > 0)
     virgin = ensemble.summit_radius[index]
@@ -111,169 +122,137 @@ def _touching(ensemble: Ensemble, approach: float) -> _Touching | None:
             depth = np.where(yielded, depth - left.yielded_depth[index], depth)
     load = hertz.normal_load(depth, summit_radius=radius, contact_modulus=ensemble.pair.contact_modulus)
     # an approach that is next to nothing underflows
-    if not load.sum() > 0:
-        return None
-    return _Touching(index, radius, depth, hertz.contact_radius(depth, summit_radius=radius), load, virgin, yielded)
+    return _Contact(ensemble, instrument, index, radius, depth, load, virgin, yielded) if load.sum() > 0 else None
 
 
-def _found(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
-    yield from _outliers(ensemble, touching)
-    yield from _steep(touching)
-    if ensemble.yielding is None:
-        yield from _yielding(ensemble, touching)
-    yield from _area(ensemble, touching)
-    yield from _overlapping(ensemble, touching)
-    if ensemble.yielding is not None:
-        yield from _hardening(touching)
-    yield from _cracking(ensemble, touching)
-    yield from _adhering(ensemble, touching)
-    yield from _unresolved(ensemble, touching, instrument)
-    yield from _rising(ensemble, touching)
+def _over(name: str, value: float, limit: float, text: str) -> Finding | None:
+    return Finding(name, value, limit, text) if value > limit else None
 
 
-def _curve(curves: NormalCurves) -> Iterator[Finding]:
+def _of_curve(curves: NormalCurves) -> list[Finding | None]:
     if not (curves.guessed_before_rows or curves.noise is not None):
         # of solutions the first row is that of the first touch, and rows are close
-        return
-    first = float(curves.approach[0] / curves.approach[-1])
-    text = (
-        f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is "
-        "carried below it, and by every slip front there, is a guess (a power of the approach); measure lighter "
-        "loads"
+        return []
+    first, error = float(curves.approach[0] / curves.approach[-1]), curves.error()
+    before = (
+        f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is carried "
+        "below it, and by every slip front there, is a guess (a power of the approach); measure lighter loads"
     )
-    yield from _over("first_row", first, MOST_BEFORE_ROWS, text)
-    error = curves.error()
-    why = "between its rows" if curves.noise is None else "under its noise"
-    text = (
-        f"the normal curve may be off by {_percent(error)} of its largest load {why}, and so may all loads: "
-        "measure more rows"
+    between = (
+        f"the normal curve may be off by {_percent(error)} of its largest load "
+        f"{'between its rows' if curves.noise is None else 'under its noise'}, and so may all loads: measure more rows"
     )
-    yield from _over("normal_curve", error, MOST_ERROR, text)
+    return [
+        _over("first_row", first, MOST_BEFORE_ROWS, before),
+        _over("normal_curve", error, MOST_ERROR, between),
+    ]
 
 
-def _outliers(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    count = detached_summits(ensemble.summit_height)
+def _outliers(contact: _Contact) -> Finding | None:
+    height = contact.ensemble.summit_height
+    count = detached_summits(height)
     if not count:
-        return
-    highest = np.sort(ensemble.summit_height)[-count]
-    share = touching.share(ensemble.summit_height[touching.index] >= highest)
-    stand = "stands" if count == 1 else "stand"
+        return None
+    share = contact.share(height[contact.index] >= np.sort(height)[-count])
+    stand, carry = ("stands", "carries") if count == 1 else ("stand", "carry")
     text = (
-        f"{counted(count, 'summit', 'summits')} of {len(ensemble):,}, which {stand} apart above all others, "
-        f"{'carries' if count == 1 else 'carry'} {_percent(share)} of the normal load: see whether they are spikes "
-        "or dirt; of a map, take them off with spikes or outliers, or crop it"
+        f"{counted(count, 'summit', 'summits')} of {height.size:,}, which {stand} apart above all others, {carry} "
+        f"{_percent(share)} of the normal load: see whether they are spikes or dirt; of a map, take them off with "
+        "spikes or outliers, or crop it"
     )
-    yield from _over("outliers", share, MOST_ON_OUTLIERS, text)
+    return _over("outliers", share, MOST_ON_OUTLIERS, text)
 
 
-def _steep(touching: _Touching) -> Iterator[Finding]:
-    share = touching.share(touching.contact_radius > STEEPEST * touching.summit_radius)
-    pressure = quantity_text(touching.normal_load.sum() / touching.area, "Pa", 3)
+def _steep(contact: _Contact) -> Finding | None:
+    share = contact.share(contact.contact_radius > STEEPEST * contact.summit_radius)
     text = (
         f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEPEST} (mean pressure "
-        f"{pressure}), where Hertz' theory does not hold: filter the map (s_filter) to what its resolution "
-        "supports, if the radii come from one, or press less"
+        f"{contact.mean_pressure}), where Hertz' theory does not hold: filter the map (s_filter) to what its "
+        "resolution supports, if the radii come from one, or press less"
     )
-    yield from _over("steep", share, MOST_LOAD, text)
+    return _over("steep", share, MOST_LOAD, text)
 
 
-def _yielding(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    pair = ensemble.pair
+def _yielding(contact: _Contact) -> Finding | None:
+    ensemble, pair = contact.ensemble, contact.ensemble.pair
+    if ensemble.yielding is not None or (pair.yield_stress is None and pair.hardness is None):
+        return None
+    onset = ONSET_OF_HARDNESS * (pair.hardness or 0.0)
     if pair.yield_stress is not None:
-        onset, hardness = ONSET_OF_YIELD * pair.yield_stress, HARDNESS_OF_YIELD * pair.yield_stress
-    elif pair.hardness is not None:
-        onset, hardness = ONSET_OF_HARDNESS * pair.hardness, pair.hardness
-    else:
-        return
-    hardness = pair.hardness or hardness
-    pressure = hertz.mean_pressure(touching.normal_load, contact_radius=touching.contact_radius)
-    share = touching.share(pressure > onset)
-    mean = touching.normal_load.sum() / touching.area
+        onset = ONSET_OF_YIELD * pair.yield_stress
+    hardness = pair.hardness or HARDNESS_OF_YIELD * (pair.yield_stress or 0.0)
+    pressure = hertz.mean_pressure(contact.normal_load, contact_radius=contact.contact_radius)
+    share = contact.share(pressure > onset)
     spread = float(ensemble.summit_height.std())
     index = pair.contact_modulus / hardness * math.sqrt(spread / ensemble.summit_radius.mean())
     plasticity = f", plasticity index {index:.2g}" if spread else ""
     text = (
         f"asperities carrying {_percent(share)} of the normal load exceed the elastic limit (mean pressure "
-        f"{quantity_text(mean, 'Pa', 3)}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}); set surface.yielding, "
+        f"{contact.mean_pressure}, onset at {quantity_text(onset, 'Pa', 3)}{plasticity}); set surface.yielding, "
         "reduce the load, or use a run-in surface"
     )
-    yield from _over("yield", share, MOST_LOAD, text)
+    return _over("yield", share, MOST_LOAD, text)
 
 
-def _hardening(touching: _Touching) -> Iterator[Finding]:
-    on_yielded = touching.normal_load * touching.yielded
-    if not on_yielded.sum() > MOST_LOAD * touching.normal_load.sum():
-        return
-    strains = STRAIN * touching.contact_radius / touching.virgin_radius
+def _hardening(contact: _Contact) -> Finding | None:
+    on_yielded = contact.normal_load * contact.yielded
+    if not on_yielded.sum() > MOST_LOAD * contact.normal_load.sum():
+        return None
+    strains = STRAIN * contact.contact_radius / contact.virgin_radius
     strain = float((strains * on_yielded).sum() / on_yielded.sum())
-    if not 1 / STRAIN_RANGE <= strain / STRAIN_OF_VICKERS <= STRAIN_RANGE:
-        yield Finding(
-            "hardening",
-            strain,
-            STRAIN_OF_VICKERS,
-            f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is "
-            f"measured at {_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the "
-            "hardness at that strain",
-        )
+    if 1 / STRAIN_RANGE <= strain / STRAIN_OF_VICKERS <= STRAIN_RANGE:
+        return None
+    text = (
+        f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is measured at "
+        f"{_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the hardness at "
+        "that strain"
+    )
+    return Finding("hardening", strain, STRAIN_OF_VICKERS, text)
 
 
-def _cracking(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    threshold = ensemble.pair.cracking_load
-    if threshold is None or ensemble.yielding is None:
-        return
-    share = touching.share(touching.normal_load > threshold)
-    most = quantity_text(float(touching.normal_load.max()), "N", 3)
+def _cracks(contact: _Contact) -> Finding | None:
+    threshold = contact.ensemble.pair.cracking_load
+    if threshold is None or contact.ensemble.yielding is None:
+        return None
+    share = contact.share(contact.normal_load > threshold)
+    most = quantity_text(float(contact.normal_load.max()), "N", 3)
     text = (
         f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
         f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
         "there, and the model lets it flow; press less"
     )
-    yield from _over("cracks", share, MOST_LOAD, text)
+    return _over("cracks", share, MOST_LOAD, text)
 
 
-def _area(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    if ensemble.nominal_area is None:
-        return
-    share = touching.area / ensemble.nominal_area
-    if ensemble.yielding is not None and share > MOST_YIELDED_AREA:
-        yield Finding(
-            "bulk",
-            share,
-            MOST_YIELDED_AREA,
-            f"the contact area is {_percent(share)} of the nominal area: what yields there has nowhere to go, and the "
-            "pressure rises above the hardness, which the model leaves out; press less, or take a larger nominal area",
-        )
-    elif share > MOST_AREA:
-        yield Finding(
-            "area",
-            share,
-            MOST_AREA,
-            f"the contact area is {_percent(share)} of the nominal area, and asperities are independent only up to "
-            f"some {_percent(MOST_AREA)}: real contacts are stiffer; press less, or take a larger nominal area",
-        )
+def _area(contact: _Contact) -> Finding | None:
+    if contact.ensemble.nominal_area is None:
+        return None
+    share = contact.area / contact.ensemble.nominal_area
+    text = f"the contact area is {_percent(share)} of the nominal area"
+    mend = "press less, or take a larger nominal area"
+    if contact.ensemble.yielding is not None and share > MOST_YIELDED_AREA:
+        why = "what yields has nowhere to go, and the pressure rises above the hardness, which the model leaves out"
+        return Finding("bulk", share, MOST_YIELDED_AREA, f"{text}: {why}; {mend}")
+    why = f"asperities are independent only up to some {_percent(MOST_AREA)}: real contacts are stiffer"
+    return _over("area", share, MOST_AREA, f"{text}, and {why}; {mend}")
 
 
-def _overlapping(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    if ensemble.x is None or ensemble.y is None or touching.index.size < 2:
-        return
-    place = np.stack([ensemble.x[touching.index], ensemble.y[touching.index]], axis=1)
-    overlaps = overlapping(place, touching.contact_radius)
-    share = touching.share(overlaps & touching.yielded)
-    text = (
-        f"{_percent(share)} of the normal load stands on yielded asperities with contacts that overlap others: "
-        "such summits merge into one, and the model has them yield alone; filter the map (s_filter), prune its summits "
-        "(prune), or press less"
+def _overlap(contact: _Contact) -> Finding | None:
+    ensemble, index = contact.ensemble, contact.index
+    if ensemble.x is None or ensemble.y is None or index.size < 2:
+        return None
+    overlaps = overlapping(np.stack([ensemble.x[index], ensemble.y[index]], axis=1), contact.contact_radius)
+    mend = "filter the map (s_filter), prune its summits (prune), or press less"
+    merging, share = contact.share(overlaps & contact.yielded), contact.share(overlaps)
+    merged = (
+        f"{_percent(merging)} of the normal load stands on yielded asperities with contacts that overlap others: "
+        f"such summits merge into one, and the model has them yield alone; {mend}"
     )
-    if share > MOST_OVERLAP:
-        yield Finding("merging", share, MOST_OVERLAP, text)
-        return
-    share = touching.share(overlaps)
     text = (
-        f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities with contacts "
-        "that overlap, which the model takes as independent: filter the map (s_filter), prune its summits (prune), or "
-        "press less"
+        f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities with contacts that "
+        f"overlap, which the model takes as independent: {mend}"
     )
-    yield from _over("overlap", share, MOST_OVERLAP, text)
+    return _over("merging", merging, MOST_OVERLAP, merged) or _over("overlap", share, MOST_OVERLAP, text)
 
 
 def overlapping(place: Floats, radius: Floats) -> Booleans:
@@ -299,53 +278,46 @@ def _near(place: Floats, radius: Floats) -> tuple[Integers, Integers]:
     return one, np.concatenate([np.asarray(others, dtype=np.int64) for others in near])
 
 
-def _adhering(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    work = ensemble.pair.work_of_adhesion
+def _adhesion(contact: _Contact) -> Finding | None:
+    work = contact.ensemble.pair.work_of_adhesion
     if work is None:
-        return
-    unit = np.pi * work * touching.summit_radius
-    share = float(1.5 * unit.sum() / touching.normal_load.sum())
-    lightest = float(np.quantile(touching.normal_load / unit, 0.1))
+        return None
+    unit = np.pi * work * contact.summit_radius
+    share = float(1.5 * unit.sum() / contact.normal_load.sum())
+    lightest = float(np.quantile(contact.normal_load / unit, 0.1))
     text = (
         f"adhesion, which is left out, could pull with {_percent(share)} of the normal load (JKR; N/(πWR) is "
         f"{lightest:.2g} or less at the tenth of the contacts that is loaded least): press more, or see [adhesion]"
     )
-    yield from _over("adhesion", share, MOST_LOAD, text)
+    return _over("adhesion", share, MOST_LOAD, text)
 
 
-def _unresolved(ensemble: Ensemble, touching: _Touching, instrument: Instrument) -> Iterator[Finding]:
-    most = float((ensemble.friction[touching.index] * touching.approach).max())
+def _resolution(contact: _Contact) -> Finding | None:
+    ensemble, resolution = contact.ensemble, contact.instrument.displacement_resolution
+    most = float((ensemble.friction[contact.index] * contact.approach).max())
     displacement = ensemble.pair.displacement_ratio * most
-    if 0 < displacement < instrument.displacement_resolution:
-        resolution = quantity_text(instrument.displacement_resolution, "m")
-        yield Finding(
-            "resolution",
-            displacement,
-            instrument.displacement_resolution,
-            f"the preliminary displacement, {quantity_text(displacement, 'm', 3)}, is below what the instrument "
-            f"resolves, {resolution}: press more, or use a finer instrument",
-        )
+    if not 0 < displacement < resolution:
+        return None
+    text = (
+        f"the preliminary displacement, {quantity_text(displacement, 'm', 3)}, is below what the instrument resolves, "
+        f"{quantity_text(resolution, 'm')}: press more, or use a finer instrument"
+    )
+    return Finding("resolution", displacement, resolution, text)
 
 
-def _over(name: str, value: float, most: float, text: str) -> Iterator[Finding]:
-    if value > most:
-        yield Finding(name, value, most, text)
+def _rising(contact: _Contact) -> Finding | None:
+    law, approach = contact.ensemble.law, float(contact.approach.max())
+    steepest = 0.0 if law is None else law.steepest_rise()
+    share = steepest * contact.ensemble.pair.displacement_ratio * approach
+    if share < 1:
+        return None
+    text = (
+        f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} /m "
+        f"at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the loads "
+        "have no unique answer; take a table that rises more slowly, or press less"
+    )
+    return Finding("rising", share, 1.0, text)
 
 
 def _percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
-
-
-def _rising(ensemble: Ensemble, touching: _Touching) -> Iterator[Finding]:
-    steepest = 0.0 if ensemble.law is None else ensemble.law.steepest_rise()
-    approach = float(touching.approach.max())
-    share = steepest * ensemble.pair.displacement_ratio * approach
-    if share >= 1:
-        yield Finding(
-            "rising",
-            share,
-            1.0,
-            f"friction rises with the distance slid by {steepest:.3g} /m, faster than 1/(θδ) = {steepest / share:.3g} "
-            f"/m at an approach of {quantity_text(approach, 'm', 3)}: springs that slide stick again at once, and the "
-            "loads have no unique answer; take a table that rises more slowly, or press less",
-        )

@@ -118,9 +118,6 @@ class HardnessLaw(YieldingLaw):
         ν from 0 to 0.5; by default that of the material with this hardness, or 0.3 for a pair of moduli alone.
     """
 
-    library_kind: ClassVar[str | None] = None
-    """What the library calls it; None of a law of your own."""
-
     hardness: Pressure | None = attrs.field(
         default=None,
         converter=attrs.converters.optional(pascals),

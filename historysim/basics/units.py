@@ -1,9 +1,16 @@
-"""Quantities with units, at the boundary only, as they come and as people read them: inside, all is floats in SI."""
+"""Quantities with units, read and written at the boundary only: inside, all is floats in SI.
 
+Plain SI units with prefixes, and their products, are read here; pint names the others.
+"""
+
+import functools
 import math
 import re
 import warnings
+from collections.abc import Callable
+from contextlib import suppress
 from decimal import Decimal
+from fractions import Fraction
 from numbers import Real
 from typing import Any, Protocol
 
@@ -44,7 +51,7 @@ _NAMES = {
     "rad": "rotation",
 }
 UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
-"""The SI unit of arguments of functions, which take texts with units, too: a name means one thing in all of them."""
+"""The SI unit of arguments of functions, which also take strings with units: a name means one thing in all of them."""
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -54,21 +61,21 @@ _STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
 
 
 def is_number(value: object) -> bool:
-    """Return whether a value is a real number: of Python or numpy, but neither a bool nor a text."""
+    """Return whether a value is a real number of Python or numpy; no bool is."""
     # a long record makes events of a hundred thousand floats
     return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
 
 
 def as_float(value: float) -> float:
-    """Return any kind of number as a float, one too large for it as infinite; anything else as it came.
+    """Return any kind of number as a float, one too large for it as infinite; anything else unchanged.
 
-    For attrs converters: the validator behind it knows the name of the field, and says what is wrong. The types are
-    those of the field, as help and type checkers show them.
+    For attrs converters: the validator that follows knows the name of the field. The types are those of the field, as
+    help and type checkers show them.
     """
     if type(value) is float:
         return value
-    came: Any = value
-    number = came.item() if getattr(came, "ndim", None) == 0 else came
+    given: Any = value
+    number = given.item() if getattr(given, "ndim", None) == 0 else given
     try:
         return float(number) if is_number(number) else value
     except OverflowError:
@@ -87,19 +94,9 @@ class PhysicalQuantity(Protocol):
 
 
 def in_si(value: Any, unit: str) -> Any:
-    """Return texts with units and quantities of pint as numbers in SI; anything else as it came.
+    """Return strings with units, and quantities of pint, as numbers in an SI unit; anything else unchanged.
 
-    Parameters
-    ----------
-    value : object
-        A number, a text such as ``"50 mN"``, a `PhysicalQuantity`, or a list of them; or an array.
-    unit : str
-        The SI unit, as in `quantity`.
-
-    Raises
-    ------
-    InputError
-        A text or a quantity that cannot be had in this unit.
+    ``value`` may be a list of these. What cannot be had in this unit is an InputError.
     """
     if type(value) is float:
         return value
@@ -123,7 +120,7 @@ def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
     notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
     try:
         number = value.to(notation).magnitude
-    # what pint raises derives from one of these, by what is wrong
+    # pint's errors derive from one of these
     except (TypeError, ValueError, AttributeError):
         kind, sample = _kind(unit)
         how = "" if unit == "1" else f" in {unit}, or in a unit such as {sample}"
@@ -136,7 +133,7 @@ def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
 
 
 def newtons(value: float | str | PhysicalQuantity) -> float:
-    """Return a force in N; what is neither a number, a text nor a quantity as it came, as `as_float` does."""
+    """Return a force in N; what is no number, string or quantity unchanged, as `as_float` does."""
     return as_float(in_si(value, "N"))
 
 
@@ -176,17 +173,7 @@ def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
 
 
 def warn_unlikely(what: str, unit: str, *, stacklevel: int) -> None:
-    """Warn of a number that cannot be meant in SI, as where it was thought in another unit.
-
-    Parameters
-    ----------
-    what : str
-        The argument and its value, and why it cannot be.
-    unit : str
-        Its SI unit.
-    stacklevel : int
-        Of `warnings.warn`, as seen from the caller: 2 is who called him.
-    """
+    """Warn of a number that is implausible in its SI unit; `what` names it, and `stacklevel` is that of `warnings`."""
     warnings.warn(
         f"{what}, which is implausible: numbers are in {unit}; give another unit with the number, such as "
         f"'50 {_kind(unit)[1]}'",
@@ -201,26 +188,20 @@ def quantity(value: float | str, unit: str) -> float:
     Parameters
     ----------
     value : float or str
-        A number, taken as SI, or a text of one number and a unit, such as ``"50 mN"``,
-        ``"-2.5e-3 mm"``, ``"20 gf"`` or ``"100 µm"``. The sign is kept.
+        A number, taken as SI, or a string of one number and a unit, such as ``"50 mN"`` or ``"-2.5e-3 mm"``.
     unit : str
-        The SI unit expected: ``"N"``, ``"m"``, ``"s"``, ``"Pa"``, ``"J m-2"``, ``"N m-1"``, or ``"1"`` for a
-        plain number, which takes no text. Any other coherent SI unit that UDUNITS-2 reads will do too.
+        The SI unit expected, such as ``"N"`` or ``"J m-2"``; ``"1"`` for a plain number, which takes no string.
 
     Returns
     -------
     float
-        The value in `unit`. A decimal text gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``.
+        The value in `unit`. A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``.
 
     Raises
     ------
     InputError
-        Neither a number nor a text, a text without a unit or with an unknown one, a unit of another dimension
-        or with an offset, a number that is not finite.
-
-    Notes
-    -----
-    Units are those of UDUNITS-2, through cf-units.
+        Neither a number nor a string; a string without a unit or with an unknown one; a unit of another dimension
+        or with an offset; a number that is not finite.
     """
     if is_number(value):
         return _finite(value, value)
@@ -233,105 +214,213 @@ def quantity(value: float | str, unit: str) -> float:
         )
         given = "string" if isinstance(value, str) else type(value).__name__
         raise InputError(f"{_shown(value)} is a {given}; expected {kind} {how}")
-    text = value.strip()
-    match = _NUMBER.match(text)
-    unit_text = text[match.end() :].strip() if match else ""
+    string = value.strip()
+    match = _NUMBER.match(string)
+    unit_text = string[match.end() :].strip() if match else ""
     if match is None or _STRAY_NUMBER.search(unit_text):
         raise InputError(
             f"{_shown(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a decimal "
             "point and no separators between thousands"
         )
     number = match.group()
-    as_float = _finite(number, value)
+    plain = _finite(number, value)
     if not unit_text:
         raise InputError(
-            f"{_shown(value)} has no unit; expected {kind}: write the plain number {as_float!r} for SI, or "
-            f"'{as_float!r} {unit}'"
+            f"{_shown(value)} has no unit; expected {kind}: write the plain number {plain!r} for SI, or "
+            f"'{plain!r} {unit}'"
         )
     try:
         factor = conversion_factor(unit_text, unit)
     except InputError as error:
         raise InputError(f"{_shown(value)}: {error}") from None
-    if as_float == 0:
+    if plain == 0:
         return 0.0
     # the product of the decimals, rounded once, is the very float of the same quantity written in SI
     return _finite(Decimal(number) * Decimal(repr(factor)), value)
 
 
 def conversion_factor(unit_text: str, unit: str) -> float:
-    """Return the factor that takes numbers in one unit to SI, for whole columns of data.
+    """Return the factor that takes numbers in a unit, such as ``"mN"`` or ``"0.1 µm"``, to an SI unit.
 
-    Parameters
-    ----------
-    unit_text : str
-        The unit of the data, such as ``"mN"`` or ``"0.1 µm"``.
-    unit : str
-        The SI unit expected, as in `quantity`; with ``"1"``, ``"%"`` is a unit too.
-
-    Returns
-    -------
-    float
-        `unit` per `unit_text`, finite and positive: ``column * conversion_factor("mN", "N")`` is in N.
+    It is finite and positive: ``column * conversion_factor("mN", "N")`` is in N.
 
     Raises
     ------
     InputError
-        An unknown unit, one of another dimension, or one that is not proportional to `unit`: a scale with an
-        offset such as celsius, a logarithmic one, or a date.
-
-    Notes
-    -----
-    Units are those of UDUNITS-2, through cf-units.
+        An unknown unit, one of another dimension, or one with an offset such as celsius.
     """
     kind, sample = _kind(unit)
+    shown = _shown(unit_text)
     if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
-        raise InputError(f"{_shown(unit_text)} is not a unit; expected a unit such as {sample}")
-    if unit == "Pa m0.5":
-        # UDUNITS-2 knows no roots
-        pressure, root, _ = unit_text.strip().rpartition("√m")
-        if not root:
-            raise InputError(f"{_shown(unit_text)} is not a unit of {kind}; expected a unit such as {sample}")
-        return conversion_factor(pressure.rstrip(" *·"), "Pa")
-    if (factor := _common(unit_text, unit)) is not None:
-        return factor
-    import cf_units
-
-    with cf_units.suppress_errors():
-        try:
-            given = cf_units.Unit(unit_text)
-        except ValueError:
-            given = cf_units.Unit("unknown")
-        if given.is_unknown() or given.is_no_unit():
-            raise InputError(
-                f"{_shown(unit_text)} is not a known unit; expected a unit such as {sample}, with its capitals as "
-                "they are: mN is not MN"
-            )
-        # UDUNITS-2 also converts a unit into its reciprocal, which sends 0 to infinity
-        zero = given.convert(0.0, unit) if given.is_convertible(unit) else math.inf
-        if not math.isfinite(zero):
-            raise InputError(f"{_shown(unit_text)} is not a unit of {kind}; expected a unit such as {sample}")
-        factor = float(given.convert(1.0, unit))
-    if zero != 0:
-        raise InputError(
-            f"{_shown(unit_text)} does not start from zero (0 {unit_text} is {zero:g} {unit}), so no factor "
-            f"converts it; expected a unit such as {sample}; convert the data to {unit} first"
-        )
-    if not (math.isfinite(factor) and factor > 0):
-        raise InputError(f"{_shown(unit_text)} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
+        raise InputError(f"{shown} is not a unit; expected a unit such as {sample}")
+    try:
+        given, of = _product(unit_text)
+    except LookupError as error:
+        raise InputError(f"{shown} {error.args[0]}; {_meant(unit_text, unit)}") from None
+    except ZeroDivisionError:
+        raise InputError(f"{shown} divides by 0; expected a unit such as {sample}") from None
+    si, wanted = _product(unit)
+    if of != wanted:
+        raise InputError(f"{shown} is not a unit of {kind}; expected a unit such as {sample}")
+    try:
+        factor = float(given / si)
+    except OverflowError:
+        factor = math.inf
+    if not 0 < factor < math.inf:
+        raise InputError(f"{shown} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
     return factor
 
 
-def _common(unit_text: str, unit: str) -> float | None:
-    """Return the factor of a unit that is the SI unit with a prefix or without; None of any other."""
-    if unit not in {"N", "m", "s", "Pa"} or not unit_text.endswith(unit):
-        return None
-    exponents = {prefix: exponent for exponent, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6}
-    exponent = exponents.get(unit_text.removesuffix(unit))
-    return None if exponent is None else float(f"1e{exponent}")
+_Dimension = dict[str, Fraction]
+"""Powers of base units, by their names in pint."""
+_Unit = tuple[Fraction, _Dimension]
+
+_OWN: dict[str, tuple[int, dict[str, int]]] = {
+    "m": (0, {"meter": 1}),
+    "g": (-3, {"kilogram": 1}),
+    "s": (0, {"second": 1}),
+    "Hz": (0, {"second": -1}),
+    "N": (0, {"kilogram": 1, "meter": 1, "second": -2}),
+    "Pa": (0, {"kilogram": 1, "meter": -1, "second": -2}),
+    "J": (0, {"kilogram": 1, "meter": 2, "second": -2}),
+    "W": (0, {"kilogram": 1, "meter": 2, "second": -3}),
+    "V": (0, {"kilogram": 1, "meter": 2, "second": -3, "ampere": -1}),
+    "A": (0, {"ampere": 1}),
+    "K": (0, {"kelvin": 1}),
+    "rad": (0, {"radian": 1}),
+}
+"""Units that take prefixes, each as a power of ten of base units: what most data have, for which pint is not loaded."""
+_DEFINED = {
+    "%": "0.01",
+    "min": "60 s",
+    "h": "3600 s",
+    "sec": "s",
+    "second": "s",
+    "meter": "m",
+    "metre": "m",
+    "micron": "µm",
+    "in": "25.4 mm",
+    "inch": "25.4 mm",
+    "ft": "304.8 mm",
+    "newton": "N",
+    "gf": "9.80665 mN",
+    "kgf": "9.80665 N",
+    "lbf": "4.4482216152605 N",
+    "kip": "4448.2216152605 N",
+    "bar": "100 kPa",
+    "psi": "lbf / in^2",
+    "°": "0.017453292519943296 rad",
+    "deg": "0.017453292519943296 rad",
+    "degree": "0.017453292519943296 rad",
+    # of pint, mil is an angle, rpm 2 π radians a minute, and nmile a billionth of a mile
+    "mil": "0.0254 mm",
+    "rpm": "1 / min",
+    "nmile": "1852 m",
+}
+"""What else instruments write, without prefixes, and what pint means otherwise."""
+_POWERS_OF_TEN = {prefix: power for power, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6, "c": -2, "d": -1, "h": 2}
+_TERM = re.compile(
+    r"(?P<over>\s*(?:/|\bper\b)\s*)|(?P<open>\()|(?P<close>\))"
+    r"|(?P<number>[0-9]{1,18}(?:\.[0-9]{1,18})?(?:[eE][+-]?[0-9]{1,3})?)"
+    r"|(?P<root>√)?(?P<name>[^\W\d_]\w*?|[%°])(?P<power>(?:\^|\*\*)?[+-]?[0-9]{1,2}(?:\.[0-9])?|[⁺⁻]?[⁰¹²³⁴-⁹]{1,2})?(?!\w)"
+    # a point may end an abbreviation
+    r"|(?:\s+|\s*[*·×.]\s*|(?<=\w)-)(?=[\w(√%°/]|$)"
+)
+_RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
+
+
+def is_common(text: str) -> bool:
+    """Return whether a string is a unit that instruments write, such as ``"mN"`` or ``"lbf"``: pint is not asked."""
+    try:
+        return bool(_product(text, _common)[1]) or text == "%"
+    except LookupError:
+        return False
+
+
+def _product(text: str, named: Callable[[str], _Unit] | None = None) -> _Unit:
+    """Return a unit such as ``"mJ m-2"`` as a multiple of base units, and their powers; LookupError: not a unit."""
+    named = named or _named
+    factor, powers = Fraction(1), _Dimension()
+    # the sign of the next power; one more for each bracket that is open
+    sign, outer, at = 1, [1], 0
+    while at < len(text):
+        term = _TERM.match(text, at)
+        if term is None or (term["close"] and len(outer) == 1):
+            raise LookupError(_UNKNOWN)
+        at = term.end()
+        if term["over"]:
+            sign = -1
+        elif term["open"]:
+            outer.append(outer[-1] * sign)
+            sign = 1
+        elif term["close"]:
+            outer.pop()
+        elif term["number"]:
+            factor *= Fraction(term["number"]) ** (sign * outer[-1])
+            sign = 1
+        elif term["name"]:
+            one, of = named(term["name"])
+            raised = Fraction((term["power"] or "1").translate(_RAISED).lstrip("^*"))
+            power = raised * sign * outer[-1] / (2 if term["root"] else 1)
+            # a root is of a metre, mostly, and that of a millimetre is no fraction
+            factor *= one ** int(power) if power.denominator == 1 else Fraction(float(one) ** float(power))
+            for base, each in of.items():
+                powers[base] = powers.get(base, 0) + each * power
+            sign = 1
+    if sign != 1 or len(outer) > 1:
+        raise LookupError(_UNKNOWN)
+    return factor, {base: power for base, power in powers.items() if power}
+
+
+_UNKNOWN = "is not a known unit"
+
+
+@functools.cache
+def _named(name: str) -> _Unit:
+    """Return the unit of a name; LookupError: there is none."""
+    with suppress(LookupError):
+        return _common(name)
+    pint, registry = _pint()
+    # names have any case, as "Newton", symbols their own
+    for spelling in (name, name.replace("_", ""), name.lower() if len(name) > 3 else name):
+        try:
+            one, zero = (registry.Quantity(Decimal(number), spelling).to_base_units() for number in (1, 0))
+        except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError):
+            continue
+        if zero.magnitude != 0:
+            raise LookupError(f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it")
+        return Fraction(one.magnitude), {base: Fraction(each) for base, each in one.unit_items()}
+    raise LookupError(_UNKNOWN)
+
+
+def _common(name: str) -> _Unit:
+    word = name if len(name) <= 3 or name in _DEFINED else name.lower().removesuffix("s")
+    if word in _DEFINED:
+        return _product(_DEFINED[word], _common)
+    for own, (ten, powers) in _OWN.items():
+        exponent = _POWERS_OF_TEN.get(name.removesuffix(own)) if name.endswith(own) else None
+        if exponent is not None:
+            return Fraction(10) ** (ten + exponent), {base: Fraction(each) for base, each in powers.items()}
+    raise LookupError(_UNKNOWN)
+
+
+@functools.cache
+def _pint() -> tuple[Any, Any]:
+    import pint
+
+    return pint, pint.UnitRegistry(non_int_type=Decimal)
+
+
+def _meant(text: str, unit: str) -> str:
+    """Return what to write in place of an unknown unit: the one that differs by its capitals, else a sample."""
+    near = [f"{prefix}{unit}" for prefix in _POWERS_OF_TEN if f"{prefix}{unit}".lower() == text.strip().lower()]
+    if near and unit in _OWN:
+        return f"did you mean {' or '.join(map(repr, near))}?"
+    return f"expected a unit such as {_kind(unit)[1]}, with its capitals as they are: mN is not MN"
 
 
 class QuantityText(str):
-    """A quantity as text, which keeps its value and its SI unit."""
+    """A quantity as a string that keeps its value and its SI unit."""
 
     __slots__ = ("unit", "value")
     value: float
@@ -339,7 +428,7 @@ class QuantityText(str):
 
 
 def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Return a quantity as text, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
+    """Return a quantity as a string, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
     factor, symbol = scaled(value, unit)
     text = QuantityText(f"{value * factor:.{digits}g}{symbol}")
     text.value, text.unit = float(value), unit
@@ -353,7 +442,7 @@ def range_text(low: float, high: float, unit: str) -> str:
 
 
 def duration_text(seconds: float) -> str:
-    """Return a time as text, in the unit in which people speak of it: ``"12.5 min"``."""
+    """Return a time [s] as a string in its usual unit: ``"12.5 min"``."""
     for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
         if seconds >= least:
             return f"{seconds / length:.4g} {unit}"
@@ -361,7 +450,7 @@ def duration_text(seconds: float) -> str:
 
 
 def scaled(value: float, unit: str) -> tuple[float, str]:
-    """Return the factor to multiply a value in SI by, and what stands behind it, as ``" mN"``."""
+    """Return the factor from SI to the unit with a prefix, and that unit after a space: ``" mN"``."""
     if unit in {"1", ""}:
         return 1.0, ""
     # a prefix would be raised to the power of a unit such as m2, too
@@ -383,18 +472,18 @@ def _kind(unit: str) -> tuple[str, str]:
     return _KINDS.get(unit, (f"a quantity in {unit}", unit))
 
 
-def _finite(number: float | Decimal | str, came: object) -> float:
+def _finite(number: float | Decimal | str, given: object) -> float:
     try:
         result = float(number)
     except OverflowError:
         raise InputError("an integer beyond the largest float; expected less than 1.8e308 in SI") from None
     if not math.isfinite(result):
         raise InputError(
-            f"{_shown(came)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
+            f"{_shown(given)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
         )
     return result
 
 
-def _shown(came: object) -> str:
-    text = repr(came)
+def _shown(given: object) -> str:
+    text = repr(given)
     return text if len(text) <= 60 else f"{text[:60]}…"

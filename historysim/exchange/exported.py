@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 from historysim.basics.notices import Notify, silent
 from historysim.replaying import Replay
-from historysim.scenario import sources
+from historysim.scenario.run import Source, source_of
 from historysim.scenario.scenario import Scenario
 
 EVOLVES = "friction or summits change (a law of friction, wear, summits that yield, or events)"
 CONSTANT = "expected constant coefficients and summits"
 
-Exportable = Scenario | sources.Source | Replay | str | Path
+Exportable = Scenario | Source | Replay | str | Path
 """A scenario or its file, a log, a result, or a replay."""
 
 
@@ -28,6 +28,6 @@ def exported(given: Exportable, notify: Notify = silent) -> Exported:
     """Return what is exported; InputError where it cannot be used as it is."""
     if isinstance(given, Replay):
         return Exported(given, "contact", "", ())
-    source = sources.source_of(given)
+    source = source_of(given)
     header, events, _ = source.content(notify)
     return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)

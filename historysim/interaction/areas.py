@@ -1,27 +1,42 @@
-"""Real contact area of one map over the normal load: the laws in use beside its summits and its whole solution."""
+"""Real contact area of one map over the normal load: the laws in use beside its summits and its whole solution.
 
+The surface of the laws is isotropic and Gaussian, and a rigid flat presses it.
+
+Bush, Gibson and Thomas, *Wear* 35 (1975) 87-111; Persson, *J. Chem. Phys.* 115 (2001) 3840-3861; Bowden and Tabor, *The
+Friction and Lubrication of Solids* (1950); elliptic contacts: Johnson, *Contact Mechanics* (1985), section 4.2.
+"""
+
+import functools
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+from scipy import special
 
-from historysim.basics.arguments import checked
+from historysim.basics.arguments import checked, scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.notices import Notify, silent
 from historysim.basics.units import pascals
-from historysim.contact.area_laws import bowden_tabor_area, bush_gibson_thomas_area, persson_area
-from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
+from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.solutions import NormalSolutions
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
+from historysim.surfaces.surface_statistics import SpectralMoments
 
 if TYPE_CHECKING:
     import xarray as xr
 
 HOLDS = 0.2
 """Relative difference from the whole map up to which a law counts as holding."""
+CURVATURES, RATIOS = 48, 32
+"""Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures."""
+DEVIATIONS = 9.0
+"""How far the rule for the mean curvature goes beyond what summits of a height have on average."""
+HIGHEST = 12.0
+"""Separation over the rms height at which the linear law is reached within 3 %, and no contact is left."""
 
 
 def area_laws(
@@ -36,14 +51,13 @@ def area_laws(
 ) -> "xr.Dataset":
     """Return the real contact area of a map over the normal load by the laws in use.
 
-    The laws: "Bowden–Tabor" N/H, with a hardness; "Greenwood–Williamson" with mean radius and deviation of the summits;
+    These are "Bowden–Tabor" N/H, with a hardness; "Greenwood–Williamson" with mean radius and deviation of the summits;
     "Bush–Gibson–Thomas" and "Persson" with the spectral moments of the map; "summits", the sum over the summits of this
     map, which is what an ensemble has; "whole map", its fully interacting solution.
 
     Parameters
     ----------
     surface : Surface
-        A height map.
     pair : MaterialPair
     normal_load : array_like (normal_load)
         Loads [N], > 0.
@@ -108,3 +122,107 @@ def _of_summits(summits: Summits, loads: Floats, contact_modulus: float) -> Floa
     separations = np.unique(np.concatenate([heights, np.linspace(heights[0], heights[-1], 400)]))[::-1]
     found = summit_contact(summits.height, summits.radius, separations, contact_modulus=contact_modulus)
     return np.asarray(np.interp(loads, found.normal_load, found.contact_area, right=np.nan))
+
+
+# -- laws ------------------------------------------------------------------------------------------
+
+
+def bowden_tabor_area(pressure: npt.ArrayLike, hardness: float) -> Floats:
+    """Return A/A0 = p/H, at most 1: every contact flows at its hardness [Pa]."""
+    return np.minimum(checked("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0)
+
+
+def persson_area(pressure: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
+    """Return A/A0 = erf(√2 p / (E* h')) by Persson, with the rms slope h' = √(2 m2).
+
+    Exact where the contact is complete; at low pressure A/A0 = √(8/π) p/(E* h'), where solutions of whole maps lie
+    between this and √(2π) p/(E* h') of Bush, Gibson and Thomas.
+    """
+    slope = math.sqrt(2 * scalar("m2", moments.m2, above=0))
+    modulus = scalar("contact_modulus", contact_modulus, above=0)
+    return np.asarray(special.erf(math.sqrt(2) * checked("pressure", pressure, least=0) / (modulus * slope)))
+
+
+def bush_gibson_thomas(
+    separation: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float
+) -> tuple[Floats, Floats]:
+    """Return nominal pressure [Pa] and A/A0 at separations from the mean plane: independent elliptic summits.
+
+    Heights and both curvatures of the summits are distributed as on a Gaussian surface (Nayak 1971), whose α exceeds
+    3/2. Far from the mean plane A/A0 goes as √(2π) p/(E* h'), which is reached only where next to nothing touches.
+    """
+    modulus = scalar("contact_modulus", contact_modulus, above=0)
+    m0, m2, m4 = (scalar(name, value, above=0) for name, value in moments._asdict().items())
+    alpha = m0 * m4 / m2**2
+    if not alpha > 1.5:
+        raise InputError(f"the moments have m0 m4/m2² = {alpha:.4g}; expected more than 1.5, as every surface has")
+    heights = np.atleast_1d(checked("separation", separation)) / math.sqrt(m0)
+    found = np.array([_summits_above(height, alpha) for height in heights]).T
+    # lengths in √m0 and curvatures in √m4; summits per area from 1/(2π m2)
+    scale = m4 / (2 * math.pi * m2)
+    pressure = found[0] * scale * modulus * m0**0.75 * m4**-0.25
+    area = found[1] * scale * math.sqrt(m0 / m4)
+    shape = np.shape(separation)
+    return pressure.reshape(shape), np.minimum(area, 1.0).reshape(shape)
+
+
+def bush_gibson_thomas_area(pressure: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
+    """Return A/A0 by Bush, Gibson and Thomas at nominal pressures [Pa]; NaN beyond contact at the mean plane."""
+    wanted = checked("pressure", pressure, least=0)
+    separations = np.linspace(HIGHEST, 0.0, 241) * math.sqrt(scalar("m0", moments.m0, above=0))
+    pressures, areas = bush_gibson_thomas(separations, moments, contact_modulus)
+    # between the separations both go nearly as exponentials, and their ratio is nearly constant
+    with np.errstate(divide="ignore"):
+        share = np.interp(np.log(wanted), np.log(pressures), areas / pressures)
+    return np.where(wanted > pressures[-1], math.nan, share * wanted)
+
+
+def _summits_above(height: float, alpha: float) -> tuple[float, float]:
+    """Return load and area of all summits above a height, per 1/(2π m2) and in √m0, √m4 and E* as units.
+
+    The mean curvature κ and the half difference r of the two are Gaussian and Rayleigh numbers of variances 2/3 and
+    1/3; summits have r < κ, and their density carries the determinant κ² - r². Height and κ correlate by √(3/(2α)).
+    """
+    correlation = math.sqrt(1.5 / alpha)
+    left = math.sqrt(1 - correlation**2)
+    deviation = math.sqrt(2 / 3)
+    nodes, weights = np.polynomial.legendre.leggauss(CURVATURES)
+    middle = correlation * deviation * max(height, 0.0)
+    low, high = max(0.0, middle - DEVIATIONS * deviation), middle + DEVIATIONS * deviation
+    mean = low + (high - low) * (nodes + 1) / 2
+    of_mean = weights * (high - low) / 2 * np.exp(-((mean / deviation) ** 2) / 2) / (deviation * math.sqrt(2 * math.pi))
+    nodes, weights = np.polynomial.legendre.leggauss(RATIOS)
+    share = (nodes + 1) / 2
+    half = mean[:, np.newaxis] * share
+    of_half = mean[:, np.newaxis] * weights / 2 * 3 * half * np.exp(-1.5 * half**2)
+    determinant = mean[:, np.newaxis] ** 2 - half**2
+    loads, areas = _elliptic((1 - share) / (1 + share))
+    # heights above the flat of summits with this mean curvature
+    gap = (height - correlation * mean / deviation) / left
+    deep, shallow = left**1.5 * height_integral(1.5, gap), left * height_integral(1.0, gap)
+    load = of_half * determinant * loads * determinant**-0.25
+    area = of_half * determinant * areas * determinant**-0.5
+    return float(of_mean * deep @ load.sum(axis=1)), float(of_mean * shallow @ area.sum(axis=1))
+
+
+def _elliptic(ratio: Floats) -> tuple[Floats, Floats]:
+    """Return P √κ/(E* δ^(3/2)) and A κ/δ of Hertzian contacts with this ratio of curvatures and geometric mean κ."""
+    known, load, area = _ellipses()
+    return np.interp(ratio, known, load), np.interp(ratio, known, area)
+
+
+@functools.cache
+def _ellipses() -> tuple[Floats, Floats, Floats]:
+    """Tabulate ellipses by their axes' ratio k: ratio of curvatures, load and area as in `_elliptic`."""
+    k = np.concatenate([np.geomspace(1e-6, 0.1, 2000), np.linspace(0.1, 1 - 1e-6, 4000)[1:]])
+    square = 1 - k**2
+    first, second = special.ellipk(square), special.ellipe(square)
+    # curvatures over p0/(E* a): Johnson's Eqs. 4.25 to 4.28 with b = k a
+    small = 2 * k * (first - second) / square
+    large = 2 * k * (second / k**2 - first) / square
+    approach = k * first
+    mean = np.sqrt(small * large)
+    load = 2 / 3 * math.pi * k * np.sqrt(mean) / approach**1.5
+    area = math.pi * k * mean / approach
+    ends = [np.append(values, limit) for values, limit in ((small / large, 1.0), (load, 4 / 3), (area, math.pi))]
+    return ends[0], ends[1], ends[2]

@@ -1,11 +1,19 @@
-"""A rigid flat on a rough elastic half-space without friction, by conjugate gradients on Fourier transforms."""
+"""A rigid flat on a rough elastic half-space without friction: by active sets where few points touch, else by CG.
+
+`FewPoints` is exact. With p the pressures of the points that touch, G the displacement of one point under the pressure
+of another, and z how deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
+others. So p is straight in the approach a from one touch to the next; the first point is a flat punch of one pixel.
+`HalfSpace` takes conjugate gradients on Fourier transforms.
+"""
 
 import math
 import time
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
-from historysim.basics.array_types import Array, Booleans, Floats
+from historysim.basics.array_types import Array, Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 
@@ -17,6 +25,17 @@ MOST_ITERATIONS = 2000
 TOUCH_STEP = 0.3
 """Pressure that a point which the flat overlaps gets at first, over that which would close its overlap alone."""
 
+MOST_POINTS = 200
+"""Points in contact beyond which there are too many for active sets."""
+MOST_CANDIDATES = 1600
+"""Highest points that may touch."""
+EACH_TOUCH = 16
+"""Points in contact up to which there is a row at each touch; beyond, at each approach larger by `APPROACH_STEP`."""
+APPROACH_STEP = 1.06
+MOST_TURNS = 100
+ROUNDING = 1e-11
+"""Gap over the approach that is taken for rounding."""
+
 
 class HalfSpace:
     """A height map on an elastic half-space, dimensionless: lengths over the rms height, pressures over E*.
@@ -26,15 +45,6 @@ class HalfSpace:
 
     Constrained conjugate gradients (Polonsky and Keer, *Wear* 231 (1999) 206-219), with one displacement an iteration
     while no point comes or leaves, and preconditioned by the wave number, to which the stiffness is in proportion.
-
-    Parameters
-    ----------
-    surface : Surface
-
-    Raises
-    ------
-    InputError
-        A profile, or a flat or incomplete map.
     """
 
     def __init__(self, surface: Surface) -> None:
@@ -178,3 +188,94 @@ def _love(x: Floats, y: Floats, width: float, depth: float) -> Floats:
             total += i * j * (across * np.arcsinh(along / np.abs(across)) + along * np.arcsinh(across / np.abs(along)))
     total /= np.pi
     return total
+
+
+# -- few points ------------------------------------------------------------------------------------
+
+
+class Row(NamedTuple):
+    """A solution: approach, the points that touch (flat indices), their pressures, and how fast those grow with it."""
+
+    approach: float
+    point: Integers
+    pressure: Floats
+    growth: Floats
+
+
+class FewPoints:
+    """Contact of the highest points of a map (nx, ny), with the displacement at each offset under a unit pressure."""
+
+    def __init__(self, heights: Floats, influence: Floats, *, periodic: bool) -> None:
+        depth = heights.max() - heights.ravel()
+        # of points that are alike the first one in the map
+        self.candidate = np.argsort(depth, kind="stable")[:MOST_CANDIDATES]
+        self._depth = depth[self.candidate]
+        self._matrix = _matrix(self.candidate, influence, periodic=periodic)
+        # beyond the candidates others may touch; where displacements have a mean of 0 they may even do so before
+        self._reach = np.inf if self.candidate.size == depth.size else 0.5 * float(depth[self.candidate[-1]])
+
+    def rows(self) -> Iterator[Row]:
+        """Yield solutions at rising approaches, as long as few points touch."""
+        touching = np.zeros(self._depth.size, dtype=bool)
+        touching[0] = True
+        # two points of one height touch at once
+        approach, (_, _, following) = 0.0, self._solved(0.0, touching)
+        while True:
+            count = int(touching.sum())
+            target = following if count < EACH_TOUCH else max(following, approach * APPROACH_STEP)
+            if not target < self._reach or count > MOST_POINTS:
+                return
+            # at a touch the point that comes in carries nothing yet
+            settled = self._settled(target, touching)
+            if settled is None:
+                return
+            row, touching, following = settled
+            if row.approach > approach:
+                yield row
+            approach = target
+
+    def _solved(self, approach: float, touching: Booleans) -> tuple[Floats, Floats, float]:
+        """Return the pressures at an approach if these points touch, how they grow, and where the next one touches."""
+        from scipy.linalg import cho_factor, cho_solve
+
+        matrix = self._matrix[np.ix_(touching, touching)]
+        wanted = np.stack([approach - self._depth[touching], np.ones(int(touching.sum()))], axis=1)
+        pressure, growth = cho_solve(cho_factor(matrix), wanted).T
+        across = self._matrix[np.ix_(~touching, touching)]
+        gap, closing = self._depth[~touching] - approach + across @ pressure, 1.0 - across @ growth
+        with np.errstate(divide="ignore"):
+            ahead = np.where(closing > 0, gap / closing, np.inf)
+        return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
+
+    def _settled(self, approach: float, touching: Booleans) -> tuple[Row, Booleans, float] | None:
+        """Return the solution at an approach, the points that touch just beyond it, and where the next one touches.
+
+        None where points come and leave in turn, which conjugate gradients do not mind.
+        """
+        touching = touching.copy()
+        first = None
+        for _ in range(MOST_TURNS):
+            pressure, growth, following = self._solved(approach, touching)
+            inside = np.flatnonzero(touching)
+            gap = self._depth - approach + self._matrix[:, inside] @ pressure
+            leaves = inside[pressure < -ROUNDING * np.abs(pressure).max()]
+            comes = np.flatnonzero(~touching & (gap <= ROUNDING * approach))
+            # those that come at this approach itself carry nothing before it
+            if first is None and not leaves.size and not (gap[comes] < -ROUNDING * approach).any():
+                first = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
+            if not leaves.size and not comes.size:
+                settled = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
+                return first or settled, touching, following
+            touching[leaves] = False
+            touching[comes] = True
+        return None
+
+
+def _matrix(point: Integers, influence: Floats, *, periodic: bool) -> Floats:
+    """Return the displacement of each point under a unit pressure at each."""
+    x, y = np.unravel_index(point, influence.shape)
+    dx, dy = x[:, None] - x, y[:, None] - y
+    if not periodic:
+        dx, dy = np.abs(dx), np.abs(dy)
+    found: Floats = influence[dx, dy]
+    return found

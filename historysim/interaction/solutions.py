@@ -15,8 +15,7 @@ from historysim.basics.progress import progress_bar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
-from historysim.interaction.few_points import EACH_TOUCH, FewPoints
-from historysim.interaction.half_space import HalfSpace
+from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
 
 LIGHTEST = 1e-3

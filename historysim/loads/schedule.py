@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
@@ -24,6 +24,8 @@ Ramp = tuple[FrictionRamp, float]
 
 CHANNELS = ("normal", "tangential", "friction")
 AT_WAYPOINT, BEYOND_LAST = -1, -2
+PARTS = 6
+"""Column of the parts of a path, behind the goals of two channels."""
 
 
 @attrs.frozen
@@ -153,7 +155,8 @@ class _Schedule:
             plain = int(special[np.searchsorted(special, now)]) if special.size and special[-1] >= now else count
             ends = min(full, plain, count)
             if ends > now:
-                self._add_times(table, slice(now, ends), served)
+                here = slice(now, ends)
+                table.add(self._paths(here), served[here].tolist(), self._row_times(here), recorded=True)
             else:
                 ends = now + 1
                 yield from self._step_by_step(table, now, arriving[:, now], int(served[now]), ramp=bool(ramps[now]))
@@ -185,22 +188,11 @@ class _Schedule:
                 served = np.where(arriving[own], channel.numbers[at], served)
         return arriving, served
 
-    def _add_times(self, table: "_Table", times: slice, served: Integers) -> None:
-        """Add the paths to several times, each of which is recorded."""
-        columns = [column[times] for goals in self.goals[:2] for column in goals]
-        table.add(
-            *columns,
-            self.parts[times],
-            *self._times_of(times),
-            events=served[times].tolist(),
-            row_times=self._row_times(times),
-            recorded=True,
-        )
-
-    def _times_of(self, times: slice) -> tuple[Floats, Floats]:
-        """Return when the paths to times begin and end [s]; at the first one there is no way."""
+    def _paths(self, times: slice) -> list[Array]:
+        """Return the columns of `_Table` of the paths to times; at the first time there is no way."""
         end, begin = self.time[times], self.previous[times]
-        return np.where(np.isnan(begin), end, begin), end
+        goals = [column[times] for goals in self.goals[:2] for column in goals]
+        return [*goals, self.parts[times], np.where(np.isnan(begin), end, begin), end]
 
     def _row_times(self, times: slice, *, inner: bool = False) -> Floats:
         """Return the times of the rows on the way to times, and, unless those within are meant, there."""
@@ -223,14 +215,13 @@ class _Schedule:
         present = enumerate(self.events[int(self.first[now]) : int(self.end[now])], int(self.first[now]))
         # changes act after all channels have arrived
         rest = _joint([pair for pair in present if pair[0] not in first])
-        columns = [column[here] for goals in self.goals[:2] for column in goals]
-        parts, way = self.parts[here], self._times_of(here)
-        table.add(*columns, parts, *way, events=[served], row_times=self._row_times(here, inner=True), recorded=False)
-        at_once = way[1], way[1]
+        table.add(self._paths(here), [served], self._row_times(here, inner=True), recorded=False)
         controls = {channel.name: int(goals[0][now]) for channel, goals in zip(self.channels, self.goals, strict=True)}
         for number, group in rest:
             if table.ramp is not None or not isinstance(group, dict):
-                yield table.segment(*_change(number, group))
+                # a joint path ends a segment only where friction is on its way
+                acts = not isinstance(group, dict | FrictionRamp)
+                yield table.segment(*((group, number) if acts else ()))
                 table.clear()
             if isinstance(group, FrictionRamp):
                 table.ramp = group, 1.0
@@ -238,9 +229,8 @@ class _Schedule:
             controls |= {name: _control(event) for name, event in jumps.items()}
             # where nothing jumps, this is the path on which a controlled load is restored
             goals = [(controls[name], *((jumps[name].value, 1.0) if name in jumps else STILL)) for name in CHANNELS[:2]]
-            columns = [np.array([value]) for goal in goals for value in goal]
-            whole = np.ones(1, dtype=np.int64)
-            table.add(*columns, whole, *at_once, events=[number], row_times=np.empty(0), recorded=False)
+            path = [np.array([value]) for goal in goals for value in goal] + [np.ones(1, dtype=np.int64)]
+            table.add([*path, self.time[here], self.time[here]], [number], np.empty(0), recorded=False)
         table.record(time)
 
     def _part_of_the_way(self, now: int, until: float) -> Segment:
@@ -248,9 +238,9 @@ class _Schedule:
         table, here = _Table(), slice(now, now + 1)
         time, previous = float(self.time[now]), float(self.previous[now])
         table.ramp = self.friction.ramp(time, previous)
-        columns = [column[here] for goals in self.goals[:2] for column in goals]
-        whole, way = np.ones(1, dtype=np.int64), self._times_of(here)
-        table.add(*columns, whole, *way, events=[int(self.first[now])], row_times=np.empty(0), recorded=False)
+        path = self._paths(here)
+        path[PARTS] = np.ones(1, dtype=np.int64)
+        table.add(path, [int(self.first[now])], np.empty(0), recorded=False)
         table.record(until)
         return attrs.evolve(table.segment(), share=(until - previous) / (time - previous))
 
@@ -338,30 +328,37 @@ def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Event | dict[str, L
     return groups
 
 
-def _change(number: int, group: Event | dict[str, LoadEvent]) -> tuple[Event | None, int]:
-    """Return the change that ends a segment, and its number; None where the next path starts another one only."""
-    return (None, -1) if isinstance(group, dict | FrictionRamp) else (group, number)
-
-
-def _channels(events: Sequence[Event]) -> tuple["_Channel", "_Channel", "_Channel"]:
+def _channels(events: Sequence[Event]) -> list["_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
     loads = loads_of(events)
     if loads is not None:
         places = [np.flatnonzero(np.isin(loads.kind, own)) for own in _OF_CHANNEL]
-        normal, tangential, friction = (
+        return [
             _Channel(name, [], own, loads.time[own], loads.value[own], _CONTROLS[loads.kind[own]])
             for name, own in zip(CHANNELS, places, strict=True)
-        )
-        return normal, tangential, friction
-    by_channel: dict[str, tuple[list[int], list[Any]]] = {name: ([], []) for name in CHANNELS}
-    for number, event in enumerate(events):
-        channel = getattr(event, "channel", None)
-        if channel is not None:
-            numbers, waypoints = by_channel[channel]
-            numbers.append(number)
-            waypoints.append(event)
-    normal, tangential, friction = (
-        _Channel(
+        ]
+    return [_Channel.of(name, events) for name in CHANNELS]
+
+
+@attrs.frozen(eq=False)
+class _Channel:
+    """One channel's waypoints, in the order of time; arrays are (waypoint)."""
+
+    name: str
+    waypoints: list[Any]
+    """The events, unless all events are loads."""
+    numbers: Integers
+    """Their indices among the events."""
+    time: Floats
+    value: Floats
+    control: Integers
+
+    @classmethod
+    def of(cls, name: str, events: Sequence[Event]) -> Self:
+        """Return a channel of events as objects."""
+        numbers = [number for number, event in enumerate(events) if event.channel == name]
+        waypoints: list[Any] = [events[number] for number in numbers]
+        return cls(
             name,
             waypoints,
             np.array(numbers, dtype=np.int64),
@@ -369,17 +366,6 @@ def _channels(events: Sequence[Event]) -> tuple["_Channel", "_Channel", "_Channe
             np.array([getattr(waypoint, "value", 0.0) for waypoint in waypoints], dtype=float),
             np.array([_control(waypoint) for waypoint in waypoints], dtype=np.int64),
         )
-        for name, (numbers, waypoints) in by_channel.items()
-    )
-    return normal, tangential, friction
-
-
-class _Channel:
-    """One channel's waypoints with their numbers among the events."""
-
-    def __init__(self, name: str, waypoints: list[Any], numbers: Integers, *columns: Array) -> None:
-        self.name, self.waypoints, self.numbers = name, waypoints, numbers
-        self.time, self.value, self.control = columns
 
     def goals(self, time: Floats, previous: Floats) -> tuple[Integers, Floats, Floats]:
         """Return where the channel goes on the way to times: its control, target, and the part of the way left to go.
@@ -451,7 +437,7 @@ class _Table:
         self.row_times: list[Floats] = []
         self.ramp: Ramp | None = None
 
-    def add(self, *columns: Array, events: Sequence[int], row_times: Floats, recorded: bool) -> None:
+    def add(self, columns: Sequence[Array], events: Sequence[int], row_times: Floats, *, recorded: bool) -> None:
         """Add paths: goals of both channels, parts, times at their ends, their events, and the times of their rows."""
         self.columns.append(columns)
         self.events.extend(events)
@@ -463,16 +449,11 @@ class _Table:
         self.recorded[-1] = True
         self.row_times.append(np.array([time]))
 
-    def segment(
-        self,
-        change: Event | None = None,
-        change_event: int = -1,
-        cursor: Cursor | None = None,
-    ) -> Segment:
+    def segment(self, change: Event | None = None, change_event: int = -1, cursor: Cursor | None = None) -> Segment:
         """Return the segment of the paths so far."""
         columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
-        goals, ends = (Goals(*columns[:3]), Goals(*columns[3:6])), (columns[7], columns[8])
-        paths = paths_to(*goals, parts=columns[6], recorded=self.recorded, times=ends)
+        goals = Goals(*columns[:3]), Goals(*columns[3:PARTS])
+        paths = paths_to(*goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1]))
         ramp, part = self.ramp or (None, 1.0)
         times = np.concatenate(self.row_times)
         return Segment(paths, self.events, times, change, change_event, ramp, part, cursor)

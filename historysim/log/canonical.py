@@ -1,6 +1,7 @@
 """The canonical form of events: the arrays that stand in a log, and the digests over them."""
 
 import hashlib
+import itertools
 import json
 import struct
 from collections.abc import Iterable, Mapping, Sequence
@@ -46,28 +47,21 @@ def columns_of(events: Sequence[Event]) -> Columns:
     loads = loads_of(events)
     if loads is not None:
         return Columns(loads.kind.tobytes(), _floats(loads.time), _floats(loads.value), b"")
-    code = {kind: number for number, kind in enumerate(KINDS)}
-    kinds = bytearray()
-    values: list[float] = []
-    coefficients: list[float] = []
-    for event in events:
-        if isinstance(event, LoadEvent):
-            kinds.append(code[type(event)])
-            values.append(event.value)
-        elif type(event) is not FrictionChange or event.asperities is not None:
-            code_of_kind, numbers = _listed(event)
-            kinds.append(code_of_kind)
-            values.append(float(len(numbers)))
-            coefficients += numbers
-        elif isinstance(event.friction, tuple):
-            kinds.append(MANY_COEFFICIENTS)
-            values.append(float(len(event.friction)))
-            coefficients += event.friction
-        else:
-            kinds.append(ONE_COEFFICIENT)
-            values.append(event.friction)
-    time = np.fromiter((event.time for event in events), dtype="<f8", count=len(events))
-    return Columns(bytes(kinds), time.tobytes(), _floats(values), _floats(coefficients))
+    kinds, values, numbers = zip(*map(_row, events), strict=True) if events else ((), (), ())
+    times = [event.time for event in events]
+    return Columns(bytes(kinds), _floats(times), _floats(values), _floats([*itertools.chain(*numbers)]))
+
+
+def _row(event: Event) -> tuple[int, float, Sequence[float]]:
+    """Return the kind of an event, its value, and its further numbers."""
+    if isinstance(event, LoadEvent):
+        return KINDS.index(type(event)), event.value, ()
+    if type(event) is FrictionChange and event.asperities is None:
+        if isinstance(event.friction, tuple):
+            return MANY_COEFFICIENTS, len(event.friction), event.friction
+        return ONE_COEFFICIENT, event.friction, ()
+    code, numbers = _listed(event)
+    return code, len(numbers), numbers
 
 
 def events_of(columns: Columns) -> Events:
@@ -163,7 +157,7 @@ def _named(numbers: float | tuple[float, ...] | None) -> type[Event]:
     return EVENTS[name]
 
 
-def _floats(values: list[float] | Floats) -> bytes:
+def _floats(values: Sequence[float] | Floats) -> bytes:
     return np.array(values, dtype="<f8").tobytes()
 
 

@@ -16,14 +16,14 @@ PATIENCE = 60.0
 """Seconds that a reader or writer waits for the other's transaction."""
 _EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
 
-REFUSALS = {
+_HELD = errno.EAGAIN, "another process holds the log; try again when it is done"
+_REFUSALS = {
     sqlite3.SQLITE_FULL: (errno.ENOSPC, "No space left on device; what the log holds stands; make room, then go on"),
     sqlite3.SQLITE_IOERR: (errno.EIO, "the log cannot be read or written; is the disk full or gone?"),
     sqlite3.SQLITE_READONLY: (errno.EACCES, "the log, or its folder, is read-only"),
     sqlite3.SQLITE_CANTOPEN: (errno.EACCES, "the log cannot be opened; may its folder be written to?"),
     sqlite3.SQLITE_PERM: (errno.EACCES, "Permission denied"),
-    sqlite3.SQLITE_BUSY: (errno.EAGAIN, "another process holds the log; try again when it is done"),
-    sqlite3.SQLITE_LOCKED: (errno.EAGAIN, "another process holds the log; try again when it is done"),
+    **dict.fromkeys((sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED), _HELD),
     sqlite3.SQLITE_NOMEM: (errno.ENOMEM, "the memory does not suffice"),
 }
 
@@ -64,7 +64,7 @@ def reported(path: Path) -> Iterator[None]:
 
 def refusal(error: Exception) -> tuple[int, str] | None:
     """Return number and text of what the system has refused; None where the file itself is at fault."""
-    return REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
+    return _REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
 
 
 def connect(path: Path, mode: str) -> sqlite3.Connection:
@@ -93,6 +93,9 @@ def check_journal(path: Path) -> Path:
     return journal
 
 
+_OBJECTS = "SELECT type || ' ' || name, coalesce(sql, '') FROM sqlite_master"
+
+
 @functools.cache
 def _schema() -> frozenset[tuple[str, ...]]:
     with closing(sqlite3.connect(":memory:")) as connection:
@@ -100,18 +103,13 @@ def _schema() -> frozenset[tuple[str, ...]]:
         return frozenset(connection.execute(_OBJECTS).fetchall())
 
 
-_OBJECTS = "SELECT type || ' ' || name, coalesce(sql, '') FROM sqlite_master"
-
-
 def check_schema(connection: sqlite3.Connection, path: Path) -> None:
     """Refuse a file that holds more than a log: SQLite would carry out a view, or a trigger, of somebody else's."""
     objects = set(connection.execute(f"{_OBJECTS} LIMIT {len(_schema()) + 1}").fetchall())
-    strange = sorted(name for name, _ in objects - _schema())
-    missing = sorted({f"table {name}" for name in TABLES} - {name for name, _ in objects})
+    strange = [f"holds {name}" for name, _ in sorted(objects - _schema())]
     # a log that has lost a trigger is still a log
-    if strange or missing:
-        problems = [f"holds {', '.join(strange[:3])}, other than a log does"] if strange else []
-        problems += [f"has no {', '.join(missing[:3])}"] if missing else []
+    missing = [f"has no table {name}" for name in TABLES if f"table {name}" not in dict(objects)]
+    if problems := [*strange[:3], *missing]:
         raise InputError(f"{path}: is no log, or damaged: it {' and '.join(problems)}; {_EXPECTED}")
 
 

@@ -26,8 +26,9 @@ from historysim.loads.events import (
     TangentialDisplacement,
     TangentialLoad,
 )
-from historysim.log.file import Content, LogFile, start_before
+from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
+from historysim.log.snapshot import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
@@ -43,14 +44,11 @@ HOLD = paths_to(_HELD, _HELD)
 
 @attrs.frozen
 class Verdict:
-    """What a check of a log has found."""
+    """How many events of a log are sound, from the beginning, its digest up to there, and what is wrong after them."""
 
     events: int
-    """Events that are sound, from the beginning."""
     digest: str
-    """Digest of the log up to there: the last link of its chain."""
     problem: str = ""
-    """What is wrong after them; empty where the log is whole."""
 
     @property
     def whole(self) -> bool:
@@ -102,25 +100,9 @@ class EventLog:
         instrument: Instrument = RIGID,
         title: str = "",
     ) -> Self:
-        """Make a log, in place of one of that name.
+        """Make a log with an ensemble and the first events, in place of one of that name; the rest as for `replay`.
 
-        Parameters
-        ----------
-        path : path
-        ensemble : Ensemble
-            Is stored whole.
-        events : iterable of events
-            The first ones; `append` adds more.
-        substeps, saturate, record, instrument
-            As for `historysim.replay`.
-        title : str
-
-        Raises
-        ------
-        InputError
-            What cannot be used.
-        OSError
-            The file cannot be written, or another process is writing it.
+        Raises InputError: what cannot be used. OSError: it cannot be written, or another process is writing it.
         """
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
@@ -207,15 +189,10 @@ class EventLog:
     # -- writing -----------------------------------------------------------------------------------
 
     def append(self, events: Event | Iterable[Event]) -> None:
-        """Append events: they are on the disk when this returns.
+        """Append events, in the order of their times, none before the last one: they are on the disk at the end.
 
         A channel runs straight between its own waypoints, so a new waypoint of a channel that was held since
         its last one also says how it got there.
-
-        Parameters
-        ----------
-        events : event or iterable of events
-            In the order of their times, none before the last one in the log.
 
         Raises
         ------
@@ -228,20 +205,11 @@ class EventLog:
         self._file.append([events] if not isinstance(events, Iterable) else list(events))
 
     def fork(self, at: float, path: str | Path, *, notify: Notify = silent) -> "EventLog":
-        """Copy the past up to a time to a new log, so that another future can be appended.
+        """Copy the past up to a time [s], with events at it, to a new log, so that another future can be appended.
 
         Channels that are on their way then, or held after their last waypoint, get a waypoint where they stand; those
         on their way get one at the last event, too. Without them, what is appended would also change the past. Of a
-        damaged log, what is sound is copied.
-
-        Parameters
-        ----------
-        at : float
-            Time [s]; events at this time are copied.
-        path : path
-            The new log.
-        notify : callable, optional
-            Told what is wrong with a damaged log.
+        damaged log, what is sound is copied, and `notify` gets what is wrong with it.
 
         Raises
         ------
@@ -257,10 +225,10 @@ class EventLog:
         events = content.events
         if content.problem:
             notify(f"{self.path}: is damaged: {content.problem}; the {len(events):,} events before are sound")
-            if events and time > events[-1].time:
+            if events and time > (last := events[-1].time):
+                sound, asked = time_text(last), time_text(time)
                 raise InputError(
-                    f"{self.path}: is sound up to t = {time_text(events[-1].time)} only; expected a time up to there, "
-                    f"not {time_text(time)}"
+                    f"{self.path}: is sound up to t = {sound} only; expected a time up to there, not {asked}"
                 )
         past = [event for event in events if event.time <= time]
         if not past:
@@ -277,8 +245,7 @@ class EventLog:
         if cursor is None:
             return []
         held: list[Event] = []
-        for own, channel in enumerate(schedule.CHANNELS):
-            heading = cursor.heading[own]
+        for channel, heading in zip(schedule.CHANNELS, cursor.heading, strict=True):
             waypoints = [event for event in past if _is_of(event, channel)]
             if waypoints and waypoints[-1].time == time:
                 continue
@@ -303,13 +270,12 @@ class EventLog:
     def _where(self, kind: type[Any], state: EnsembleState, time: float) -> LoadEvent | FrictionRamp:
         if kind is FrictionRamp:
             return FrictionRamp(time, tuple(state.friction) if np.ptp(state.friction) else state.friction[0])
+        force, displacement = state.tangential_load, state.tangential_displacement
         reached = {
             NormalLoad: state.normal_load,
             NormalDisplacement: state.approach,
-            TangentialLoad: state.tangential_load,
-            TangentialDisplacement: self.instrument.drive_displacement(
-                state.tangential_displacement, state.tangential_load
-            ),
+            TangentialLoad: force,
+            TangentialDisplacement: self.instrument.drive_displacement(displacement, force),
         }
         here: LoadEvent = kind(time, reached[kind])
         return here
@@ -319,16 +285,9 @@ class EventLog:
     def replay(
         self, until: float = math.inf, *, record: Selection | None = None, substeps: int | None = None
     ) -> "xr.Dataset":
-        """Replay the log, from its beginning.
+        """Replay the log from its beginning to a time [s], of which the last row is.
 
-        Parameters
-        ----------
-        until : float
-            Time [s] at which to stop. Between two event times, the last row is that of this time.
-        record : optional
-            Asperities to record, as for `historysim.replay`; by default as the log has it.
-        substeps : int, optional
-            Rows per interval between event times; by default as the log has it.
+        `record` and `substeps` are as for `historysim.replay`; by default as the log has them.
 
         Raises
         ------
@@ -337,27 +296,17 @@ class EventLog:
         LoadError
             A load that the contact cannot carry.
         """
-        head, events = self._file.head, self._file.sound().events
-        time = math.inf if until == math.inf else scalar("until", until)
-        job = head.replay(events)
-        job = attrs.evolve(
-            job,
-            substeps=job.substeps if substeps is None else substeps,
-            record=job.record if record is None else record,
-        )
+        time, job = _time("until", until), self.job()
+        record, substeps = job.record if record is None else record, job.substeps if substeps is None else substeps
+        job = attrs.evolve(job, record=record, substeps=substeps)
         if job.steps(time) == 0:
             raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
-        return job.dataset(until=time, attributes=head.attributes)
+        return job.dataset(until=time, attributes=self._file.head.attributes)
 
     def state(self, at: float = math.inf, *, notify: Notify = silent) -> EnsembleState:
-        """Return the state at a time, from the last snapshot before it.
+        """Return the state at a time [s], from the last snapshot before it; `notify` gets why any is passed over.
 
-        Parameters
-        ----------
-        at : float
-            Time [s]. Before the first event nothing has happened; after the last, the channels are held.
-        notify : callable, optional
-            Told which snapshots are passed over, and why.
+        Before the first event nothing has happened; after the last, the channels are held.
 
         Raises
         ------
@@ -366,7 +315,7 @@ class EventLog:
         LoadError
             A load before that time that the contact cannot carry.
         """
-        return self._state(self._file.sound(), math.inf if at == math.inf else scalar("at", at), notify)
+        return self._state(self._file.sound(), _time("at", at), notify)
 
     def _state(self, content: Content, time: float, notify: Notify = silent) -> EnsembleState:
         head, events = self._file.head, content.events
@@ -377,15 +326,17 @@ class EventLog:
 
     def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""
-        head, content = self._file.head, self._file.sound()
+        content, job = self._file.sound(), self.job()
         last = content.events[-1].time if content.events else 0.0
-        time = last if at == math.inf else scalar("at", at)
-        job = head.replay(content.events)
-        everyone = np.arange(len(head.ensemble))
-        target = DatasetRecorder(head.ensemble, everyone, 1, instrument=head.instrument, changes=job.changes)
-        head.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
+        time, everyone = last if at == math.inf else _time("at", at), np.arange(len(self.ensemble))
+        target = DatasetRecorder(self.ensemble, everyone, 1, instrument=self.instrument, changes=job.changes)
+        self.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))
-        return target.dataset(job.attributes() | head.attributes)
+        return target.dataset(job.attributes() | self._file.head.attributes)
+
+
+def _time(name: str, value: float) -> float:
+    return math.inf if value == math.inf else scalar(name, value)
 
 
 def _is_of(event: Event, channel: str) -> TypeGuard[LoadEvent | FrictionRamp]:

@@ -9,21 +9,18 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import attrs
 import numpy as np
 
 from historysim.basics.files import SQLITE, check_replaceable, is_log, kind_text, sync_folder
 from historysim.basics.lock import WriterLock
-from historysim.basics.notices import Notify, silent
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads import schedule
 from historysim.loads.event_sequence import Events, check_sequence, loads_of, time_text
 from historysim.loads.events import Event
-from historysim.loads.schedule import Start
 from historysim.log import canonical
 from historysim.log.database import (
     ENDING,
@@ -38,7 +35,6 @@ from historysim.log.database import (
     transaction,
 )
 from historysim.log.header import LogHeader, head_from
-from historysim.log.snapshot import Snapshot, program, snapshot_digest, snapshot_from, unpacked
 
 MOST_EVENTS_OF_A_BATCH = 1 << 16
 SHORTEST_LIMIT = 1_000_000
@@ -108,18 +104,13 @@ class LogFile:
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
             check_journal(unfinished).unlink(missing_ok=True)
-            with reported(path):
-                connection = connect(unfinished, "rw")
-                try:
-                    # a crash before it has its name leaves nothing behind that anybody asks for
-                    connection.execute("PRAGMA journal_mode = MEMORY")
-                    connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
-                    _put_head(connection, head)
-                    connection.execute("COMMIT")
-                    for _ in _put_events(connection, [head.link], [0], events):
-                        pass
-                finally:
-                    connection.close()
+            with reported(path), closing(connect(unfinished, "rw")) as connection:
+                # a crash before it has its name leaves nothing behind that anybody asks for
+                connection.execute("PRAGMA journal_mode = MEMORY")
+                connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
+                _put_head(connection, head)
+                connection.execute("COMMIT")
+                list(_put_events(connection, [head.link], [0], events))
             settle(path)
             lock = lock.moved(path)
             sync_folder(path.parent)
@@ -172,33 +163,10 @@ class LogFile:
             )
         return content
 
-    def snapshots(self, content: Content) -> Iterator[Snapshot | str]:
-        """Give the snapshots of this log, the latest first, and in the place of those that cannot be trusted why."""
-        try:
-            with reported(self.path), self._reading() as connection:
-                numbers = [row[0] for row in connection.execute("SELECT number FROM snapshot ORDER BY events DESC")]
-        except InputError as error:
-            yield f"the snapshots cannot be read ({error})"
-            return
-        for number in numbers:
-            yield self._snapshot(number, content)
-
-    def _snapshot(self, number: int, content: Content) -> Snapshot | str:
-        name = f"snapshot {number}"
-        try:
-            with reported(self.path), self._reading() as connection:
-                about, link, state, digest = connection.execute(
-                    "SELECT about, link, state, digest FROM snapshot WHERE number = ?", (number,)
-                ).fetchone()
-            whole = snapshot_digest(about, link, state) == digest
-            snapshot = snapshot_from(about, link, state)
-        except (InputError, ValueError, KeyError, TypeError, AttributeError) as error:
-            return f"{name} is damaged ({error})"
-        if not whole:
-            return f"{name} is damaged: it does not match its digest"
-        if not 0 < snapshot.batches < len(content.links) or content.links[snapshot.batches] != link:
-            return f"{name} is of another log"
-        return snapshot
+    def rows(self, query: str, *values: int) -> list[tuple[Any, ...]]:
+        """Return what a query finds in the log; damage is an InputError."""
+        with reported(self.path), self._reading() as connection:
+            return connection.execute(query, values).fetchall()
 
     # -- writing -----------------------------------------------------------------------------------
 
@@ -221,12 +189,11 @@ class LogFile:
             for batch in _put_events(self._open, content.links, content.ends, events):
                 self._content = content = attrs.evolve(content, events=Events.joined([content.events, batch]))
 
-    def add_snapshot(self, snapshot: Snapshot) -> None:
-        """Put a snapshot beside the events."""
+    def insert(self, query: str, values: tuple[int | str | bytes, ...]) -> None:
+        """Put something beside the events into the log, in a transaction."""
         self.lock()
-        row = (snapshot.cursor.events, snapshot.text, snapshot.link, snapshot.state, snapshot.digest)
         with reported(self.path), transaction(self._open):
-            self._open.execute("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
+            self._open.execute(query, values)
 
     # -- the connection ----------------------------------------------------------------------------
 
@@ -265,24 +232,18 @@ class LogFile:
             if row is None or first is None:
                 raise InputError(f"{self.path}: is damaged: it has no head; restore it from a copy, or run again")
             try:
-                rows = connection.execute("SELECT name, shape, content FROM array")
                 arrays = {
                     name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
-                    for name, shape, content in rows
+                    for name, shape, content in connection.execute("SELECT name, shape, content FROM array")
                 }
-                head = head_from(row[0], arrays)
-                whole = head.link == first[0]
-                if whole:
-                    head.check()
+                head = head_from(row[0], arrays, link=first[0])
             except InputError as error:
                 raise type(error)(f"{self.path}: {error}") from error
             except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
-                raise InputError(f"{self.path}: is damaged: its head cannot be read ({error})") from error
-        if not whole:
-            raise InputError(
-                f"{self.path}: is damaged: its head (scenario, seeds, asperities) does not match its digest; restore "
-                "it from a copy, or run the scenario again"
-            )
+                raise InputError(
+                    f"{self.path}: is damaged: its head cannot be read ({error}); restore it from a copy, or run the "
+                    "scenario again"
+                ) from error
         return head
 
 
@@ -309,50 +270,6 @@ def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
         columns = canonical.columns_of(events[first : first + MOST_EVENTS_OF_A_BATCH])
         links.append(canonical.link(links[-1], first, columns))
     return links
-
-
-def trusted_snapshots(
-    file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
-) -> Iterator[Start]:
-    """Yield where the snapshots of a log let a replay begin, the latest first.
-
-    With `written`, only those with their rows in the file of that name. `notify` gets each reason to pass some over.
-    """
-    reasons: set[str] = set()
-    for snapshot in file.snapshots(content):
-        if isinstance(snapshot, Snapshot) and written not in {None, snapshot.written}:
-            continue
-        start = snapshot if isinstance(snapshot, str) else _start(file, content, snapshot)
-        if isinstance(start, Start):
-            yield start
-        elif start not in reasons:
-            notify(f"{file.path}: {start}; it is passed over")
-            reasons.add(start)
-
-
-def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
-    """Return where a snapshot lets a replay begin, or why it does not."""
-    cursor = snapshot.cursor
-    name = f"the snapshot at t = {time_text(cursor.time)}"
-    here = program(file.head.ensemble.packages)
-    if snapshot.program != here:
-        return f"a snapshot was made by {snapshot.program}; this is {here}"
-    if schedule.cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
-        return f"{name} was made before events were appended"
-    try:
-        return Start(unpacked(file.head.ensemble, snapshot.state), cursor)
-    except InputError as error:
-        return f"a snapshot cannot be used ({error})"
-
-
-def start_before(
-    file: LogFile, content: Content, time: float, notify: Notify = silent, *, written: str | None = None
-) -> Start:
-    """Return the latest place up to a time [s] where a replay can begin; `written` as for `trusted_snapshots`."""
-    for start in trusted_snapshots(file, content, notify, written=written):
-        if start.cursor and start.cursor.time <= time:
-            return start
-    return Start(file.head.ensemble.initial_state())
 
 
 def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:

@@ -12,8 +12,8 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
+from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.laws import law_from
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Array
@@ -44,6 +44,12 @@ OF_SETTINGS: Mapping[str, Any] = {
 }
 """What each setting has to be."""
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
+LAWS: Mapping[str, tuple[str, type[Any]]] = {
+    "friction_law": ("law", FrictionLaw),
+    "wear": ("wear", WearLaw),
+    "yielding": ("yielding", YieldingLaw),
+}
+"""Settings that make asperities evolve: the attribute of an ensemble with each, and its class."""
 
 
 # slots would leave no room for what is computed once
@@ -67,18 +73,20 @@ class LogHeader:
         title: str = "",
         metadata: Mapping[str, str] | None = None,
         seeds: Sequence[int] = (),
-        surface: Mapping[str, Array] | None = None,
-        surface_attributes: Mapping[str, Any] | None = None,
+        surface: tuple[Mapping[str, Array], Mapping[str, Any]] = ({}, {}),
     ) -> Self:
-        """Put the head of a replay together, with texts of its scenario and the surface group of the result."""
+        """Put the head of a replay together, with texts of its scenario and arrays and attributes of its surface."""
         ensemble, instrument, record = job.ensemble, job.instrument, job.record
+        heights, attributes = surface
         arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
         curves = {} if ensemble.curves is None else ensemble.curves.arrays
         arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
-        arrays |= {f"{SURFACE}{name}": values for name, values in (surface or {}).items()}
-        evolution = _evolution(ensemble)
+        arrays |= {f"{SURFACE}{name}": values for name, values in heights.items()}
+        evolving = {name: getattr(ensemble, of) for name, (of, _) in LAWS.items() if getattr(ensemble, of) is not None}
+        evolution = {name: law.settings for name, law in evolving.items()}
+        evolution |= {"follow_sliding": True} if ensemble.follow_sliding else {}
         settings = {
-            "format": _form(ensemble, evolution),
+            "format": _form(ensemble, evolves=bool(evolution)),
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -96,13 +104,11 @@ class LogHeader:
             "record": record if isinstance(record, str) else [int(index) for index in record],
             "surface_attributes": {
                 key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-                for key, value in (surface_attributes or {}).items()
+                for key, value in attributes.items()
             },
         }
-        kept = {
-            name: values.astype("<f8", order="C", copy=False) for name, values in arrays.items() if values is not None
-        }
-        return cls(settings, kept)
+        there = {name: values for name, values in arrays.items() if values is not None}
+        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in there.items()})
 
     @property
     def text(self) -> str:
@@ -117,17 +123,16 @@ class LogHeader:
     def check(self) -> None:
         """Check that settings are of their types, and make an ensemble and an instrument; else it is an InputError."""
         for name, kinds in OF_SETTINGS.items():
-            value = self.settings.get(name)
-            if (value is None and name not in self.settings) or not isinstance(value, kinds):
+            value = self.settings.get(name, ...)
+            if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
                 raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
-        metadata = self.settings.get("metadata", {})
+        metadata, record = self.settings.get("metadata", {}), self.settings["record"]
         if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
-            raise InputError("is damaged: its metadata are no texts")
-        record = self.settings["record"]
+            raise InputError("is damaged: its metadata are no strings")
         if isinstance(record, list) and not all(type(each) is int for each in record):
             raise InputError("is damaged: what it records are no indices")
-        if isinstance(self.settings["substeps"], bool) or not 1 <= self.substeps <= most("STEPS"):
-            raise InputError(f"says {shown(self.settings['substeps'])} as substeps; {at_most('STEPS')}")
+        if not 1 <= self.substeps <= most("STEPS"):
+            raise InputError(f"says {shown(self.substeps)} as substeps; {at_most('STEPS')}")
         try:
             # either is computed once
             _ = self.ensemble, self.instrument
@@ -141,8 +146,7 @@ class LogHeader:
         """The ensemble, whole."""
         own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
         pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
-        given = {name.removeprefix(CURVES): values for name, values in self.arrays.items() if name.startswith(CURVES)}
-        if given:
+        if given := self._group(CURVES):
             return Patches(
                 pair,
                 NormalCurves(**given),
@@ -150,20 +154,20 @@ class LogHeader:
                 highest_summit=float(own["summit_height"].max()),
                 tolerance=self.settings["tolerance"],
             )
-        if (law := self.settings.get("friction_law")) is not None:
-            kept, own["friction"] = own["friction"], law_from(law)
-            own_law = own["friction"]
-            if own_law.depends_on == "nothing" and not np.array_equal(own_law.at_start(kept.size), kept):
-                # another version of numpy draws otherwise; what stands in the log holds
-                own["friction"] = kept
+        written = {name: law for name, (_, law) in LAWS.items() if name in self.settings}
+        laws = {name: law.from_settings(self.settings[name]) for name, law in written.items()}
+        if (law := laws.pop("friction_law", None)) is not None:
+            kept = own["friction"]
+            # another version of numpy draws otherwise; what stands in the log holds
+            drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(kept.size), kept)
+            own["friction"] = kept if drawn_anew else law
         return Ensemble(
             pair,
             **own,
+            **laws,
             nominal_area=self.settings.get("nominal_area"),
             tolerance=self.settings["tolerance"],
-            wear=WearLaw.from_settings(self.settings["wear"]) if "wear" in self.settings else None,
             follow_sliding=self.settings.get("follow_sliding", False),
-            yielding=YieldingLaw.from_settings(self.settings["yielding"]) if "yielding" in self.settings else None,
         )
 
     @property
@@ -207,30 +211,25 @@ class LogHeader:
     @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that have its laws, each with its version then."""
-        laws = [self.settings[name] for name in ("friction_law", "wear", "yielding") if name in self.settings]
+        laws = [self.settings[name] for name in LAWS if name in self.settings]
         return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
 
     @property
     def surface(self) -> dict[str, Array]:
         """Arrays of the surface group of the result."""
-        return {name.removeprefix(SURFACE): values for name, values in self.arrays.items() if name.startswith(SURFACE)}
+        return self._group(SURFACE)
+
+    def _group(self, prefix: str) -> dict[str, Array]:
+        return {name.removeprefix(prefix): values for name, values in self.arrays.items() if name.startswith(prefix)}
 
 
-def _form(ensemble: Ensemble, evolution: Mapping[str, Any]) -> int:
+def _form(ensemble: Ensemble, *, evolves: bool) -> int:
     """Return the earliest form of a log that has what the ensemble has."""
     if ensemble.curves is not None:
         return FORMAT_OF_CURVES
     if ensemble.yielding is not None:
         return FORMAT_OF_YIELDING
-    return FORMAT_OF_LAWS if evolution else FORMAT
-
-
-def _evolution(ensemble: Ensemble) -> dict[str, Any]:
-    """Return what makes asperities evolve, as far as anything does."""
-    law = {} if ensemble.law is None else {"friction_law": ensemble.law.settings}
-    wear = {} if ensemble.wear is None else {"wear": ensemble.wear.settings}
-    yielding = {} if ensemble.yielding is None else {"yielding": ensemble.yielding.settings}
-    return law | wear | yielding | ({"follow_sliding": True} if ensemble.follow_sliding else {})
+    return FORMAT_OF_LAWS if evolves else FORMAT
 
 
 def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
@@ -244,13 +243,19 @@ def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
     return area | limits | {name: value for name, value in resolutions.items() if value > 0}
 
 
-def head_from(text: str, arrays: Mapping[str, Array]) -> LogHeader:
-    """Return the head of a file; a form that this version does not know is an InputError."""
+def head_from(text: str, arrays: Mapping[str, Array], link: bytes | None = None) -> LogHeader:
+    """Return the head of a file, which is checked where its link is given.
+
+    Raises InputError: a form that this version does not know, or damage. ValueError: it does not match its link.
+    """
     settings = json.loads(text)
-    if not isinstance(settings, dict) or settings.get("format") not in FORMATS:
-        form = settings.get("format") if isinstance(settings, dict) else settings
-        raise InputError(
-            f"is a log of form {form!r}; expected one of {', '.join(map(str, FORMATS))}; a later version of historysim "
-            "has written it"
-        )
-    return LogHeader(settings, arrays)
+    form = settings.get("format") if isinstance(settings, dict) else settings
+    if form not in FORMATS:
+        known = ", ".join(map(str, FORMATS))
+        raise InputError(f"is a log of form {form!r}; expected one of {known}; a later version of historysim wrote it")
+    head = LogHeader(settings, arrays)
+    if link is not None:
+        if head.link != link:
+            raise ValueError("scenario, seeds or asperities do not match its digest")
+        head.check()
+    return head

@@ -2,26 +2,29 @@
 
 import logging
 import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import TYPE_CHECKING, Any, final
 
 import attrs
 
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Notify, silent
+from historysim.basics.processors import threads_of
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
 from historysim.log import embedded_log
 from historysim.log.database import ENDING
-from historysim.log.file import Content, LogFile, start_before
+from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
-from historysim.log.snapshot import Snapshot
+from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
 from historysim.recording import surface_group
-from historysim.recording.netcdf import FileRecorder, Unfinished, check_room
+from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression, check_room
 
 if TYPE_CHECKING:
     import netCDF4
@@ -46,26 +49,28 @@ def log_beside(output: Path) -> Path:
     return beside
 
 
-def write_result(
-    file: LogFile,
-    output: Path,
-    *,
-    progress: bool = False,
-    resume: bool = False,
-    snapshot_every: int | None = None,
-    compression: str = "none",
-    threads: int | None = None,
-    notify: Notify = silent,
-) -> None:
+def _check_interval(_: object, __: "attrs.Attribute[int | None]", value: int | None) -> None:
+    if value is not None and not (isinstance(value, int) and value >= 1):
+        raise InputError(f"snapshot_every is {value!r}; expected a whole number of 1 or more")
+
+
+@attrs.frozen
+class RunOptions:
+    """How a history is replayed and written: the options of `historysim.run`."""
+
+    progress: bool = False
+    resume: bool = False
+    snapshot_every: int | None = attrs.field(default=None, validator=_check_interval)
+    compression: str = attrs.field(default="none", validator=lambda *each: check_compression(each[-1]))
+    threads: int | None = attrs.field(default=None, converter=threads_of)
+    force: bool = False
+    notify: Notify = silent
+
+
+def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open to write, into a result, which appears under its name when it is complete.
 
-    Parameters
-    ----------
-    file : LogFile
-        Snapshots of the state are put beside its events.
-    output : Path
-    progress, resume, snapshot_every, compression, threads, notify
-        See `historysim.run`.
+    Snapshots of the state are put beside the events of the log.
 
     Raises
     ------
@@ -74,64 +79,62 @@ def write_result(
     OSError, KeyboardInterrupt
         ``output`` cannot be written; the user has stopped it. The message says what is kept.
     """
-    head, content = file.head, file.sound()
+    head, content, notify = file.head, file.sound(), options.notify
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
-    job = head.replay(content.events, threads)
-    tip = content.links[-1]
-    unfinished = Unfinished(output)
-    kept, last = False, 0
+    job, link = head.replay(content.events, options.threads), digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
-    try:
-        if resume and _is_result_of(output, tip):
+    with Unfinished(output) as unfinished, _explained(file.path, unfinished, job.steps()):
+        if options.resume and _is_result_of(output, link):
             return
         now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-        written = _name_of(unfinished.path, tip) if resume else ""
-        start = _start(file, content, written, notify) if resume else Start(head.ensemble.initial_state())
-        kept = start.rows > 0
+        written = _name_of(unfinished.path, link) if options.resume else ""
+        start = _start(file, content, written, notify) if options.resume else Start(head.ensemble.initial_state())
+        unfinished.kept = start.rows
         made = partial(
             job.recorder,
             FileRecorder,
-            attributes=job.attributes() | head.attributes | digest_attribute(tip) | {"date_created": now},
+            attributes=job.attributes() | head.attributes | link | {"date_created": now},
             beside=partial(_write_beside, head=head, content=content),
         )
         with made(path=unfinished.path, go_on=start.rows) as target:
             check_room(output.parent, target.size - 512 * getattr(unfinished.path.stat(), "st_blocks", 0))
-            if target.size > LARGE and compression == "none":
+            if target.size > LARGE and options.compression == "none":
                 notify(_size_notice(output, target))
-            every = snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
-            after = _Snapshots(file, content, target, written if kept else f"{unfinished.path.name} {now}", every)
-            try:
-                job.walk(target, start=start, most_rows=every, progress=progress, after=after)
-                target.finish()
-            finally:
-                last = after.last
-                kept = last > 0
-        if compression == "none":
+            every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
+            rows = written if start.rows else f"{unfinished.path.name} {now}"
+            after = _Snapshots(file, content, target, unfinished, rows, every)
+            job.walk(target, start=start, most_rows=every, progress=options.progress, after=after)
+            target.finish()
+        if options.compression == "none":
             unfinished.publish()
         else:
-            with replacing(output) as smaller, made(path=smaller, compression=compression) as target:
+            with replacing(output) as smaller, made(path=smaller, compression=options.compression) as target:
                 target.copy_rows(unfinished.path)
                 target.finish()
         logger.info("%s: written, %d bytes", output, output.stat().st_size)
-        kept = False
+
+
+@contextmanager
+def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
+    """Say of what ends a replay what is kept, and how to go on."""
+    try:
+        yield
     except (LoadError, InputError):
-        kept = False
+        # going on would end in the same way
+        unfinished.kept = 0
         raise
     except KeyboardInterrupt as error:
-        raise KeyboardInterrupt(_interruption(file.path, last, job.steps())) from error
+        kept = unfinished.kept
+        rows = f"the first {kept:,} of {steps:,} steps" if kept else f"none of {steps:,} steps yet"
+        raise KeyboardInterrupt(
+            f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
+        ) from error
     except OSError as error:
         if error.filename is not None:
             raise
-        raise OSError(error.errno, f"{error.strerror}; then go on with --resume", str(output)) from error
-    finally:
-        unfinished.close(keep=kept)
-
-
-def _interruption(log: Path, kept: int, steps: int) -> str:
-    """Return what an interrupted replay has kept, and how to go on."""
-    rows = f"the first {kept:,} of {steps:,} steps" if kept else f"none of {steps:,} steps yet"
-    return f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
+        message = f"{error.strerror}; then go on with --resume"
+        raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
 @final
@@ -142,35 +145,47 @@ class _Snapshots:
     file: LogFile
     content: Content
     target: FileRecorder
+    unfinished: Unfinished
     written: str
     """What the rows before a snapshot are called."""
     every: int
     """Rows between two of them."""
-    last: int = attrs.field(default=attrs.Factory(lambda self: self.target.go_on, takes_self=True))
-    """Rows before the last one."""
 
     def __call__(self, cursor: Cursor, state: "EnsembleState") -> None:
-        if cursor.rows - self.last < self.every or cursor.rows == self.target.steps:
+        if cursor.rows - self.unfinished.kept < self.every or cursor.rows == self.target.steps:
             return
         # first the rows, then the snapshot that says that they stand
         self.target.flush()
         ahead = self.content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
-        link, packages = self.content.links[ahead], self.target.ensemble.packages
-        self.file.add_snapshot(Snapshot.of(cursor, ahead, link, state, self.written, packages=packages))
+        link, here = self.content.links[ahead], program(self.target.ensemble.packages)
+        add_snapshot(self.file, Snapshot(cursor, ahead, link, here, state.to_bytes(), self.written))
         logger.debug("%s: snapshot after %d of %d steps", self.file.path, cursor.rows, self.target.steps)
-        self.last = cursor.rows
+        self.unfinished.kept = cursor.rows
 
 
-def _name_of(unfinished: Path, tip: bytes) -> str:
+def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
+    found = _attributes(unfinished)
+    own = found.get("log_digest") == link["log_digest"] and "date_created" in found
+    return f"{unfinished.name} {found['date_created']}" if own else ""
+
+
+def _is_result_of(output: Path, link: Mapping[str, str]) -> bool:
+    """Return whether a complete result of a log, as it is now, is there already."""
+    found = _attributes(output)
+    return found.get("log_digest") == link["log_digest"] and bool(found.get("complete"))
+
+
+def _attributes(path: Path) -> dict[str, Any]:
+    """Return the attributes of a netCDF file; none of what cannot be read."""
     import netCDF4
 
     try:
-        with netCDF4.Dataset(unfinished) as file:
-            own = file.log_digest == digest_attribute(tip)["log_digest"]
-            return f"{unfinished.name} {file.date_created}" if own else ""
-    except (OSError, RuntimeError, AttributeError):
-        return ""
+        check_contained(path)
+        with netCDF4.Dataset(path) as file:
+            return {name: file.getncattr(name) for name in file.ncattrs()}
+    except (OSError, RuntimeError, AttributeError, InputError):
+        return {}
 
 
 def _start(file: LogFile, content: Content, written: str, notify: Notify) -> Start:
@@ -204,16 +219,3 @@ def digest_attribute(link: bytes) -> dict[str, str]:
     """Return the attributes of a result that say which log it belongs to, by the last link of its chain."""
     digest = f"sha256:{link.hex()}"
     return {"log_digest": digest, "id": digest}
-
-
-def _is_result_of(output: Path, tip: bytes) -> bool:
-    """Tell whether a complete result of a log, as it is now, is there already."""
-    import netCDF4
-
-    try:
-        check_contained(output)
-        with netCDF4.Dataset(output) as file:
-            attributes = {name: file.getncattr(name) for name in ("log_digest", "complete") if name in file.ncattrs()}
-    except (OSError, RuntimeError, AttributeError, InputError):
-        return False
-    return attributes.get("log_digest") == digest_attribute(tip)["log_digest"] and bool(attributes.get("complete"))

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
@@ -18,10 +18,10 @@ from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
 from historysim.loads.schedule import Start
 from historysim.log import embedded_log
-from historysim.log.file import LogFile, trusted_snapshots
+from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import log_beside
-from historysim.log.snapshot import program
+from historysim.log.snapshot import program, trusted_snapshots
 from historysim.memory.rows import Rows
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
@@ -37,19 +37,13 @@ ROUNDING = 1e-9
 
 @attrs.define
 class Difference:
-    """Where a variable of a result differs from the replay."""
+    """Where a variable of a result differs from the replay in any bit."""
 
     name: str
     count: int = 0
-    """Values that differ in any bit."""
-    step: int = -1
-    """Of the first of them."""
-    asperity: int = -1
-    """Column of the first of them; -1 where the variable has none."""
-    found: float = 0.0
-    """The first of them in the result."""
-    replayed: float = 0.0
-    """The first of them in the replay."""
+    """Values that differ."""
+    first: str = ""
+    """The first of them: where, and both values."""
     largest: float = 0.0
     """Largest difference."""
     scale: float = 0.0
@@ -57,19 +51,20 @@ class Difference:
     real: bool = True
     """Whether the values are real numbers, not flags or counts."""
 
-    def add(self, first: int, recorded: Array, replayed: Array) -> None:
-        """Compare values, of which the first belong to a step."""
+    def add(self, names: Sequence[str], first: int, recorded: Array, replayed: Array) -> None:
+        """Compare values along dimensions of these names, of which the first begin at an index."""
         self.real = replayed.dtype.kind == "f"
-        if replayed.size:
-            self.scale = max(self.scale, float(np.abs(replayed).max()))
+        self.scale = max(self.scale, float(np.abs(replayed).max(initial=0)))
         differs = np.ascontiguousarray(recorded).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
         differs = differs.reshape(*replayed.shape, replayed.dtype.itemsize).any(axis=-1)
         if not differs.any():
             return
-        where = tuple(np.argwhere(differs)[0])
         if not self.count:
-            self.step, self.asperity = first + int(where[0]), int(where[1]) if len(where) > 1 else -1
-            self.found, self.replayed = float(recorded[where]), float(replayed[where])
+            where = tuple(np.argwhere(differs)[0])
+            place = ", ".join(
+                f"{name} {index}" for name, index in zip(names, (first + where[0], *where[1:]), strict=True)
+            )
+            self.first = f"{place} ({float(recorded[where])!r} for {float(replayed[where])!r})"
         self.count += int(differs.sum())
         apart = np.abs(recorded[differs].astype(float) - replayed[differs])
         self.largest = max(self.largest, float(np.where(np.isnan(apart), np.inf, apart).max()))
@@ -82,11 +77,9 @@ class Difference:
     @property
     def text(self) -> str:
         """The difference in a line."""
-        column = "" if self.asperity < 0 else f", asperity column {self.asperity}"
         relative = f" ({self.largest / self.scale:.2g} of its largest value)" if self.scale else ""
         return (
-            f"{self.name}: {self.count:,} values differ, first at step {self.step}{column} ({self.found!r} for "
-            f"{self.replayed!r}), by {self.largest:.3g}{relative} at most"
+            f"{self.name}: {self.count:,} values differ, first at {self.first}, by {self.largest:.3g}{relative} at most"
         )
 
 
@@ -119,9 +112,7 @@ class Verification:
 
     def __bool__(self) -> bool:
         """Return whether all bits agree, or differ by no more than other versions or processors round."""
-        return not self.differences or bool(
-            self.made_elsewhere and all(difference.rounding for difference in self.differences)
-        )
+        return all(self.made_elsewhere and difference.rounding for difference in self.differences)
 
 
 def verify(
@@ -138,7 +129,7 @@ def verify(
     progress : bool
         Show a progress bar, as `historysim.run` does.
     notify : callable, optional
-        Told where versions differ, and which snapshots are passed over.
+        Called with where versions differ, and which snapshots are passed over.
 
     Raises
     ------
@@ -158,35 +149,39 @@ def _verify_result(output: Path, log: Path | None, *, progress: bool, notify: No
         kind = kind_text(output) or "is neither of them"
         raise InputError(f"{output}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
     beside = log or log_beside(output)
-    if log is None and not beside.is_file():
-        # what is no result has no log
-        with _opened(output):
+    there = log is not None or beside.is_file()
+    # what is no result has no log, so that it is opened in any case
+    with LogFile(beside) if there else nullcontext() as file, _opened(output) as result:
+        if file is None:
             raise InputError(
                 f"{output}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
                 f"result again from the log inside it: historysim run {output} -o again.nc"
             )
-    with LogFile(beside) as file, _opened(output) as result:
-        # what it can be made again from has a checksum of its own
-        if embedded_log.group_of(result) is not None:
-            embedded_log.read(output)
-        events, digest = _events_of(file, output, result)
-        elsewhere = _elsewhere(
-            file.head, str(getattr(result, "historysim_version", "?")), str(getattr(result, "made_with", "?"))
-        )
-        if elsewhere:
-            here = program(file.head.ensemble.packages)
-            notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
-        job = file.head.replay(events)
-        steps = job.steps()
-        if len(result.dimensions["step"]) != steps:
-            raise InputError(f"{output}: has {len(result.dimensions['step']):,} steps; its log makes {steps:,}")
-        target = job.recorder(_Comparer, file=result)
-        for variable, values in coordinates_of(job.ensemble, job.asperities):
-            target.compare(variable.name, values)
-        job.walk(target, progress=progress)
-        target.compare_slides()
-        differences = tuple(difference for difference in target.differences.values() if difference.count)
-        return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
+        return _compared(output, result, file, progress=progress, notify=notify)
+
+
+def _compared(
+    output: Path, result: "netCDF4.Dataset", file: LogFile, *, progress: bool, notify: Notify
+) -> Verification:
+    # what it can be made again from has a checksum of its own
+    if embedded_log.group_of(result) is not None:
+        embedded_log.read(output)
+    events, digest = _events_of(file, output, result)
+    version, made = (str(getattr(result, name, "?")) for name in ("historysim_version", "made_with"))
+    if elsewhere := _elsewhere(file.head, version, made):
+        here = program(file.head.ensemble.packages)
+        notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
+    job = file.head.replay(events)
+    if (found := len(result.dimensions["step"])) != (steps := job.steps()):
+        raise InputError(f"has {found:,} steps; its log makes {steps:,}")
+    target = job.recorder(_Comparer, file=result)
+    for variable, values in coordinates_of(job.ensemble, job.asperities):
+        target.compare(variable.name, values)
+    job.walk(target, progress=progress)
+    if target.slide_time is not None:
+        target.compare(SLIDE_TIME.name, target.slide_time)
+    differences = tuple(difference for difference in target.differences.values() if difference.count)
+    return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
 
 
 def _elsewhere(head: LogHeader, version: str, made: str) -> str:
@@ -245,21 +240,14 @@ class _Comparer(Recorder):
             self.compare(variable.name, values, where)
         self._filled += times.size
 
-    def compare_slides(self) -> None:
-        """Compare when asperities have slid, which results of earlier versions do not say."""
-        name = SLIDE_TIME.name
-        if self.slide_time is not None and name in self.file.variables:
-            recorded = self.file[name][...][np.newaxis]
-            self.differences.setdefault(name, Difference(name)).add(0, recorded, self.slide_time[np.newaxis])
-
     def compare(self, name: str, values: Array, where: slice = slice(None)) -> None:
         """Compare the values of one variable."""
         if name not in self.file.variables:
             raise InputError(f"has no variable {name}")
-        recorded = self.file[name]
-        if recorded.dtype != values.dtype or recorded[where].shape != values.shape:
+        names, recorded = self.file[name].dimensions, self.file[name][where]
+        if recorded.dtype != values.dtype or recorded.shape != values.shape:
             raise InputError(f"{name} is {recorded.dtype} of shape {recorded.shape}, other than the replay gives")
-        self.differences.setdefault(name, Difference(name)).add(where.start or 0, recorded[where], values)
+        self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
 
 
 def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
@@ -285,6 +273,7 @@ def _check_finished(result: "netCDF4.Dataset") -> None:
 
 @contextmanager
 def _opened(output: Path) -> Iterator["netCDF4.Dataset"]:
+    """Open a finished result; InputErrors of the block that name no file are of this one."""
     import netCDF4
 
     check_named(output)

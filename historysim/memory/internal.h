@@ -193,6 +193,7 @@ double hs_total_force(const hs_memory *memory);
 struct hs_slides {
     int64_t references;
     int64_t number; /* of those that have */
+    uint8_t *has;   /* which have: of many asperities a cache holds these, but not the times */
     double time[1];
 };
 struct hs_slides *hs_slides_held(struct hs_slides *slides);
@@ -203,7 +204,7 @@ int hs_slides_assign(hs_memory *memory, const double *time);
 int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory *other);
 
 static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
-    return memory->slides && !isnan(memory->slides->time[asperity]);
+    return memory->slides && memory->slides->has[asperity];
 }
 /* Let the clock go on to a time, on a path that is straight in approach and displacement. */
 static inline void hs_tick(hs_memory *memory, double time) {
@@ -368,7 +369,7 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
 int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);
 /* Tangential load on a straight path at a point of it. */
 int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force);
-int hs_displacement_at(hs_memory *memory, const hs_shares *shares, double d, hs_aim aim, double *found);
+int hs_displacement_at(hs_memory *memory, double d, double load, hs_aim aim, double *found);
 int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
 int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
 
@@ -391,8 +392,9 @@ double hs_approach_for(const hs_memory *memory, double load);
 /* ---- move.c: all groups on one straight path ---- */
 
 int hs_move(hs_memory *memory, double d, double load, hs_aim aim);
-/* Note which asperities of several groups first slide on the way to a point where both loads go straight, as the clock says. */
-int hs_note_slides_on_ramp(hs_memory *memory, hs_point to);
+/* Note which asperities of several groups first slide on the way to a point where both loads go straight, as the clock says;
+ * with the loads of the groups and the fronts there. */
+int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_shares *shares, hs_fronts *fronts);
 /* The same as `hs_move` where the loads of the groups at d, and the aim of the path in (d, V), are known. */
 int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path);
 /* Tell of each group whether its polyline is steeper than μ. */

@@ -275,11 +275,8 @@ int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pie
             hs_aim aim = hs_to_load(request_at(memory, request, pieces, k, end, d_end, load_end));
             status = HS_OK;
             if (stop < end) {
-                hs_shares shares;
                 double reached = 0.0;
-                status = hs_shares_at(memory, d_end, load_end, &shares);
-                if (status == HS_OK) status = hs_displacement_at(memory, &shares, d_end, aim, &reached);
-                hs_free_shares(&shares);
+                status = hs_displacement_at(memory, d_end, load_end, aim, &reached);
                 aim = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
             }
             hs_tick(memory, time);

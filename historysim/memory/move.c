@@ -23,10 +23,13 @@ int hs_move(hs_memory *memory, double d, double load, hs_aim aim) {
     if (status != HS_OK) return status;
     hs_aim path = aim;
     if (aim.compliance != 0.0 && !(shares.count > 0 && hs_is_alone(memory))) {
+        hs_fronts fronts;
         path = hs_to_displacement(0.0);
-        status = hs_displacement_at(memory, &shares, d, aim, &path.value);
+        status = hs_no_fronts(&fronts, shares.count);
+        if (status == HS_OK) status = hs_displacement_with(memory, &shares, &fronts, d, aim, &path.value);
         hs_point to = {d, path.value};
-        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to);
+        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &shares, &fronts);
+        hs_free_fronts(&fronts);
     }
     if (status == HS_OK) status = hs_carry(memory, &shares, d, load, aim, path);
     hs_free_shares(&shares);

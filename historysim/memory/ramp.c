@@ -66,7 +66,7 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
         if (status == HS_OK) {
             status = hs_displacement_with(memory, &shares, &fronts, d1, aim, &v1);
             hs_point to = {d1, v1};
-            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to);
+            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &shares, &fronts);
             if (status == HS_OK) status = extra_work(memory, &fronts, d1, v1, load, force, &more);
             if (status == HS_OK) status = hs_carry(memory, &shares, d1, load, aim, hs_to_displacement(v1));
             hs_free_shares(&shares);
@@ -186,13 +186,13 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
     const double touch = memory->contact->sorted_gap[0];
     if (memory->approach < touch && load > 0.0) memory->approach = touch;
     double load0 = memory->normal_load, force0 = memory->tangential_load;
-    double rise = load - load0, part = rise != 0.0 ? rise / hs_most(load, load0) : 0.0;
+    double rise = load - load0, part = rise / hs_most(load, load0);
+    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
+    if (rise == 0.0) return chord(memory, &way, 1.0);
     int sticks = fabs(force - force0) <= hs_least_friction(memory) * rise;
     /* the error of a corrected chord is a small multiple of the square of the relative change */
-    int small = rise == 0.0 || part * part <= drive->tolerance;
-    int corrects = small && rise != 0.0 && fabs(force - force0) > hs_largest_friction(memory) * fabs(rise);
-    ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
-    if (corrects && !sticks) {
+    int small = part * part <= drive->tolerance;
+    if (small && !sticks && fabs(force - force0) > hs_largest_friction(memory) * fabs(rise)) {
         begin_chord(memory, load, force, time);
         return corrected_chord(memory, load, force);
     }

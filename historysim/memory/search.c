@@ -7,10 +7,9 @@
 
 int hs_no_fronts(hs_fronts *fronts, int64_t groups) {
     size_t count = (size_t)groups;
-    double *memory = (double *)calloc(11 * (count ? count : 1), sizeof *memory);
+    double *memory = fronts->memory = (double *)calloc(11 * (count ? count : 1), sizeof *memory);
     if (!memory) return HS_OUT_OF_MEMORY;
     fronts->groups = groups;
-    fronts->memory = memory;
     double **each[] = {&fronts->cone, &fronts->below, &fronts->anchor, &fronts->jump,   &fronts->rate, &fronts->force,
                        &fronts->low,  &fronts->high,  &fronts->gap,    &fronts->weight, &fronts->off};
     for (size_t row = 0; row < 11; ++row) *each[row] = memory + row * count;
@@ -157,11 +156,15 @@ static double next_guess(double v, double missing, double stiffness, double curv
     return next;
 }
 
-int hs_displacement_at(hs_memory *memory, const hs_shares *shares, double d, hs_aim aim, double *found) {
+int hs_displacement_at(hs_memory *memory, double d, double load, hs_aim aim, double *found) {
+    hs_shares shares;
     hs_fronts fronts;
-    if (hs_no_fronts(&fronts, shares->count) != HS_OK) return HS_OUT_OF_MEMORY;
-    int status = hs_displacement_with(memory, shares, &fronts, d, aim, found);
+    fronts.memory = NULL;
+    int status = hs_shares_at(memory, d, load, &shares);
+    if (status == HS_OK) status = hs_no_fronts(&fronts, shares.count);
+    if (status == HS_OK) status = hs_displacement_with(memory, &shares, &fronts, d, aim, found);
     hs_free_fronts(&fronts);
+    hs_free_shares(&shares);
     return status;
 }
 

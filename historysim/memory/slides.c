@@ -34,14 +34,16 @@ static struct hs_slides *own_slides(hs_memory *memory) {
     struct hs_slides *shared = memory->slides;
     if (shared && __atomic_load_n(&shared->references, __ATOMIC_ACQUIRE) == 1) return shared;
     size_t count = (size_t)watched(memory->contact);
-    struct hs_slides *own = (struct hs_slides *)malloc(sizeof *own + count * sizeof(double));
+    struct hs_slides *own = (struct hs_slides *)malloc(sizeof *own + count * (sizeof(double) + 1));
     if (!own) {
         memory->lost_slides = 1;
         return NULL;
     }
     own->references = 1;
     own->number = shared ? shared->number : 0;
+    own->has = (uint8_t *)(own->time + count);
     hs_slide_times(memory, own->time);
+    for (size_t i = 0; i < count; ++i) own->has[i] = (uint8_t)!isnan(own->time[i]);
     hs_slides_let_go(shared);
     return memory->slides = own;
 }
@@ -64,7 +66,7 @@ int hs_slides_assign(hs_memory *memory, const double *time) {
     own->number = 0;
     for (int64_t i = 0; i < watched(memory->contact); ++i) {
         own->time[i] = time[i];
-        own->number += !isnan(time[i]);
+        own->number += own->has[i] = (uint8_t)!isnan(time[i]);
     }
     return HS_OK;
 }
@@ -81,6 +83,7 @@ static int note(hs_memory *memory, int64_t asperity, double share) {
     struct hs_slides *slides = own_slides(memory);
     if (!slides) return HS_OUT_OF_MEMORY;
     slides->time[asperity] = hs_toward(memory->clock.begin, memory->clock.end, share);
+    slides->has[asperity] = 1;
     ++slides->number;
     return HS_OK;
 }
@@ -197,28 +200,39 @@ typedef struct slider {
     double latest; /* share at which it leaves, or the end */
 } slider;
 
+/* A ramp on which asperities slide: forces at its points are asked for with these fronts, and where its normal load stays,
+ * with these loads of the groups. */
+typedef struct search {
+    hs_memory *memory;
+    hs_fronts *fronts;
+    const hs_shares *held;
+} search;
+
 /* How far the tangential load at which an asperity slides, when the normal load is that of a share of the ramp, is beyond
  * that of the share. */
-static int beyond(hs_memory *memory, hs_fronts *fronts, const slider *one, double share, double *found) {
+static int beyond(const search *on, const slider *one, double share, double *found) {
+    hs_memory *memory = on->memory;
     const hs_clock *clock = &memory->clock;
-    double load = hs_toward(memory->normal_load, clock->load, share), d = memory->approach, force;
+    double load = hs_toward(memory->normal_load, clock->load, share), d = memory->approach;
     if (load != memory->normal_load) d = hs_label_at(hs_all_of(memory->contact), load, d, 0.0, 1.0);
-    double v = one->anchor + one->side * one->friction * (d - one->gap);
-    int status = hs_force_on_way(memory, fronts, d, v, &force);
-    *found = one->side * (force - hs_toward(memory->tangential_load, clock->force, share));
+    hs_point at = {d, one->anchor + one->side * one->friction * (d - one->gap)};
+    hs_force force = {0.0, 0.0, 0.0};
+    int status = on->held ? hs_force_at(memory, on->held, on->fronts, at, &force)
+                          : hs_force_on_way(memory, on->fronts, at.d, at.v, &force.force);
+    *found = one->side * (force.force - hs_toward(memory->tangential_load, clock->force, share));
     return status;
 }
 
 /* Share of a ramp at which an asperity slides: by false position (Illinois), or at once where the normal load stays. */
-static int slides_at(hs_memory *memory, hs_fronts *fronts, const slider *one, double *share) {
+static int slides_at(const search *on, const slider *one, double *share) {
     double low = 0.0, high = one->latest, at_low, at_high, here;
-    int status = beyond(memory, fronts, one, low, &at_low), kept = 0;
-    if (status == HS_OK && memory->clock.load == memory->normal_load) {
-        double rise = one->side * (memory->clock.force - memory->tangential_load);
+    int status = beyond(on, one, low, &at_low), kept = 0;
+    if (status == HS_OK && on->held) {
+        double rise = one->side * (on->memory->clock.force - on->memory->tangential_load);
         *share = at_low <= 0.0 ? 0.0 : rise > at_low ? at_low / rise : 1.0;
         return status;
     }
-    if (status == HS_OK) status = beyond(memory, fronts, one, high, &at_high);
+    if (status == HS_OK) status = beyond(on, one, high, &at_high);
     if (status != HS_OK || at_low <= 0.0 || at_high >= 0.0) {
         *share = status == HS_OK && at_low <= 0.0 ? low : high;
         return status;
@@ -226,7 +240,7 @@ static int slides_at(hs_memory *memory, hs_fronts *fronts, const slider *one, do
     for (int turn = 0; turn < MOST_TURNS && high - low > DBL_EPSILON; ++turn) {
         double next = low + (high - low) * at_low / (at_low - at_high);
         if (!(low < next && next < high)) next = 0.5 * (low + high);
-        status = beyond(memory, fronts, one, next, &here);
+        status = beyond(on, one, next, &here);
         if (status != HS_OK) break;
         if (here > 0.0) {
             low = next;
@@ -244,11 +258,10 @@ static int slides_at(hs_memory *memory, hs_fronts *fronts, const slider *one, do
     return status;
 }
 
-/* Anchor of the spring of a group at the gap of an asperity. */
-static inline double innermost_anchor(const hs_memory *memory, int64_t index, double h) {
-    const hs_vertex *stack = memory->vertices + index * memory->capacity;
+/* Anchor of the spring of a stack at the gap of an asperity. */
+static double innermost_anchor(const hs_vertex *stack, int64_t depth, double h) {
     int64_t j = 0;
-    while (j + 1 < memory->depth[index] && stack[j].label < h) ++j;
+    while (j + 1 < depth && stack[j].label < h) ++j;
     return anchor_at(stack + j, h);
 }
 
@@ -256,82 +269,86 @@ static inline double innermost_anchor(const hs_memory *memory, int64_t index, do
  * straight in approach and displacement, and is negative where it does not. */
 HS_APART static double find_slider(const hs_memory *memory, int64_t index, int64_t i, hs_point to, slider *found) {
     const hs_contact *contact = memory->contact;
-    double h = contact->gap[i], friction = memory->friction[index], anchor = innermost_anchor(memory, index, h);
+    double h = contact->gap[i], friction = memory->friction[index], moved = to.v;
+    double anchor = innermost_anchor(memory->vertices + index * memory->capacity, memory->depth[index], h);
     int leaves = h >= to.d;
     line path = {{memory->approach, to.d}, {memory->displacement, to.v}, {friction, friction}};
-    double share = slips_at(&path, h, anchor, leaves);
-    found->asperity = contact->order[i];
-    found->gap = h;
-    found->anchor = anchor;
-    found->friction = friction;
-    found->latest = 1.0;
-    double moved = to.v;
+    slider one = {contact->order[i], h, anchor, friction, 0.0, 1.0};
     if (leaves) {
         double rise = memory->clock.load - memory->normal_load;
-        found->latest = hs_least((hs_load_at(hs_all_of(contact), h).load - memory->normal_load) / rise, 1.0);
+        one.latest = hs_least((hs_load_at(hs_all_of(contact), h).load - memory->normal_load) / rise, 1.0);
         moved = hs_toward(path.y[0], path.y[1], (path.x[0] - h) / (path.x[0] - path.x[1]));
     }
-    found->side = copysign(1.0, moved - anchor);
-    return share;
+    one.side = copysign(1.0, moved - anchor);
+    *found = one;
+    return slips_at(&path, h, anchor, leaves);
 }
 
-static int note_sliders(hs_memory *memory, const slider *sliders, const double *guess, int64_t *place, int64_t count) {
-    hs_fronts fronts;
-    int64_t most = MOST_FORCES / memory->contact->groups, stride = most > 16 ? 1 + count / most : 1 + count / 16;
+/* Note when asperities slide: so many are searched for as is worth it; those in between are interpolated. */
+static int note_sliders(const search *on, const slider *sliders, const double *guess, int64_t *place, int64_t count) {
+    int64_t most = MOST_FORCES / on->memory->contact->groups, stride = most > 16 ? 1 + count / most : 1 + count / 16;
     int status = hs_sort_by(guess, place, count);
-    if (status == HS_OK) status = hs_no_fronts(&fronts, memory->contact->groups);
-    if (status != HS_OK) return status;
     double low = 0.0, low_guess = 0.0;
     for (int64_t k = 0; k < count && status == HS_OK; k += stride) {
         int64_t last = k + stride <= count ? k + stride - 1 : count - 1;
         double high, high_guess = guess[place[last]];
-        status = slides_at(memory, &fronts, sliders + place[last], &high);
+        status = slides_at(on, sliders + place[last], &high);
         for (int64_t m = k; m <= last && status == HS_OK; ++m) {
             double part = high_guess > low_guess ? (guess[place[m]] - low_guess) / (high_guess - low_guess) : 1.0;
-            status = note(memory, sliders[place[m]].asperity, m == last ? high : low + part * (high - low));
+            status = note(on->memory, sliders[place[m]].asperity, m == last ? high : low + part * (high - low));
         }
         low = high;
         low_guess = high_guess;
     }
-    hs_free_fronts(&fronts);
     return status;
 }
 
-int hs_note_slides_on_ramp(hs_memory *memory, hs_point to) {
+/* The group of the next asperity from a position on, of this group or a later one, that may begin to slide on the way to a
+ * point; the number of groups where there is none. */
+static int64_t next_slider(const hs_memory *memory, hs_point to, int64_t index, int64_t *position) {
+    const hs_contact *contact = memory->contact;
+    const int64_t groups = contact->groups, *first = contact->first, *depth = memory->depth;
+    const double *gap = contact->gap, *friction = memory->friction, d = memory->approach;
+    const hs_vertex *stack = memory->vertices + index * memory->capacity;
+    int64_t i = *position;
+    for (; index < groups && depth[index] > 0; ++index, stack += memory->capacity) {
+        for (const int64_t end = first[index + 1]; i < end && gap[i] < d; ++i) {
+            double moved = fabs(to.v - (stack->label == gap[i] ? stack->anchor : innermost_anchor(stack, depth[index], gap[i])));
+            if (gap[i] < to.d && moved < friction[index] * (to.d - gap[i])) continue;
+            if (memory->steep[index] || hs_has_slid(memory, contact->order[i])) continue;
+            *position = i;
+            return index;
+        }
+        i = first[index + 1];
+    }
+    return groups;
+}
+
+int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_shares *shares, hs_fronts *fronts) {
     const hs_contact *contact = memory->contact;
     if (!hs_is_timed(memory) || isnan(memory->clock.load) || contact->groups == 1) return HS_OK;
-    slider *sliders = NULL, one;
-    double *guess = NULL;
-    int64_t count = 0, room = 0;
+    int64_t i = 0, count = 0, index = next_slider(memory, to, 0, &i);
+    if (index == contact->groups) return HS_OK;
+    size_t most = (size_t)hs_contact_count(memory);
+    slider *sliders = (slider *)malloc(most * (sizeof *sliders + 2 * sizeof(double)));
+    if (!sliders) return HS_OUT_OF_MEMORY;
+    double *guess = (double *)(sliders + most);
+    int64_t *place = (int64_t *)(guess + most);
+    for (; index < contact->groups; ++i, index = next_slider(memory, to, index, &i)) {
+        place[count] = count;
+        guess[count] = find_slider(memory, index, i, to, sliders + count);
+        if (guess[count] >= 0.0) ++count;
+    }
+    hs_fronts own;
+    own.memory = NULL;
+    search on = {memory, fronts, memory->clock.load == memory->normal_load ? shares : NULL};
     int status = HS_OK;
-    for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0 && status == HS_OK; ++index) {
-        if (memory->steep[index]) continue;
-        if (index + 16 < contact->groups) __builtin_prefetch(memory->vertices + (index + 16) * memory->capacity);
-        for (int64_t i = contact->first[index]; i < contact->first[index + 1] && contact->gap[i] < memory->approach; ++i) {
-            if (hs_has_slid(memory, contact->order[i])) continue;
-            double h = contact->gap[i], moved = fabs(to.v - innermost_anchor(memory, index, h));
-            if (h < to.d && moved < memory->friction[index] * (to.d - h)) continue;
-            double share = find_slider(memory, index, i, to, &one);
-            if (share < 0.0) continue;
-            if (count == room) {
-                room = room ? 2 * room : 64;
-                slider *more = (slider *)realloc(sliders, (size_t)room * sizeof *more);
-                if (more) sliders = more;
-                double *guesses = (double *)realloc(guess, (size_t)room * 2 * sizeof *guess);
-                if (guesses) guess = guesses;
-                status = more && guesses ? HS_OK : HS_OUT_OF_MEMORY;
-                if (status != HS_OK) break;
-            }
-            sliders[count] = one;
-            guess[count++] = share;
-        }
+    if (count > 0 && !on.held && fronts->groups < contact->groups) {
+        status = hs_no_fronts(&own, contact->groups);
+        on.fronts = &own;
     }
-    if (status == HS_OK && count > 0) {
-        int64_t *place = (int64_t *)(guess + room);
-        for (int64_t k = 0; k < count; ++k) place[k] = k;
-        status = note_sliders(memory, sliders, guess, place, count);
-    }
+    if (status == HS_OK) status = note_sliders(&on, sliders, guess, place, count);
+    hs_free_fronts(&own);
     free(sliders);
-    free(guess);
     return status;
 }

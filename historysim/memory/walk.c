@@ -51,14 +51,9 @@ int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int sa
             return HS_BEYOND_LIMIT;
         }
     }
-    if (plan->aim.compliance > 0.0 && !(both || plan->meets || direct)) {
-        hs_shares shares;
-        int status = hs_shares_at(memory, d1, load, &shares);
-        if (status == HS_OK) status = hs_displacement_at(memory, &shares, d1, plan->aim, &plan->v[1]);
-        hs_free_shares(&shares);
-        return status;
-    }
-    return HS_OK;
+    return plan->aim.compliance > 0.0 && !(both || plan->meets || direct)
+               ? hs_displacement_at(memory, d1, load, plan->aim, &plan->v[1])
+               : (int)HS_OK;
 }
 
 int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive, int *held) {

@@ -248,19 +248,24 @@ def _reported() -> Iterator[None]:
 class Unfinished:
     """The file that a result is written to until it is complete: hidden, beside the result, and of one writer.
 
+    When the block ends it is removed, unless an error ends it and rows are `kept`.
+
     Raises OSError: the file cannot be made, or another process uses it.
     """
 
+    kept = 0
+    """Rows with which a resume can go on."""
+
     def __init__(self, output: Path) -> None:
-        self.path, self._output = output.with_name(f".{output.name}.unfinished"), output
+        self.path, self.output = output.with_name(f".{output.name}.unfinished"), output
         # not a lock on the file itself, which would keep readers from opening the result
         lock = output.with_name(f".{output.name}.lock")
         try:
             self._lock = WriterLock(lock, make=True)
-        except BlockingIOError as error:
-            raise OSError(error.errno, "another process is writing this result", str(output)) from error
         except OSError as error:
-            raise OSError(error.errno, error.strerror, str(output)) from error
+            busy = "another process is writing this result"
+            why = busy if isinstance(error, BlockingIOError) else error.strerror
+            raise OSError(error.errno, why, str(output)) from error
         try:
             os.close(own_file(self.path, begins=_BEGINS))
             # a snapshot will say that rows stand in it
@@ -269,17 +274,19 @@ class Unfinished:
             self._lock.remove()
             raise OSError(error.errno, error.strerror, str(output)) from error
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is None or not self.kept:
+            self.path.unlink(missing_ok=True)
+        self._lock.remove()
+
     def publish(self) -> None:
         """Rename it to the result: first its bytes reach the disk, then its name."""
         sync_file(self.path)
-        self.path.replace(self._output)
-        sync_folder(self._output.parent)
-
-    def close(self, *, keep: bool) -> None:
-        """Release it, and remove it unless a resume may need it."""
-        if not keep:
-            self.path.unlink(missing_ok=True)
-        self._lock.remove()
+        self.path.replace(self.output)
+        sync_folder(self.output.parent)
 
 
 def check_room(folder: Path, needed: int) -> None:
@@ -306,18 +313,13 @@ def recording(path: Path, recorder_of: Callable[..., FileRecorder]) -> Iterator[
 
 
 def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
-    """Return how many rows and columns a chunk has.
-
-    Few enough of both that one row of all columns, and one column of all rows, are each read without reading much
-    else.
-    """
+    """Return the rows and columns of a chunk: one row of all columns, or one column of all rows, is read with few."""
     rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
     across = min(columns, CHUNK_CELLS // rows)
-    rows = min(steps, max(rows, CHUNK_CELLS // across))
-    # all of about the same size, so that little room is lost at the ends
-    return _even(steps, rows), _even(columns, across)
+    return _even(steps, max(rows, CHUNK_CELLS // across)), _even(columns, across)
 
 
 def _even(count: int, most: int) -> int:
+    """Return the size of pieces of about the same size, so that little room is lost at the end."""
     size = -(-count // -(-count // most))
     return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))

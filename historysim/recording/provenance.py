@@ -4,7 +4,7 @@ import json
 import platform
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,8 +15,7 @@ from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics import findings
 from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, nearest
-from historysim.errors import InputError
+from historysim.basics.wording import counted
 from historysim.loads.event_sequence import digest, values_of
 from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
@@ -54,25 +53,29 @@ def friction_text(ensemble: Ensemble) -> str:
     return f"Coulomb, {least:g}" if least == most else f"Coulomb, given for each asperity, from {least:g} to {most:g}"
 
 
-def _of_other_packages(ensemble: Ensemble) -> dict[str, str]:
-    """Return the packages of others that computed, and their laws, whole: name, package and version, numbers."""
-    laws = {"friction_law": ensemble.law, "wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
+def _laws(ensemble: Ensemble) -> dict[str, str]:
+    """Return the laws in a line each, and those of packages of others, whole: name, package and version, numbers."""
+    evolving = {"wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
+    texts = {"friction_law": friction_text(ensemble)}
+    texts |= {name: law.text for name, law in evolving.items() if law is not None}
+    laws = {"friction_law": ensemble.law, **evolving}
     settings = {f"{name}_settings": law.described for name, law in laws.items() if law is not None}
     packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
-    return packages | {name: json.dumps(each) for name, each in settings.items() if "package" in each}
+    return texts | packages | {name: json.dumps(each) for name, each in settings.items() if "package" in each}
 
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    doubts = validity_findings(ensemble, events, instrument, largest_approach(ensemble, events))
+    asperities, loads = (
+        counted(len(ensemble), "asperity", "asperities"),
+        counted(len(events), "load event", "load events"),
+    )
     in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
     return {
         "Conventions": CONVENTIONS,
-        "title": f"Load history of {counted(len(ensemble), 'asperity', 'asperities')}",
-        "summary": (
-            f"Loads, displacements, slip and dissipated energy of {counted(len(ensemble), 'asperity', 'asperities')} "
-            f"in frictional contact along {counted(len(events), 'load event', 'load events')}."
-        ),
+        "title": f"Load history of {asperities}",
+        "summary": "Loads, displacements, slip and dissipated energy of "
+        f"{asperities} in frictional contact along {loads}.",
         "keywords": KEYWORDS,
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
         "history": f"replayed from {counted(len(events), 'event', 'events')} by historysim {__version__}",
@@ -81,15 +84,12 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "contact_modulus": ensemble.pair.contact_modulus,
         "shear_modulus": ensemble.pair.shear_modulus,
         **in_series,
-        "friction_law": friction_text(ensemble),
-        **({} if ensemble.wear is None else {"wear_law": ensemble.wear.text}),
-        **({} if ensemble.yielding is None else {"yielding_law": ensemble.yielding.text}),
-        **_of_other_packages(ensemble),
+        **_laws(ensemble),
         **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
-        VALIDITY: findings.written(doubts),
+        VALIDITY: findings.written(validity_findings(ensemble, events, instrument)),
     }
 
 
@@ -132,63 +132,11 @@ def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Fin
     ):
         amplitude = max(map(abs, values_of(events, kind)), default=0.0)
         if 0 < amplitude < resolution:
-            yield Finding(
-                "amplitude",
-                amplitude,
-                resolution,
-                f"the greatest tangential {name}, {quantity_text(amplitude, unit, 3)}, is below what the instrument "
-                f"resolves, {quantity_text(resolution, unit, 3)}: no instrument would see the history; move further",
-            )
-
-
-class Timed(Protocol):
-    """As much of a history as is needed: attributes, sizes and the variable ``time``."""
-
-    @property
-    def attrs(self) -> Mapping[Any, Any]:
-        """Attributes."""
-
-    def __getitem__(self, name: str, /) -> Any:  # noqa: ANN401 - a variable of xarray, which commands import late
-        """Return a variable."""
+            reached, resolved = (quantity_text(value, unit, 3) for value in (amplitude, resolution))
+            text = f"the greatest tangential {name}, {reached}, is below what the instrument resolves, {resolved}: no "
+            yield Finding("amplitude", amplitude, resolution, text + "instrument would see the history; move further")
 
 
 def named_states_attribute(times: Mapping[str, float]) -> dict[str, str]:
     """Return the attribute with names and times; nothing where there are none."""
     return {NAMED_STATES: json.dumps(dict(times), ensure_ascii=False)} if times else {}
-
-
-def named_states(history: Timed) -> dict[str, int]:
-    """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
-    times = json.loads(str(history.attrs.get(NAMED_STATES, "{}")))
-    rows = np.asarray(history["time"].values)
-    steps = {}
-    for name, time in times.items():
-        near = np.flatnonzero(np.isclose(rows, time, rtol=1e-9, atol=1e-12))
-        if near.size:
-            steps[name] = int(near[-1])
-    return steps
-
-
-def step_of(history: Timed, state: int | str) -> int:
-    """Return the step of a state by its name, or by its number, negative ones counted from the end.
-
-    Raises InputError: a name that the history does not have, or a step beyond its ends.
-    """
-    if isinstance(state, str) and not state.removeprefix("-").isdecimal():
-        known = named_states(history)
-        if state not in known:
-            hint = nearest(state, known) if known else "expected the number of a step, since no waypoint has a name"
-            raise InputError(f"steps: {state!r} is no state of the history; {hint}")
-        return known[state]
-    steps, step = len(history["time"].values), int(state)
-    if not -steps <= step < steps:
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
-    return step % steps
-
-
-def state_label(history: Timed, step: int) -> str:
-    """Return what a step is called: its name, or else its number and time."""
-    for name, place in named_states(history).items():
-        if place == step:
-            return name
-    return f"step {step}, {float(history['time'].values[step]):.4g} s"

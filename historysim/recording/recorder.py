@@ -13,7 +13,7 @@ from historysim.basics.array_types import Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
-from historysim.loads.schedule import changes_geometry
+from historysim.loads.schedule import changes_geometry, friction_changes
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, recorded
 
@@ -38,32 +38,42 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, that is not
     known, and it stands for all. Another word, or an index that does not exist or is given twice, is an InputError.
     """
-    if isinstance(record, str):
+    if isinstance(record, str) and record in {"totals", "all", "touching"}:
         if record == "totals":
             return None
-        if record == "all":
+        if record == "all" or ensemble.wear is not None or changes_geometry(events):
             return np.arange(len(ensemble))
-        if record == "touching":
-            if ensemble.wear is not None or changes_geometry(events):
-                return np.arange(len(ensemble))
-            return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
+        return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
+    given = np.asarray(record if not isinstance(record, str) else ())
+    if given.ndim != 1 or given.dtype.kind not in "iu" or given.size == 0:
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
-    try:
-        given = np.asarray(record)
-        indices = np.sort(given.astype(np.int64))
-        whole = given.ndim == 1 and given.dtype != bool and np.array_equal(indices, np.sort(given))
-    except (TypeError, ValueError, OverflowError):
-        whole = False
-    if not whole or indices.size == 0:
-        raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
+    indices, counts = np.unique(given.astype(np.int64), return_counts=True)
     outside = indices[(indices < 0) | (indices >= len(ensemble))]
-    if outside.size or np.unique(indices).size != indices.size:
-        raise InputError(
-            f"record names asperity {outside[0]}; expected indices from 0 to {len(ensemble) - 1}"
-            if outside.size
-            else "record names an asperity twice; expected each index once"
-        )
+    if outside.size:
+        raise InputError(f"record names asperity {outside[0]}; expected indices from 0 to {len(ensemble) - 1}")
+    if counts.max() > 1:
+        raise InputError("record names an asperity twice; expected each index once")
     return indices
+
+
+def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
+    """Return what changes along the history of these events."""
+    law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
+    ruled = law is not None and law.depends_on != "nothing"
+    each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
+    changes = friction_changes(events)
+    differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
+    return Changes(
+        friction=bool(changes) or ruled,
+        friction_differs=bool(differs) and curves is None,
+        sliding=ensemble.slides,
+        wear=wears,
+        yielding=ensemble.yielding is not None,
+        geometry=wears or changes_geometry(events),
+        spring=not instrument.rigid,
+        patches=curves is not None,
+        areas=curves is None or curves.area is not None,
+    )
 
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
@@ -137,9 +147,8 @@ class Recorder(abc.ABC):
 
     def projected(self, rows: Rows) -> list[tuple[Variable, Array]]:
         """Return the variables along ``step``, with their values in these rows."""
-        return [
-            (each, each.values(rows, self.ensemble, self.instrument)) for each in (*self.totals, *self.per_asperity)
-        ]
+        variables = *self.totals, *self.per_asperity
+        return [(each, each.values(rows, self.ensemble, self.instrument)) for each in variables]
 
 
 @final
@@ -162,8 +171,7 @@ class DatasetRecorder(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        where = slice(self._filled, self._filled + count)
-        return self.rows[where]
+        return self.rows[self._filled : self._filled + count]
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
@@ -174,20 +182,15 @@ class DatasetRecorder(Recorder):
         """Return the recorded history, with these attributes."""
         import xarray as xr
 
-        variables = {
-            variable.name: xr.Variable(
-                variable.dimensions, values, variable.attributes, encoding={"_FillValue": None, "dtype": variable.dtype}
-            )
-            for variable, values in [
-                *coordinates_of(self.ensemble, self.asperities),
-                (COORDINATES[0], self._times),
-                *self.projected(self.rows),
-                *([] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]),
-            ]
-        }
-        names = {variable.name for variable in COORDINATES}
-        coordinates = {name: value for name, value in variables.items() if name in names}
-        data = {name: value for name, value in variables.items() if name not in names}
+        def labelled(*recorded: tuple[Variable, Array]) -> dict[str, xr.Variable]:
+            return {
+                one.name: xr.Variable(one.dimensions, values, one.attributes, {"_FillValue": None, "dtype": one.dtype})
+                for one, values in recorded
+            }
+
+        once = [] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]
+        data = labelled(*self.projected(self.rows), *once)
+        coordinates = labelled(*coordinates_of(self.ensemble, self.asperities), (COORDINATES[0], self._times))
         return xr.Dataset(data, coordinates, {**attributes, "complete": np.int8(1)})
 
 

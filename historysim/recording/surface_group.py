@@ -7,7 +7,7 @@ import numpy as np
 
 from historysim.basics.array_types import Array
 from historysim.recording.netcdf import put_attributes, put_variable
-from historysim.recording.variables import SOLUTIONS, SUMMITS, SURFACE, Variable
+from historysim.recording.variables import Variable
 
 if TYPE_CHECKING:
     import netCDF4
@@ -20,6 +20,28 @@ if TYPE_CHECKING:
 GROUP = "surface"
 MOST_POINTS = 512
 """Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show."""
+
+SURFACE = (
+    Variable("x", ("x",), "m", "position along x"),
+    Variable("y", ("y",), "m", "position along y"),
+    Variable("height", ("x", "y"), "m", "height of the surface"),
+)
+SUMMITS = (
+    Variable("summit_height", ("summit",), "m", "height of the summit"),
+    Variable("summit_radius", ("summit",), "m", "radius of the summit"),
+    Variable("summit_x", ("summit",), "m", "position of the summit along x"),
+    Variable("summit_y", ("summit",), "m", "position of the summit along y"),
+)
+"""All summits; ``asperity`` in the history is their index."""
+SOLUTIONS = (
+    Variable("point", ("point",), "1", "index of the point in the height map, along y first"),
+    Variable("point_patch", ("point",), "1", "patch that the point belongs to"),
+    Variable("first_touch", ("point",), "m", "approach at which the point first touches"),
+    Variable("solved_approach", ("solution",), "m", "approach of a solution of the normal contact"),
+    Variable("solved_pressure", ("solution", "point"), "1", "pressure over the contact modulus"),
+)
+"""The normal contact of a map with full interaction."""
+VARIABLES = (*SURFACE, *SUMMITS, *SOLUTIONS)
 
 
 def contents(
@@ -73,7 +95,7 @@ def dataset(
             variable.attributes,
             encoding={"_FillValue": _fill_value(variable)},
         )
-        for variable in (*SURFACE, *SUMMITS, *SOLUTIONS)
+        for variable in VARIABLES
         if variable.name in arrays
     }
     return xr.Dataset(variables, attrs=_kept(attributes))
@@ -97,7 +119,7 @@ def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapp
     """
     group = file.createGroup(GROUP)
     put_attributes(group, _kept(attributes))
-    for variable in (*SURFACE, *SUMMITS, *SOLUTIONS):
+    for variable in VARIABLES:
         if variable.name in arrays:
             values, fill_value = arrays[variable.name].astype(variable.dtype, copy=False), _fill_value(variable)
             put_variable(

@@ -4,21 +4,18 @@ import functools
 import importlib
 import math
 import pkgutil
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
-from historysim.asperities.asperity import SlipState
-from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Array
-from historysim.loads import schedule
-from historysim.loads.events import Event
 
 if TYPE_CHECKING:
+    from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.instrument import Instrument
     from historysim.memory.rows import Rows
 
 
@@ -43,26 +40,6 @@ class Changes:
     """Whether the asperities are patches of normal curves."""
     areas: bool = True
     """Whether contact areas are known, which normal curves may leave open."""
-
-    @classmethod
-    def of(cls, ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID) -> Self:
-        """Return what there is in the history of these events."""
-        law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
-        ruled = law is not None and law.depends_on != "nothing"
-        each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
-        changes = schedule.friction_changes(events)
-        differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
-        return cls(
-            friction=bool(changes) or ruled,
-            friction_differs=bool(differs) and curves is None,
-            sliding=ensemble.slides,
-            wear=wears,
-            yielding=ensemble.yielding is not None,
-            geometry=wears or schedule.changes_geometry(events),
-            spring=not instrument.rigid,
-            patches=curves is not None,
-            areas=curves is None or curves.area is not None,
-        )
 
     @property
     def evolve(self) -> bool:
@@ -109,7 +86,7 @@ class Variable:
         content = {"coverage_content_type": "modelResult"} if rows else {}
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
-    def values(self, rows: "Rows", ensemble: Ensemble, instrument: Instrument) -> Array:
+    def values(self, rows: "Rows", ensemble: "Ensemble", instrument: "Instrument") -> Array:
         """Return its values in recorded rows (row) or (row, column)."""
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
@@ -118,12 +95,19 @@ class Variable:
         return np.ascontiguousarray(values, dtype=self.dtype)
 
 
-def _separation(rows: "Rows", ensemble: Ensemble, _: Instrument) -> Array:
+_STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
+
+
+def _flags(**meanings: int) -> dict[str, Any]:
+    return {"flag_values": np.array([*meanings.values()], np.int8), "flag_meanings": " ".join(meanings)}
+
+
+def _separation(rows: "Rows", ensemble: "Ensemble", _: "Instrument") -> Array:
     separation: Array = ensemble.highest_summit - rows.totals["approach"]
     return separation
 
 
-def _drive(rows: "Rows", _: Ensemble, instrument: Instrument) -> Array:
+def _drive(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
     return instrument.drive_displacement(rows.totals["displacement"], rows.totals["tangential_load"])
 
 
@@ -131,42 +115,9 @@ def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
     return lambda rows, *_: math.pi * rows.each[radius] ** 2
 
 
-def _no_patches(changes: Changes) -> bool:
-    return not changes.patches
-
-
-def _patch_areas(changes: Changes) -> bool:
-    return changes.patches and changes.areas
-
-
-def _present_geometry(changes: Changes) -> bool:
-    return changes.geometry or changes.yielding
-
-
 _PATCHES, _AREAS, _SPRING = attrgetter("patches"), attrgetter("areas"), attrgetter("spring")
 _FRICTION, _SLIDES, _WEARS = attrgetter("friction"), attrgetter("sliding"), attrgetter("wear")
 _RESHAPED, _YIELDS = attrgetter("geometry"), attrgetter("yielding")
-
-
-_STEP, _ASPERITY, _BOTH = ("step",), ("asperity",), ("step", "asperity")
-
-_SLIP_FLAGS = {
-    "flag_values": np.array([state.value for state in SlipState], dtype=np.int8),
-    "flag_meanings": " ".join(state.name.lower() for state in SlipState),
-}
-_SATURATION_FLAGS = {
-    "flag_values": np.array([0, 1], dtype=np.int8),
-    "flag_meanings": "within_limit held_at_limit",
-}
-
-_DIRECTION = {
-    "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
-}
-_TRACTION_RATIO = {
-    "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
-    "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
-    "that of a round contact with the same normal curve"
-}
 
 COORDINATES = (
     Variable("time", _STEP, "s", "elapsed time"),
@@ -187,8 +138,40 @@ SLIDE_TIME = Variable(
 )
 """What is recorded once, at the end."""
 
+_SLIP_FLAGS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
+_HELD_FLAGS = _flags(within_limit=0, held_at_limit=1)
+_DIRECTION = {
+    "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
+}
+_RATIO = {
+    "comment": "1 where Coulomb's law holds at every point; more where a fall of friction has left springs "
+    "strained beyond it, which is the error of the model there; of normal curves and full interaction it is "
+    "that of a round contact with the same normal curve"
+}
+_YIELDING_WORK = {"comment": "beside what friction dissipates: work of the normal load that is not elastic"}
+
+
+def _one_friction(changes: Changes) -> bool:
+    return changes.friction and not changes.friction_differs
+
+
+def _own_friction(changes: Changes) -> bool:
+    return changes.friction and changes.friction_differs
+
+
+def _round(changes: Changes) -> bool:
+    return not changes.patches
+
+
+def _patch_areas(changes: Changes) -> bool:
+    return changes.patches and changes.areas
+
+
+def _reshapes(changes: Changes) -> bool:
+    return changes.geometry or changes.yielding
+
+
 VARIABLES = (
-    # totals
     Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
     Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities", source="tangential_load"),
     Variable(
@@ -206,9 +189,7 @@ VARIABLES = (
         source="dissipated_energy",
     ),
     Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
-    Variable(
-        "saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _SATURATION_FLAGS
-    ),
+    Variable("saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _HELD_FLAGS),
     Variable(
         "drive_displacement",
         _STEP,
@@ -222,7 +203,7 @@ VARIABLES = (
         _STEP,
         "1",
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
-        extra=_TRACTION_RATIO,
+        extra=_RATIO,
         when=_FRICTION,
         source="traction_ratio",
     ),
@@ -231,7 +212,7 @@ VARIABLES = (
         _STEP,
         "1",
         "friction coefficient of all asperities at the step",
-        when=lambda changes: changes.friction and not changes.friction_differs,
+        when=_one_friction,
         source="friction",
     ),
     Variable(
@@ -261,16 +242,15 @@ VARIABLES = (
         _STEP,
         "J",
         "energy that yielding has taken since the start, all asperities",
-        extra={"comment": "beside what friction dissipates: work of the normal load that is not elastic"},
+        extra=_YIELDING_WORK,
         when=_YIELDS,
         source="yielding_energy",
     ),
-    # of each asperity
-    Variable("normal_load", _BOTH, "N", "normal load of the asperity", when=_no_patches),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_no_patches),
-    Variable("contact_radius", _BOTH, "m", "contact radius", when=_no_patches),
-    Variable("stick_radius", _BOTH, "m", "stick radius", when=_no_patches),
-    # of each patch; its share of the energy is not known exactly
+    # round contacts; the share of a patch in the energy is not known exactly
+    Variable("normal_load", _BOTH, "N", "normal load of the asperity", when=_round),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_round),
+    Variable("contact_radius", _BOTH, "m", "contact radius", when=_round),
+    Variable("stick_radius", _BOTH, "m", "stick radius", when=_round),
     Variable("normal_load", _BOTH, "N", "normal load of the patch", when=_PATCHES),
     Variable("tangential_load", _BOTH, "N", "tangential load of the patch", when=_PATCHES),
     Variable(
@@ -281,32 +261,22 @@ VARIABLES = (
     ),
     # of each of either
     Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
-    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start", when=_no_patches),
+    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start", when=_round),
     Variable(
         "present_friction",
         _BOTH,
         "1",
         "friction coefficient of the asperity at the step",
-        when=lambda changes: changes.friction and changes.friction_differs,
+        when=_own_friction,
         source="friction",
     ),
     Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start", when=_SLIDES),
     Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start", when=_WEARS),
     Variable(
-        "present_summit_height",
-        _BOTH,
-        "m",
-        "height of the summit at the step",
-        when=_present_geometry,
-        source="summit_height",
+        "present_summit_height", _BOTH, "m", "height of the summit at the step", when=_reshapes, source="summit_height"
     ),
     Variable(
-        "present_summit_radius",
-        _BOTH,
-        "m",
-        "radius of the summit at the step",
-        when=_present_geometry,
-        source="summit_radius",
+        "present_summit_radius", _BOTH, "m", "radius of the summit at the step", when=_reshapes, source="summit_radius"
     ),
     Variable("yielded_depth", _BOTH, "m", "depth by which the summit has been flattened since the start", when=_YIELDS),
     Variable(
@@ -323,6 +293,8 @@ VARIABLES = (
 """All that is recorded of a history; `register` adds to it."""
 
 _added: list[Variable] = []
+_OWN = frozenset({"netcdf", "provenance", "recorder", "surface_group", "variables"})
+"""Modules of this folder that add no variables; who asks what is recorded need not import them."""
 
 
 def register(variable: Variable) -> Variable:
@@ -337,10 +309,11 @@ def register(variable: Variable) -> Variable:
 
 
 def known() -> tuple[Variable, ...]:
-    """Return all variables along ``step``, with those of other modules in this folder."""
+    """Return all variables along ``step``, with those of modules that were added to this folder."""
     room = importlib.import_module("historysim.recording")
-    for module in pkgutil.iter_modules(room.__path__, "historysim.recording."):
-        importlib.import_module(module.name)
+    for module in pkgutil.iter_modules(room.__path__):
+        if module.name not in _OWN:
+            importlib.import_module(f"historysim.recording.{module.name}")
     return (*VARIABLES, *_added)
 
 
@@ -350,32 +323,3 @@ def recorded(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ..
     there = [variable for variable in known() if variable.when(changes)]
     totals = tuple(variable for variable in there if variable.dimensions == _STEP)
     return totals, tuple(variable for variable in there if variable.dimensions == _BOTH)
-
-
-SURFACE = (
-    Variable("x", ("x",), "m", "position along x"),
-    Variable("y", ("y",), "m", "position along y"),
-    Variable("height", ("x", "y"), "m", "height of the surface"),
-)
-"""The height map, in the group ``surface`` of a result."""
-
-_SUMMIT = ("summit",)
-
-SUMMITS = (
-    Variable("summit_height", _SUMMIT, "m", "height of the summit"),
-    Variable("summit_radius", _SUMMIT, "m", "radius of the summit"),
-    Variable("summit_x", _SUMMIT, "m", "position of the summit along x"),
-    Variable("summit_y", _SUMMIT, "m", "position of the summit along y"),
-)
-"""All summits, in the same group; ``asperity`` in the history is their index."""
-
-_POINT, _SOLUTION = ("point",), ("solution",)
-
-SOLUTIONS = (
-    Variable("point", _POINT, "1", "index of the point in the height map, along y first"),
-    Variable("point_patch", _POINT, "1", "patch that the point belongs to"),
-    Variable("first_touch", _POINT, "m", "approach at which the point first touches"),
-    Variable("solved_approach", _SOLUTION, "m", "approach of a solution of the normal contact"),
-    Variable("solved_pressure", ("solution", "point"), "1", "pressure over the contact modulus"),
-)
-"""The normal contact of a map with full interaction, in the same group."""

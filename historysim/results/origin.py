@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 Answer = TypeVar("Answer")
+# steps below which a history is replayed for a smooth picture, and how many there are to be then
 FEW_STEPS, SMOOTH_STEPS = 240, 480
-"""Steps below which a history is replayed for a smooth picture, and how many there are to be then."""
 
 
 class Traceable(Recorded, Protocol):
@@ -58,7 +58,7 @@ class Origin:
     @classmethod
     def of_log(cls, log: EventLog) -> Self:
         """Return the origin of the result of a log, which uses its snapshots while it is open."""
-        return cls(log.ensemble, log.events(), lambda at: log.state(at=at), log.surface, log.settings, log.job)
+        return cls(log.ensemble, log.job().events, lambda at: log.state(at=at), log.surface, log.settings, log.job)
 
     @classmethod
     def of_result(cls, path: Path) -> Self:
@@ -102,10 +102,8 @@ def dense(history: "xr.Dataset") -> "xr.Dataset":
         return attrs.evolve(job, substeps=job.substeps * -(-SMOOTH_STEPS // steps), record="totals").dataset()
 
     replayed = ask_origin(history, again)
-    # a part of a history is drawn as it is
-    if (
-        replayed is None
-        or not np.isclose(replayed["time"][[0, -1]], history["time"][[0, -1]], rtol=1e-12, atol=0).all()
-    ):
+    if replayed is None:
         return history
-    return replayed.assign_attrs(history.attrs)
+    whole, own = (each["time"].values[[0, -1]] for each in (replayed, history))
+    # a part of a history is drawn as it is
+    return replayed.assign_attrs(history.attrs) if np.allclose(whole, own, rtol=1e-12, atol=0) else history

@@ -202,11 +202,15 @@ class _VariableInFile:
 
 
 @contextlib.contextmanager
-def open_recorded(path: Path) -> Iterator[RecordedFile]:
-    """Open the result of a run without xarray, and close it when the block ends; InputError where it is damaged."""
+def open_recorded(path: Path, *, own: bool = False) -> Iterator[RecordedFile]:
+    """Open a result without xarray, and close it when the block ends; InputError where it is damaged.
+
+    What this process has just written (`own`) is not looked at by another process first.
+    """
     import netCDF4
 
-    check_named(path)
+    if not own:
+        check_named(path)
     with _damage_reported(path), netCDF4.Dataset(path) as file:
         recorded = RecordedFile(file)
         layout = {name: (of.dimensions, of.dtype) for name, of in file.variables.items()}
@@ -220,8 +224,8 @@ STRINGS = (
 )
 MODULI = ("contact_modulus", "shear_modulus")
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
+# variables that every result has; a contact that is given by its loads alone has no area
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
-"""Variables that every result has; a contact that is given by its loads alone has no area."""
 
 Layout = Mapping[str, tuple[tuple[Any, ...], Any]]
 """The dimensions and the type of each variable."""

@@ -2,6 +2,7 @@
 
 import csv
 import itertools
+import math
 import re
 from collections.abc import Hashable, Iterator, Sequence
 from datetime import UTC, datetime
@@ -25,22 +26,17 @@ from historysim.measured.loop_values import OF_SLIP
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 
-TABLE, SWEEP = "table", "sweep"
-"""The attribute ``content`` of a table without one of its own, and of a sweep."""
-CELLS_AT_ONCE = 1 << 20
-"""Values that are read and written at a time."""
-LINE_END = "\r\n"
-"""Of a table in CSV, as RFC 4180 has it."""
-ALONG_THE_HISTORY = ("step", "elapsed_time")
-"""Dimensions that may be too long for memory."""
+TABLE, SWEEP = "table", "sweep"  # the attribute content of a table without one of its own, and of a sweep
+CELLS_AT_ONCE = 1 << 20  # values that are read and written at a time
+LINE_END = "\r\n"  # of a table in CSV, as RFC 4180 has it
+ALONG_THE_HISTORY = ("step", "elapsed_time")  # dimensions that may be too long for memory
+# attributes that say nothing of the numbers
 FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
-"""Attributes that say nothing of the numbers."""
-CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
-"""Where numbers come from, in the words of ACDD."""
+CALCULATED, MEASURED = "modelResult", "physicalMeasurement"  # where numbers come from, in the words of ACDD
+# beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""Beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")."""
+# a name, the member of a second dimension, a unit
 HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
-"""A name, the member of a second dimension, a unit."""
 MOST_VARIABLES_LISTED = 40
 
 
@@ -77,28 +73,28 @@ def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
     return table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
 
 
-def _rows(dataset: xr.Dataset) -> Iterator[list[Any]]:
+def _rows(dataset: xr.Dataset) -> Iterator[Sequence[Any]]:
     along = next((variable.dims[0] for variable in dataset.data_vars.values() if variable.dims), None)
     if along is None:
         raise InputError("the table has no dimension; expected one with a row for each member of its first dimension")
+    header = [with_unit(label, attributes) for label, _, attributes in _columns(dataset.isel({along: slice(0)}), along)]
+    yield header
+    at_once = max(1, CELLS_AT_ONCE // len(header))
+    for first in range(0, dataset.sizes[along], at_once):
+        block = dataset.isel({along: slice(first, first + at_once)})
+        yield from zip(*(map(_plain, values.tolist()) for _, values, _ in _columns(block, along)), strict=True)
+
+
+def _columns(dataset: xr.Dataset, along: Hashable) -> Iterator[tuple[str, np.ndarray, dict[Any, Any]]]:
+    """Yield label, values and attributes of each column of a table with a row for each member of a dimension."""
     names = [name for name, each in dataset.variables.items() if each.dims[:1] == (along,)]
     # labels of the rows come first
-    names.sort(key=lambda name: name not in dataset.coords)
-    header = []
-    for name in names:
-        members = (
-            dataset[dim].values if dim in dataset.coords else range(size)
-            for dim, size in list(dataset[name].sizes.items())[1:]
-        )
-        header += [
-            with_unit(" ".join(map(str, (name, *each))), dataset[name].attrs) for each in itertools.product(*members)
-        ]
-    yield header
-    size, at_once = dataset.sizes[along], max(1, CELLS_AT_ONCE // max(len(header), 1))
-    for first in range(0, size, at_once):
-        block = dataset[names].isel({along: slice(first, first + at_once)})
-        values = [part for name in names for part in block[name].values.reshape(block.sizes[along], -1).T]
-        yield from map(list, zip(*(map(_plain, part.tolist()) for part in values), strict=True))
+    for name in sorted(names, key=lambda name: name not in dataset.coords):
+        further = dict(list(dataset[name].sizes.items())[1:])
+        members = (dataset[dim].values if dim in dataset.coords else range(size) for dim, size in further.items())
+        values = dataset[name].values.reshape(-1, math.prod(further.values()))
+        for column, each in enumerate(itertools.product(*members)):
+            yield " ".join(map(str, (name, *each))), values[:, column], dataset[name].attrs
 
 
 def with_unit(name: object, attributes: "dict[Any, Any]") -> str:
@@ -153,17 +149,7 @@ class WrittenTable:
     def of(cls, dataset: xr.Dataset, name: str) -> Self:
         """Return a Dataset as the table that `write_csv` would write of it."""
         (along, *_) = (dim for each in dataset.data_vars.values() for dim in each.dims)
-        columns = {}
-        if along in dataset.coords:
-            columns[str(along)] = ("row", dataset[along].values, dataset[along].attrs)
-        for label, each in dataset.reset_coords().items():
-            if each.dims == (along,):
-                columns[str(label)] = ("row", each.values, each.attrs)
-            elif each.dims[:1] == (along,) and each.ndim == 2:
-                second = each.dims[1]
-                members = dataset[second].values if second in dataset.coords else range(each.shape[1])
-                for column, member in zip(each.values.T, members, strict=True):
-                    columns[f"{label} {member}"] = ("row", column, each.attrs)
+        columns = {label: ("row", values, attributes) for label, values, attributes in _columns(dataset, along)}
         return cls(name, xr.Dataset(columns))
 
     def summary(self) -> list[tuple[str, str]]:

@@ -18,15 +18,10 @@ from historysim.tables import Column, Format, Table, join_tables, read_table
 # a section that names a file inherits this beside others, and two bases with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class NumbersFile(Format):
-    """A file of numbers, or several that go on one after the other, and how they are written.
-
-    Attributes
-    ----------
-    file
-        Path, relative to the scenario; an array of paths is one record in several files, in their order.
-    """
+    """A file of numbers, or several that go on one after the other, and how they are written."""
 
     file: str | tuple[str, ...]
+    """Path, relative to the scenario; an array of paths is one record in several files, in their order."""
 
     @property
     def files(self) -> tuple[str, ...]:

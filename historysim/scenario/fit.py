@@ -99,21 +99,14 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
 
 @attrs.frozen(eq=False)
 class Fit:
-    """Parameters of a scenario that were fitted to what was measured.
-
-    Attributes
-    ----------
-    scenario : Scenario
-        The scenario as it was.
-    estimates : ParameterFit
-        What was found, how sure it is, and what the data cannot tell.
-    comparison : Comparison
-        The fitted model beside what was measured.
-    """
+    """Parameters of a scenario that were fitted to what was measured."""
 
     scenario: Scenario
+    """The scenario as it was."""
     estimates: "ParameterFit"
+    """What was found, how sure it is, and what the data cannot tell."""
     comparison: "Comparison"
+    """The fitted model beside what was measured."""
 
     def __repr__(self) -> str:
         return f"<Fit: {', '.join(f'{label} {text}' for label, text in self.estimates.summary())}>"

@@ -179,6 +179,11 @@ class Grid:
         """The number of positions on each axis."""
         return tuple(len(axis.values) for axis in self.axes)
 
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The names of the axes."""
+        return tuple(axis.name for axis in self.axes)
+
     def points(self) -> Iterator[Point]:
         """Yield the points, in the order of an array of the grid's shape."""
         for values in itertools.product(*(axis.values for axis in self.axes)):

@@ -1,16 +1,24 @@
-"""Run a scenario, or the log of an earlier run: into memory, or into a result with its log beside it."""
+"""Run a scenario, or the log or the result of an earlier run: into memory, or into a result with its log beside it."""
 
+import itertools
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import attrs
+
+from historysim.basics.files import is_log, is_netcdf
 from historysim.basics.notices import Notify, silent
-from historysim.basics.processors import threads_of
-from historysim.basics.targets import check_outputs
+from historysim.basics.targets import LOG, RESULT, Output, check_outputs
 from historysim.errors import InputError
-from historysim.log.result import digest_attribute, write_result
-from historysim.recording.netcdf import check_compression
-from historysim.scenario.scenario import Scenario
-from historysim.scenario.sources import Source, source_of
+from historysim.loads.events import Event
+from historysim.log import embedded_log
+from historysim.log.file import LogFile, links_of
+from historysim.log.header import LogHeader
+from historysim.log.result import RunOptions, digest_attribute, log_beside, write_result
+from historysim.recording import surface_group
+from historysim.scenario.scenario import Scenario, load
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,8 +41,7 @@ def run(  # noqa: PLR0913 - the options of the command
     Parameters
     ----------
     path : path or Scenario
-        The file of a scenario (TOML), of a log (``NAME.history``), or of a result, which is made again from itself
-        alone; or what `load` has made of a scenario.
+        A scenario or its file (TOML), a log (``NAME.history``), or a result, which is made again from itself alone.
     output : path, optional
         A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an earlier result is
         replaced when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the
@@ -77,61 +84,156 @@ def run(  # noqa: PLR0913 - the options of the command
     >>> print(f"{float(history.tangential_displacement.max()) * 1e9:.3f} nm")
     5.003 nm
     """
+    options = RunOptions(progress, resume, snapshot_every, compression, threads, force, notify)
+    source = source_of(path)
     if output is None:
-        _check_interval(snapshot_every)
-        check_compression(compression)
-        source = source_of(path)
         header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
         with source.placed():
-            return header.replay(events, threads_of(threads)).dataset(attributes=attributes, progress=progress)
-    write(
-        path,
-        output,
-        progress=progress,
-        resume=resume,
-        snapshot_every=snapshot_every,
-        compression=compression,
-        threads=threads,
-        force=force,
-        notify=notify,
-    )
+            return header.replay(events, options.threads).dataset(attributes=attributes, progress=progress)
+    write(source, Path(output), options)
     import xarray as xr
 
     return xr.open_dataset(output, decode_times=False)
 
 
-def write(  # noqa: PLR0913 - as `run`
-    path: "str | Path | Scenario | Source",
-    output: str | Path,
-    *,
-    progress: bool = False,
-    resume: bool = False,
-    snapshot_every: int | None = None,
-    compression: str = "none",
-    threads: int | None = None,
-    force: bool = False,
-    notify: Notify = silent,
-) -> None:
-    """Replay a scenario, or the log of an earlier run, into a file, without opening it; all as for `run`."""
-    _check_interval(snapshot_every)
-    check_compression(compression)
-    threads = threads_of(threads)
-    output, source = Path(output), source_of(path)
-    check_outputs(source.outputs(output), source.files, force=force)
-    with source.log(output, resume=resume, notify=notify) as file, source.placed():
-        write_result(
-            file,
-            output,
-            progress=progress,
-            resume=resume,
-            snapshot_every=snapshot_every,
-            compression=compression,
-            threads=threads,
-            notify=notify,
+def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
+    """Replay a source into a result, without opening it; first check that it, and files beside it, can be written."""
+    check_outputs([*source.outputs(output), *beside], source.files, force=options.force)
+    with source.log(output, resume=options.resume, notify=options.notify) as file, source.placed():
+        write_result(file, output, options)
+
+
+@attrs.frozen
+class Source:
+    """What a run replays: here the log of an earlier run, which the run goes on writing."""
+
+    path: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """The files that are read."""
+        return (self.path,)
+
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - of a scenario
+        """Return the header and the events of the log of such a run, and the last link of its chain."""
+        with LogFile(self.path) as file:
+            content = file.sound()
+            return file.head, content.events, content.links[-1]
+
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - it is there already
+        """Open or make the log that a run writes; whoever has it is the only writer."""
+        return LogFile(self.path, write=True)
+
+    def placed(self) -> AbstractContextManager[None]:
+        """Say of an event that cannot be carried out where it stands in what is replayed, if it has a place there."""
+        return nullcontext()
+
+    def outputs(self, output: Path) -> tuple[Output, ...]:
+        """Return the files that a run writes."""
+        return (Output(output, (RESULT,)),)
+
+
+class _WithNewLog(Source):
+    """What makes a log beside the result."""
+
+    def outputs(self, output: Path) -> tuple[Output, ...]:
+        return Output(output, (RESULT,)), Output(log_beside(output), (LOG,))
+
+
+@attrs.frozen
+class _ScenarioSource(_WithNewLog):
+    """A scenario."""
+
+    scenario: Scenario
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        return self.scenario.files
+
+    def placed(self) -> AbstractContextManager[None]:
+        return self.scenario.placed()
+
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
+        header, events = self._resolved(notify)
+        return header, events, links_of(header, events)[-1]
+
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:
+        beside = log_beside(output)
+        if not (resume and beside.exists()):
+            if resume:
+                notify(f"{beside}: there is no log to resume from; the run starts at the beginning")
+            return LogFile.create(beside, *self._resolved(notify))
+        file = LogFile(beside, write=True)
+        if file.head.settings["scenario"] != self.scenario.text:
+            file.close()
+            raise InputError(
+                f"{self.path}: is not the scenario that {beside} was made from, so the run cannot go on from "
+                "there; run it without --resume to begin again, or go on with the old one: "
+                f"historysim run {beside} --resume"
+            )
+        return file
+
+    def _resolved(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
+        scenario = self.scenario
+        if scenario.sections.sweep is not None:
+            notify(f"{self.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
+        built = scenario.build(notify)
+        surface = built.surface
+        header = LogHeader.of(
+            built.replay,
+            scenario=scenario.text,
+            title=scenario.title,
+            metadata=scenario.metadata,
+            seeds=scenario.seeds,
+            surface=surface_group.contents(surface.summits, surface.surface, surface.solutions),
         )
+        return header, built.events
 
 
-def _check_interval(snapshot_every: int | None) -> None:
-    if snapshot_every is not None and not (isinstance(snapshot_every, int) and snapshot_every >= 1):
-        raise InputError(f"snapshot_every is {snapshot_every!r}; expected a whole number of 1 or more")
+class _ResultSource(_WithNewLog):
+    """The result of an earlier run, which holds its log."""
+
+    def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - of a scenario
+        header, content = embedded_log.read(self.path)
+        return header, content.events, content.links[-1]
+
+    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - of a scenario
+        beside = log_beside(output)
+        header, content = embedded_log.read(self.path)
+        if resume and beside.exists():
+            file = LogFile(beside, write=True)
+            if file.sound().links == content.links:
+                return file
+            file.close()
+            raise InputError(
+                f"{self.path}: was not made from {beside}, so the run cannot go on from there; run it without --resume "
+                "to begin again"
+            )
+        # batch by batch, as it was written
+        file = LogFile.create(beside, header, content.events[: content.ends[1]])
+        for first, last in itertools.pairwise(content.ends[1:]):
+            file.append(content.events[first:last])
+        return file
+
+
+def source_of(what: str | Path | Scenario | Source, values: Mapping[str, Any] | None = None) -> Source:
+    """Return what a run replays; values take the place of those in the file of a scenario, as for `load`.
+
+    Raises InputError: a scenario that cannot be used, or values for what is no scenario.
+    """
+    if isinstance(what, Source):
+        return what
+    if isinstance(what, Scenario):
+        return _ScenarioSource(what.path, what)
+    return source_of(load(what, values)) if (kind := _kind_of_run(what, values)) is None else kind(Path(what))
+
+
+def _kind_of_run(what: str | Path, values: Mapping[str, Any] | None) -> type[Source] | None:
+    """Return what an earlier run has written in a file; None where that is a scenario, if anything."""
+    # `load` says what is wrong with what is no path
+    path = Path(what) if isinstance(what, str | Path) else Path()
+    kind = Source if is_log(path) else _ResultSource if is_netcdf(path) else None
+    if kind is not None and values:
+        raise InputError(f"{what}: is no scenario (.toml), so that --set has nothing to change; leave it out")
+    return kind

@@ -40,21 +40,14 @@ logger = logging.getLogger(__name__)
 
 @attrs.frozen
 class Scenario:
-    """A scenario and the file that it came from.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    text : str
-        What stands in the file (TOML), with the values that take the place of some.
-    sections : Sections
-        What that means.
-    """
+    """A scenario and the file that it came from."""
 
     path: Path
+    """The file."""
     text: str = attrs.field(repr=False)
+    """What stands in the file (TOML), with the values that take the place of some."""
     sections: Sections
+    """What that means."""
 
     def _repr_html_(self) -> str:
         record = self.record if isinstance(self.record, str) else f"{len(self.record):,} chosen"

@@ -104,21 +104,14 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
 
 @attrs.frozen
 class KindOf:
-    """Marks a field whose table names its class: a kind of a registry, which is imported when a table says so.
-
-    Attributes
-    ----------
-    registry : str
-        As ``"module:NAME"``.
-    key : str
-        The key of the name.
-    alone : bool
-        Whether the name alone may stand for the table.
-    """
+    """Marks a field whose table names its class: a kind of a registry, which is imported when a table says so."""
 
     registry: str
+    """As ``"module:NAME"``."""
     key: str = "kind"
+    """The key of the name."""
     alone: bool = False
+    """Whether the name alone may stand for the table."""
 
 
 AnyFrictionLaw = Annotated[Any, KindOf("historysim.asperities.laws:LAWS", "law")]

@@ -54,22 +54,6 @@ MaterialEntry = Annotated[Any, "material"]
 class MaterialsSection:
     """``[materials]``: two materials, or the moduli of the pair.
 
-    Attributes
-    ----------
-    first
-        A built-in material by its name, or a table as below.
-    second
-        The other material.
-    contact_modulus
-        E* of the pair, in place of materials, together with ``shear_modulus``.
-    shear_modulus
-        G* of the pair.
-    hardness
-        Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it
-        tells whether the model may be used.
-    yield_stress
-        Of the softer one, likewise.
-
     Examples
     --------
     [materials]
@@ -78,11 +62,18 @@ class MaterialsSection:
     """
 
     first: MaterialEntry | None = None
+    """A built-in material by its name, or a table as below."""
     second: MaterialEntry | None = None
+    """The other material."""
     contact_modulus: Pressure | None = None
+    """E* of the pair, in place of materials, together with ``shear_modulus``."""
     shear_modulus: Pressure | None = None
+    """G* of the pair."""
     hardness: Pressure | None = None
+    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it tells
+    whether the model may be used."""
     yield_stress: Pressure | None = None
+    """Of the softer one, likewise."""
 
     def __attrs_post_init__(self) -> None:
         """Check that the pair is given in one way, and fully."""
@@ -118,16 +109,6 @@ def material_from_toml(converter: Converter, value: object, _: object) -> "Mater
 class Course:
     """A course that stands in the scenario.
 
-    Attributes
-    ----------
-    time
-        Times of the coefficients; or ``distance``.
-    distance
-        Way of the tangential displacement, both directions counting; it must be controlled throughout.
-    coefficient
-        Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes
-        that of its time or distance, and acts on what comes behind it.
-
     Examples
     --------
     [friction]
@@ -139,8 +120,12 @@ class Course:
     """
 
     time: Annotated[tuple[float, ...], Quantity("s")] | None = None
+    """Times of the coefficients; or ``distance``."""
     distance: Annotated[tuple[float, ...], Quantity("m")] | None = None
+    """Way of the tangential displacement, both directions counting; it must be controlled throughout."""
     coefficient: Annotated[tuple[float, ...], Quantity("1")]
+    """Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
+    its time or distance, and acts on what comes behind it."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing, and can be a course."""
@@ -160,15 +145,10 @@ class Course:
 
 @attrs.frozen(kw_only=True)
 class CourseFile(NumbersFile):
-    """A course from a file of numbers.
-
-    Attributes
-    ----------
-    columns
-        Which column holds what: ``coefficient``, and ``time`` or ``distance``.
-    """
+    """A course from a file of numbers."""
 
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
+    """Which column holds what: ``coefficient``, and ``time`` or ``distance``."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing."""
@@ -201,18 +181,12 @@ def _course(course: Mapping[str, Any]) -> "FrictionCourse":
 
 @attrs.frozen
 class Coefficients:
-    """Of ``[friction]``: one coefficient and its course, or one for each asperity.
-
-    Attributes
-    ----------
-    coefficient
-        Coefficient of friction μ, or an array with one for each asperity.
-    course
-        A coefficient that changes over time or distance, as below.
-    """
+    """Of ``[friction]``: one coefficient and its course, or one for each asperity."""
 
     coefficient: Numbers
+    """Coefficient of friction μ, or an array with one for each asperity."""
     course: Course | None = None
+    """A coefficient that changes over time or distance, as below."""
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
@@ -239,13 +213,6 @@ class AdhesionSection:
 
     Without a work of adhesion it follows from the surface energies of the two materials (Girifalco and Good).
 
-    Attributes
-    ----------
-    equilibrium_separation
-        Equilibrium separation z0 of the surfaces.
-    work_of_adhesion
-        Work of adhesion W; by default from the surface energies of the two materials.
-
     Examples
     --------
     [adhesion]
@@ -253,7 +220,9 @@ class AdhesionSection:
     """
 
     equilibrium_separation: Length
+    """Equilibrium separation z0 of the surfaces."""
     work_of_adhesion: SurfaceEnergy | None = None
+    """Work of adhesion W; by default from the surface energies of the two materials."""
 
     def work(self, pair: "MaterialPair") -> float:
         """Return the work of adhesion [J/m²]."""
@@ -275,18 +244,6 @@ FITTED = ("friction", "shear_modulus", "lateral_stiffness", "height_scale")
 class FitSection:
     """``[fit]``: what is fitted to what was measured, and how noisy that is.
 
-    Attributes
-    ----------
-    parameters
-        What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
-        ``"lateral_stiffness"``, ``"height_scale"``.
-    skip
-        Loops at the start of the record that are not compared.
-    displacement_noise
-        Standard deviation of the measured displacement; by default from the record.
-    load_noise
-        Standard deviation of the measured load; by default from the record.
-
     Examples
     --------
     [fit]
@@ -295,9 +252,14 @@ class FitSection:
     """
 
     parameters: tuple[str, ...]
+    """What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
+    ``"lateral_stiffness"``, ``"height_scale"``."""
     skip: int = attrs.field(default=0, validator=NOT_NEGATIVE)
+    """Loops at the start of the record that are not compared."""
     displacement_noise: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Standard deviation of the measured displacement; by default from the record."""
     load_noise: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Standard deviation of the measured load; by default from the record."""
 
     def __attrs_post_init__(self) -> None:
         """Check the names."""
@@ -312,41 +274,6 @@ class FitSection:
 class MetadataSection:
     """``[metadata]``: who made the data, what for, and under which licence, by the names of ACDD 1.3.
 
-    Attributes
-    ----------
-    summary
-        A paragraph on the data; by default one of the program's own.
-    keywords
-        Words for a catalogue.
-    comment
-        Anything else.
-    creator_name
-        Who made the data.
-    creator_email
-        Where to write to.
-    creator_url
-        A page on who made the data.
-    institution
-        Where the data were made.
-    project
-        What for.
-    publisher_name
-        Who publishes them.
-    publisher_email
-        Where to write to.
-    publisher_url
-        A page on the publisher.
-    acknowledgement
-        Who is thanked.
-    references
-        What describes the data or how they were made.
-    license
-        Under which licence they may be used.
-    naming_authority
-        Who gives the ``id``.
-    product_version
-        Which version of the data.
-
     Examples
     --------
     [metadata]
@@ -356,21 +283,37 @@ class MetadataSection:
     """
 
     summary: str | None = None
+    """A paragraph on the data; by default one of the program's own."""
     keywords: tuple[str, ...] | None = None
+    """Words for a catalogue."""
     comment: str | None = None
+    """Anything else."""
     creator_name: str | None = None
+    """Who made the data."""
     creator_email: str | None = None
+    """Where to write to."""
     creator_url: str | None = None
+    """A page on who made the data."""
     institution: str | None = None
+    """Where the data were made."""
     project: str | None = None
+    """What for."""
     publisher_name: str | None = None
+    """Who publishes them."""
     publisher_email: str | None = None
+    """Where to write to."""
     publisher_url: str | None = None
+    """A page on the publisher."""
     acknowledgement: str | None = None
+    """Who is thanked."""
     references: str | None = None
+    """What describes the data or how they were made."""
     license: str | None = None
+    """Under which licence they may be used."""
     naming_authority: str | None = None
+    """Who gives the ``id``."""
     product_version: str | None = None
+    """Which version of the data."""
 
     def attributes(self) -> dict[str, str]:
         """Return what is given as attributes of a file; keywords stand in one text, with commas."""
@@ -384,15 +327,6 @@ RECORDS = ("touching", "all", "totals")
 class RecordSection:
     """``[record]``: the asperities that are written out one by one, and whether it is followed how far they slide.
 
-    Attributes
-    ----------
-    asperities
-        ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the
-        order of the surface.
-    sliding
-        Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With
-        wear, or friction that evolves, it is recorded in any case.
-
     Examples
     --------
     [record]
@@ -400,21 +334,16 @@ class RecordSection:
     """
 
     asperities: str | tuple[int, ...] = "touching"
+    """``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the order of
+    the surface."""
     sliding: bool = False
+    """Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With wear, or
+    friction that evolves, it is recorded in any case."""
 
 
 @attrs.frozen
 class SweepSection:
     """``[sweep]``: keys with several values each, which `historysim.sweep` goes through.
-
-    Attributes
-    ----------
-    over
-        Keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``.
-    together
-        Lists of keys that are taken side by side, as one dimension.
-    outputs
-        Numbers, totals or variables that each cell gives; by default ten numbers.
 
     Examples
     --------
@@ -426,8 +355,11 @@ class SweepSection:
     """
 
     over: dict[str, Any]
+    """Keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``."""
     together: tuple[tuple[str, ...], ...] = ()
+    """Lists of keys that are taken side by side, as one dimension."""
     outputs: tuple[str, ...] = ()
+    """Numbers, totals or variables that each cell gives; by default ten numbers."""
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a grid."""
@@ -444,25 +376,6 @@ class SweepSection:
 class DesignSection:
     """``[design]``: a key that is free, and what `historysim.design` finds its value for.
 
-    Attributes
-    ----------
-    key
-        The key whose value is looked for.
-    between
-        The least and the greatest value.
-    target
-        What the output shall be; one of ``target``, ``below`` and ``above`` is needed.
-    below
-        A limit that the output shall keep in a share of the points of ``over``.
-    above
-        Likewise, from below.
-    quantile
-        That share; by default 0.95.
-    output
-        Which number of a sweep.
-    over
-        Keys over which the search is repeated, as in ``[sweep.over]``.
-
     Examples
     --------
     [design]
@@ -473,13 +386,21 @@ class DesignSection:
     """
 
     key: str
+    """The key whose value is looked for."""
     between: tuple[Any, ...]
+    """The least and the greatest value."""
     target: Any = None
+    """What the output shall be; one of ``target``, ``below`` and ``above`` is needed."""
     below: Any = None
+    """A limit that the output shall keep in a share of the points of ``over``."""
     above: Any = None
+    """Likewise, from below."""
     quantile: Number | None = None
+    """That share; by default 0.95."""
     output: str = "drift"
+    """Which number of a sweep."""
     over: dict[str, Any] | None = None
+    """Keys over which the search is repeated, as in ``[sweep.over]``."""
 
     def __attrs_post_init__(self) -> None:
         """Check the ends, and that there is a grid where one is asked for."""
@@ -501,13 +422,7 @@ class DesignSection:
 
 @attrs.frozen
 class Sections:
-    """A scenario file, section by section.
-
-    Attributes
-    ----------
-    title
-        A heading, before the first section.
-    """
+    """A scenario file, section by section."""
 
     materials: MaterialsSection
     surface: SurfaceKind
@@ -523,6 +438,7 @@ class Sections:
     design: DesignSection | None = None
     picture: Pictures = ()
     title: str = ""
+    """A heading, before the first section."""
 
     @property
     def course(self) -> Course | None:

@@ -1,14 +1,13 @@
 """The inverse of a sweep: the value of a key at which a history has a wanted output, and its spread over seeds."""
 
+import functools
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
@@ -24,21 +23,17 @@ from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
-from historysim.studies.sweep_table import FAILURE, swept_coordinates, table_attributes, unit_of
+from historysim.studies.sweep_table import FAILURE, failures, swept_coordinates, table_attributes, unit_of
 from historysim.studies.workers import AHEAD, executor_for, outcomes
 
 if TYPE_CHECKING:
     import xarray as xr
 
-SCANNED_VALUES = 9
-"""Values from one end to the other at which the output is computed before a root is sought."""
-ROOT_TOLERANCE = 1e-9
-"""Relative accuracy of the value that is found."""
-LARGEST_JUMP = 1e-3
-"""Difference of the output at a root from the target, over the target, beyond which it jumps there."""
+SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
+ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
+LARGEST_JUMP = 1e-3  # difference of the output at a root from the target, over the target, beyond which it jumps there
 MOST_NOTICES = 10
-DEFAULT_QUANTILE = 0.95
-"""Fraction of the points at which an output is below, or above, a limit."""
+DEFAULT_QUANTILE = 0.95  # fraction of the points at which an output is below, or above, a limit
 Limit = Literal["below", "above"]
 T = TypeVar("T")
 
@@ -58,6 +53,11 @@ class Problem:
     target: float
     limit: Limit | None = None
     quantile: float = DEFAULT_QUANTILE
+
+    @property
+    def unit(self) -> str:
+        """That of the output."""
+        return SUMMARIES[self.output].units
 
     def output_at(self, point: Point, value: float) -> float:
         """Return the output at a point, for a value of the key."""
@@ -150,14 +150,24 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     problem, grid = problem_of(scenario, section)
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
-        roots = _each(_search, [(problem, point) for point in points], chosen, count, progress=progress)
+
+        def each(function: Callable[[tuple[int, Point]], T]) -> list[T]:
+            """Return what a function gives at each point, in their order."""
+            with progress_bar(progress, "search", len(points), leave=False) as done:
+                found = {}
+                for (index, _), outcome in outcomes(function, enumerate(points), chosen, AHEAD * count):
+                    found[index] = outcome
+                    done()
+            return [found[index] for index in range(len(points))]
+
+        roots = each(functools.partial(_search, problem))
         values = np.array([one.value for one in roots])
         if not np.isfinite(values).any():
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
         _notify_of(problem, points, roots, notify)
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
-        beside = _each(_output_at, [(problem, point, middle) for point in points], chosen, count, progress=progress)
+        beside = each(functools.partial(_output_at, problem, middle))
     return _dataset(problem, grid, roots, beside, middle)
 
 
@@ -200,13 +210,13 @@ def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root],
         notify(note)
     if len(notes) > MOST_NOTICES:
         notify(f"… and {len(notes) - MOST_NOTICES:,} more notes of this kind")
-    limit = quantity_text(problem.target, SUMMARIES[problem.output].units)
+    if problem.limit is None:
+        return
+    limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
-        count = sum(problem.limit is not None and one.throughout == side for one in roots)
-        if count:
-            notify(
-                f"{problem.output} stays {side} {limit} over the whole of between at {count:,} of {len(roots):,} points"
-            )
+        if count := sum(one.throughout == side for one in roots):
+            points_of = f"{count:,} of {len(roots):,} points"
+            notify(f"{problem.output} stays {side} {limit} over the whole of between at {points_of}")
 
 
 def _limited(problem: Problem, roots: Sequence[Root]) -> float:
@@ -230,33 +240,16 @@ def _limited(problem: Problem, roots: Sequence[Root]) -> float:
     if value == never:
         share = np.mean([end != never for end in ends])
         raise InputError(
-            f"{problem.output} is {problem.limit} {quantity_text(problem.target, SUMMARIES[problem.output].units)} in "
+            f"{problem.output} is {problem.limit} {quantity_text(problem.target, problem.unit)} in "
             f"{share:.0%} of the points at best; expected {problem.quantile:.0%}: lower quantile, or widen between"
         )
     return float(np.clip(value, problem.low, problem.high))
 
 
-def _each(
-    function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], executor: Executor, count: int, *, progress: bool
-) -> list[T]:
-    """Return the results of tasks, in their order."""
-    results: dict[int, T] = {}
-    numbered = [(index, function, task) for index, task in enumerate(tasks)]
-    with progress_bar(progress, "search", len(tasks), leave=False) as done:
-        for (index, _, _), outcome in outcomes(_called, numbered, executor, AHEAD * count):
-            results[index] = outcome
-            done()
-    return [results[index] for index in range(len(tasks))]
-
-
-def _called(task: tuple[int, Callable[..., T], tuple[Any, ...]]) -> T:
-    return task[1](*task[2])
-
-
-def _search(problem: Problem, point: Point) -> Root:
-    """Return where the output crosses its target."""
+def _search(problem: Problem, task: tuple[int, Point]) -> Root:
+    """Return where the output crosses its target at a point, which has a number."""
     try:
-        return _crossing(problem, point)
+        return _crossing(problem, task[1])
     except HistorySimError as error:
         return Root(reason=str(error))
 
@@ -273,8 +266,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     after = np.append(missing[1:], math.nan)
     crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
     if not crossings.size:
-        unit = SUMMARIES[problem.output].units
-        least, most = quantity_text(outputs.min(), unit), quantity_text(outputs.max(), unit)
+        least, most = (quantity_text(end, problem.unit) for end in (outputs.min(), outputs.max()))
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
             return Root(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
         reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
@@ -282,19 +274,17 @@ def _crossing(problem: Problem, point: Point) -> Root:
     first = int(crossings[0])
     if missing[first] == 0:
         return Root(float(values[first]), float(outputs[first]), others=crossings.size - 1, rises=rises)
-    root = float(
-        brentq(
-            lambda value: problem.output_at(point, value) - problem.target,
-            values[first],
-            values[first + 1],
-            xtol=ROOT_TOLERANCE * abs(values[first]) or ROOT_TOLERANCE * abs(values[first + 1]),
-            rtol=ROOT_TOLERANCE,
-        )
-    )
+
+    def missed(value: float) -> float:
+        return problem.output_at(point, value) - problem.target
+
+    low, high = values[first : first + 2]
+    # a relative accuracy alone would never be reached at 0
+    accuracy = ROOT_TOLERANCE * abs(low) or ROOT_TOLERANCE * abs(high)
+    root = float(brentq(missed, low, high, xtol=accuracy, rtol=ROOT_TOLERANCE))
     output = problem.output_at(point, root)
     if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
-        unit = SUMMARIES[problem.output].units
-        reached = quantity_text(output, unit)
+        reached = quantity_text(output, problem.unit)
         return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
     return Root(root, output, others=crossings.size - 1, rises=rises)
 
@@ -306,9 +296,9 @@ def _why_none(problem: Problem, outputs: Floats) -> str:
     return "; expected a key that changes it"
 
 
-def _output_at(problem: Problem, point: Point, value: float) -> float:
+def _output_at(problem: Problem, value: float, task: tuple[int, Point]) -> float:
     try:
-        return problem.output_at(point, value)
+        return problem.output_at(task[1], value)
     except HistorySimError:
         return math.nan
 
@@ -318,31 +308,23 @@ def _dataset(
 ) -> "xr.Dataset":
     import xarray as xr
 
-    dims = tuple(axis.name for axis in grid.axes)
-    key_unit = unit_of(problem.scenario.at({**next(grid.points()), problem.key: middle}).sections, problem.key)
-    summary = SUMMARIES[problem.output]
+    key, output, text = problem.key, problem.output, SUMMARIES[problem.output].long_name
+    key_unit = unit_of(problem.scenario.at({**next(grid.points()), key: middle}).sections, key)
     named = "median" if problem.limit is None else "quantile"
-
-    def variable(values: npt.ArrayLike, units: str, long_name: str) -> "xr.Variable":
-        return xr.Variable(dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": units})
-
-    data = {
-        variable_name(problem.key): variable(
-            [one.value for one in roots], key_unit, f"{problem.key} at which {problem.output} is the target"
-        ),
-        problem.output: variable([one.output for one in roots], summary.units, summary.long_name),
-        f"{problem.output}_at_{named}": variable(
-            beside, summary.units, f"{summary.long_name}, with the {named} of {problem.key}"
-        ),
+    columns = {
+        variable_name(key): ([one.value for one in roots], key_unit, f"{key} at which {output} is the target"),
+        output: ([one.output for one in roots], problem.unit, text),
+        f"{output}_at_{named}": (beside, problem.unit, f"{text}, with the {named} of {key}"),
     }
-    if any(one.reason for one in roots):
-        reasons = np.reshape([one.reason for one in roots], grid.shape)
-        data[FAILURE] = xr.Variable(
-            dims, reasons, {"long_name": "why there is no value, empty where there is"}, {"dtype": "S1"}
-        )
-    text = f"The {problem.key} at which a frictional contact has the {problem.output} that is wanted."
-    attributes = table_attributes(problem.scenario, grid, "Design", text)
-    attributes |= {"design_key": problem.key, "design_output": problem.output, "target": problem.target}
+    data = {
+        name: xr.Variable(grid.dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": unit})
+        for name, (values, unit, long_name) in columns.items()
+    }
+    if any(reasons := [one.reason for one in roots]):
+        data[FAILURE] = failures(grid, reasons, "why there is no value, empty where there is")
+    what = f"The {key} at which a frictional contact has the {output} that is wanted."
+    attributes = table_attributes(problem.scenario, grid, "Design", what)
+    attributes |= {"design_key": key, "design_output": output, "target": problem.target}
     limited = {"limit": problem.limit, "quantile": problem.quantile, "chosen": middle}
     attributes |= {"median": middle} if problem.limit is None else limited
     return xr.Dataset(data, swept_coordinates(problem.scenario, grid), attributes)
@@ -351,45 +333,32 @@ def _dataset(
 def summary(table: "xr.Dataset") -> Lines:
     """Return lines of (label, text) of a design."""
     key, output = str(table.attrs["design_key"]), str(table.attrs["design_output"])
-    name = variable_name(key)
-    unit, wanted = str(table[name].attrs["units"]), str(table[output].attrs["units"])
-    values = table[name].values.ravel()
-    values = values[np.isfinite(values)]
-    limit = table.attrs.get("limit")
+    limit, target, size = table.attrs.get("limit"), float(table.attrs["target"]), table[output].size
+    unit, wanted = (str(table[name].attrs["units"]) for name in (variable_name(key), output))
+    goal = quantity_text(target, wanted)
     if limit is not None:
-        return Lines(_limited_lines(table, key, output, unit, wanted))
-    lines = [("wanted", f"{output} of {quantity_text(table.attrs['target'], wanted)}")]
+        beside = _finite(table[f"{output}_at_quantile"])
+        kept = beside <= target * (1 + ROOT_TOLERANCE) if limit == "below" else beside >= target * (1 - ROOT_TOLERANCE)
+        share = "" if size == 1 else f" in {table.attrs['quantile']:.0%} of {size}"
+        chosen = (key, quantity_text(table.attrs["chosen"], unit))
+        there = (f"{output} there", f"{_inner_range(beside, wanted)}; {limit} in {kept.mean():.0%}")
+        return Lines([("wanted", f"{output} {limit} {goal}{share}"), chosen, there])
+    values, beside = _finite(table[variable_name(key)]), _finite(table[f"{output}_at_median"])
+    lines = [("wanted", f"{output} of {goal}")]
     if values.size == 1:
         return Lines([*lines, (key, quantity_text(values[0], unit))])
-    low, middle, high = np.quantile(values, (0.05, 0.5, 0.95))
-    beside = table[f"{output}_at_median"].values.ravel()
-    beside = beside[np.isfinite(beside)]
-    least, most = np.quantile(beside, (0.05, 0.95))
-    share = float((beside <= table.attrs["target"]).mean())
-    found_at, reached = (
-        f"5 to 95 %: {quantity_text(start, of)} to {quantity_text(end, of)}"
-        for start, end, of in ((low, high, unit), (least, most, wanted))
-    )
-    spread = f"{quantity_text(middle, unit)} (median of {values.size}); {found_at}"
-    kept = f"{reached}; at or below the wanted in {share:.0%}"
-    lines += [(key, spread), (f"{output} with the median", kept)]
-    if missing := table[name].size - values.size:
-        lines.append(("not found", f"in {missing} of {table[name].size}"))
-    return Lines(lines)
+    middle = f"{quantity_text(np.median(values), unit)} (median of {values.size})"
+    reached = f"at or below the wanted in {(beside <= target).mean():.0%}"
+    lines.append((key, f"{middle}; {_inner_range(values, unit)}"))
+    lines.append((f"{output} with the median", f"{_inner_range(beside, wanted)}; {reached}"))
+    return Lines([*lines, *([("not found", f"in {size - values.size} of {size}")] if values.size < size else [])])
 
 
-def _limited_lines(table: "xr.Dataset", key: str, output: str, unit: str, wanted: str) -> list[tuple[str, str]]:
-    limit, target = str(table.attrs["limit"]), table.attrs["target"]
-    beside = table[f"{output}_at_quantile"].values.ravel()
-    known = beside[np.isfinite(beside)]
-    kept = known <= target * (1 + ROOT_TOLERANCE) if limit == "below" else known >= target * (1 - ROOT_TOLERANCE)
-    least, most = np.quantile(known, (0.05, 0.95))
-    asked = f"{output} {limit} {quantity_text(target, wanted)}"
-    return [
-        ("wanted", asked if beside.size == 1 else f"{asked} in {table.attrs['quantile']:.0%} of {beside.size}"),
-        (key, quantity_text(table.attrs["chosen"], unit)),
-        (
-            f"{output} there",
-            f"5 to 95 %: {quantity_text(least, wanted)} to {quantity_text(most, wanted)}; {limit} in {kept.mean():.0%}",
-        ),
-    ]
+def _finite(values: "xr.DataArray") -> Floats:
+    found: Floats = values.values[np.isfinite(values.values)]
+    return found
+
+
+def _inner_range(values: Floats, unit: str) -> str:
+    low, high = (quantity_text(end, unit) for end in np.quantile(values, (0.05, 0.95)))
+    return f"5 to 95 %: {low} to {high}"

@@ -1,10 +1,11 @@
 """All pictures of a folder of scenarios on one page that opens anywhere."""
 
 import ast
+import itertools
+import re
 import runpy
 import tempfile
 from collections import Counter
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,7 @@ from historysim.basics.progress import progress_bar
 from historysim.errors import InputError
 from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.scenario import Scenario, load
-from historysim.studies.workers import executor_for, outcomes
+from historysim.studies.workers import AHEAD, executor_for, outcomes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,21 +26,10 @@ if TYPE_CHECKING:
 
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
-EXAMPLE = "# historysim gallery: example"
-"""The line of a script that says that it may be carried out."""
-CALCULATED = "calculated"
-"""The function of a script that returns what is drawn."""
+EXAMPLE = "# historysim gallery: example"  # the line of a script that says that it may be carried out
+CALCULATED = "calculated"  # the function of a script that returns what is drawn
+# functions of a script that take it, and return a figure or several, and the rows of a table
 DRAWN, ROWS = "drawn", "rows"
-"""Functions of a script that take it, and return a figure or several, and the rows of a table."""
-
-
-@attrs.frozen
-class Entry:
-    """A file of the folder on the page."""
-
-    section: "Section"
-    failure: str = ""
-    """Why it has no picture; empty where it has."""
 
 
 def gallery(
@@ -94,33 +84,25 @@ def gallery(
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
     tasks = [(folder, path) for path in paths]
-    by_path: dict[Path, Entry] = {}
+    by_path: dict[Path, tuple[Section, str]] = {}
     with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(tasks)) as done:
-        for (_, path), entry in outcomes(_shown, tasks, executor, 2 * count):
+        for (_, path), entry in outcomes(_shown, tasks, executor, AHEAD * count):
             by_path[path] = entry
             done()
-    entries = [by_path[path] for path in paths]
-    for path, entry in zip(paths, entries, strict=True):
-        if entry.failure:
-            notify(f"{path}: {entry.failure}")
-    sections = _told_apart([entry.section for entry in entries])
+    titles = Counter(section.title for section, _ in by_path.values())
     groups: dict[str, list[Section]] = {}
-    for section in sections:
-        groups.setdefault((folder / section.anchor).parent.as_posix(), []).append(section)
+    for path in paths:
+        section, failure = by_path[path]
+        if failure:
+            notify(f"{path}: {failure}")
+        if titles[section.title] > 1:
+            section = attrs.evolve(section, title=f"{section.title} ({path.stem})")
+        groups.setdefault(path.parent.as_posix(), []).append(section)
     text = page(TITLE, [contents(groups), *(section for each in groups.values() for section in each)])
     if output is not None:
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     return text
-
-
-def _told_apart(sections: "list[Section]") -> "list[Section]":
-    """Return sections of which those of one title have the names of their files behind it."""
-    titles = Counter(each.title for each in sections)
-    return [
-        attrs.evolve(each, title=f"{each.title} ({Path(each.anchor).stem})") if titles[each.title] > 1 else each
-        for each in sections
-    ]
 
 
 def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:
@@ -143,8 +125,8 @@ def _is_example(path: Path) -> bool:
         return any(line.strip() == EXAMPLE for line in stream)
 
 
-def _shown(task: tuple[Path, Path]) -> Entry:
-    """Return a file of a folder as a section of the page."""
+def _shown(task: tuple[Path, Path]) -> "tuple[Section, str]":
+    """Return a file of a folder as a section of the page, and why it has no picture; empty where it has."""
     from historysim.results.report.page import Section, paragraph
 
     folder, path = task
@@ -156,7 +138,7 @@ def _shown(task: tuple[Path, Path]) -> Entry:
     except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
         failure = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
         parts.append(paragraph(f"No picture: {failure}", "warning"))
-    return Entry(Section(title, tuple(parts), anchor=name), failure)
+    return Section(title, tuple(parts), anchor=name), failure
 
 
 def _script(path: Path) -> tuple[str, list[str], list[str]]:
@@ -168,7 +150,7 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
     from historysim.verbs import plot
 
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
-    title, *texts = _paragraphs(text.splitlines())
+    title, *texts = _paragraphs(text)
     functions = runpy.run_path(str(path))
     if functions.get(CALCULATED) is None:
         raise InputError(f"has no function {CALCULATED}; expected one that returns what is drawn")
@@ -187,25 +169,22 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
 def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a scenario."""
     from historysim.results.report.others import sweep_pictures
+    from historysim.results.report.page import picture
     from historysim.studies.sweep import sweep
+    from historysim.verbs import plot
 
     scenario = load(path)
-    drawn = _adhesion(scenario) + _figure(scenario)
+    drawn = _figure(scenario)
+    if scenario.sections.adhesion is not None:
+        drawn = [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."), *drawn]
     if scenario.sections.sweep is None:
         drawn += _run(scenario)
     elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
         table = sweep(scenario)
         drawn += _figure(table) or sweep_pictures(table)
-    return scenario.title or path.stem, _paragraphs(_head(scenario.text)), drawn
-
-
-def _adhesion(scenario: Scenario) -> list[str]:
-    from historysim.results.report.page import picture
-    from historysim.verbs import plot
-
-    if scenario.sections.adhesion is None:
-        return []
-    return [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map.")]
+    # the comment that it begins with
+    head = itertools.takewhile(lambda line: line.startswith("#"), scenario.text.splitlines())
+    return scenario.title or path.stem, _paragraphs("\n".join(line.removeprefix("#") for line in head)), drawn
 
 
 def _figure(what: "Scenario | xr.Dataset") -> list[str]:
@@ -225,28 +204,10 @@ def _run(scenario: Scenario) -> list[str]:
 
     # the surface stands in a file beside the history
     with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc") as history:
-        if drawn := _figure(history):
-            return drawn
-        if history.sizes["step"] == 1:
-            # it has no course
-            return []
-        return history_pictures(history)
+        # one step has no course
+        return _figure(history) or (history_pictures(history) if history.sizes["step"] > 1 else [])
 
 
-def _head(text: str) -> Iterator[str]:
-    """Yield the lines of the comment that a scenario begins with."""
-    for line in text.splitlines():
-        if not line.startswith("#"):
-            return
-        yield line.removeprefix("#")
-
-
-def _paragraphs(lines: "Iterator[str] | list[str]") -> list[str]:
-    """Return paragraphs, which empty lines part."""
-    paragraphs: list[list[str]] = [[]]
-    for line in lines:
-        if line.strip():
-            paragraphs[-1].append(line.strip())
-        elif paragraphs[-1]:
-            paragraphs.append([])
-    return [" ".join(each) for each in paragraphs if each]
+def _paragraphs(text: str) -> list[str]:
+    """Return paragraphs, which empty lines part, each in one line."""
+    return [" ".join(part.split()) for part in re.split(r"\n\s*\n", text) if part.strip()]

@@ -33,18 +33,19 @@ from historysim.scenario.scenario import Scenario
 if TYPE_CHECKING:
     import xarray as xr
 
-FORM = 1
+FORM = 2
 ENDING = ".cell"
 _UNFINISHED = re.compile(rf"\.([0-9a-f]{{64}}){re.escape(ENDING)}{UNFINISHED.pattern}")
+# errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know
 DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""Errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
+# sections that do not change the content of a cell
 IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
-"""Sections that do not change the content of a cell."""
 
 
 Stamp = tuple[str, int, int]
 """Path, size and time of change of a file, as far as it exists."""
+_made_with = functools.cache(made_with)
 
 
 def stamp(path: Path) -> Stamp:
@@ -60,12 +61,10 @@ def stamp(path: Path) -> Stamp:
 def _content_digest(of: Stamp) -> str:
     """Return the SHA-256 of the content of a file; a string of its own where it cannot be read."""
     path = Path(of[0])
-    try:
+    with contextlib.suppress(OSError):
         if is_file(path):
             with path.open("rb") as stream:
                 return hashlib.file_digest(stream, "sha256").hexdigest()
-    except OSError:
-        pass
     return "cannot be read"
 
 
@@ -84,11 +83,6 @@ def digest(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str])
     # a date would be refused by the scenario before
     text = json.dumps(content, sort_keys=True, ensure_ascii=False, default=str)
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
-
-
-@functools.cache
-def _made_with() -> str:
-    return made_with()
 
 
 @attrs.frozen
@@ -137,19 +131,10 @@ class Store:
 
 def packed(cell: "xr.Dataset") -> bytes:
     """Return a cell as the bytes of a file: an NPZ of its arrays and a header in JSON."""
-    header: dict[str, Any] = {
-        "form": FORM,
-        "attributes": dict(cell.attrs),
-        "coordinates": [str(name) for name in cell.coords],
-        "variables": {
-            str(name): {"dimensions": list(map(str, variable.dims)), "attributes": _plain(variable.attrs)}
-            for name, variable in cell.variables.items()
-        },
-    }
+    header = json.dumps({"form": FORM, **cell.to_dict(data=False)}).encode()
+    arrays = {f"v.{name}": variable.values for name, variable in cell.variables.items()}
     stream = io.BytesIO()
-    arrays = {str(name): variable.values for name, variable in cell.variables.items()}
-    text = np.frombuffer(json.dumps(header).encode(), dtype=np.uint8)
-    np.savez(stream, allow_pickle=False, **{HEADER: text}, **{f"v.{name}": values for name, values in arrays.items()})
+    np.savez(stream, allow_pickle=False, **{HEADER: np.frombuffer(header, dtype=np.uint8)}, **arrays)
     return stream.getvalue()
 
 
@@ -162,21 +147,6 @@ def unpacked(content: bytes) -> "xr.Dataset":
         header = json.loads(file[HEADER].tobytes())
         if header["form"] != FORM:
             raise ValueError(f"form {header['form']!r}; expected {FORM}")
-        variables = {}
-        for name, declared in header["variables"].items():
-            attributes = {key: _array(value) for key, value in declared["attributes"].items()}
-            variables[name] = xr.Variable(declared["dimensions"], file[f"v.{name}"], attributes)
-    coordinates = {name: variables.pop(name) for name in header["coordinates"]}
-    return xr.Dataset(variables, coordinates, header["attributes"])
-
-
-def _plain(attributes: Mapping[Any, Any]) -> dict[str, Any]:
-    """Return attributes as JSON takes them: an array is a table of its type and values."""
-    return {
-        str(key): {"dtype": str(value.dtype), "values": value.tolist()} if hasattr(value, "dtype") else value
-        for key, value in attributes.items()
-    }
-
-
-def _array(value: object) -> object:
-    return np.array(value["values"], dtype=value["dtype"]) if isinstance(value, dict) else value
+        for name, declared in (*header["coords"].items(), *header["data_vars"].items()):
+            declared["data"] = file[f"v.{name}"]
+    return xr.Dataset.from_dict(header)

@@ -25,8 +25,7 @@ from historysim.scenario.sections import Sections
 
 FAILURE = "failure"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-LABELS = ("critical_asperity",)
-"""Numbers of a sweep that only name something, so that a mean of them says nothing."""
+LABELS = ("critical_asperity",)  # numbers of a sweep that only name something, so that a mean of them says nothing
 
 
 def gathered(
@@ -50,10 +49,8 @@ def gathered(
     steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
     data = {name: variable for name, variable in variables.items() if name not in own}
     if reasons:
-        texts = np.array([reasons.get(index, "") for index in range(len(cells))]).reshape(grid.shape)
-        data[FAILURE] = xr.Variable(
-            _dimensions(grid), texts, {"long_name": "why the cell has failed, empty where it has not"}, {"dtype": "S1"}
-        )
+        each = [reasons.get(index, "") for index in range(len(cells))]
+        data[FAILURE] = failures(grid, each, "why the cell has failed, empty where it has not")
     coordinates = swept | steps | {name: variables[name] for name in own}
     histories = counted(len(grid), "load history", "load histories")
     attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
@@ -81,8 +78,9 @@ def _words(dims: Sequence[Hashable]) -> str:
     return " and ".join(map(str, dims)) or "nothing"
 
 
-def _dimensions(grid: Grid) -> tuple[str, ...]:
-    return tuple(axis.name for axis in grid.axes)
+def failures(grid: Grid, reasons: Sequence[str], long_name: str) -> xr.Variable:
+    """Return the reasons why there is nothing at some points of a grid, empty at the others."""
+    return xr.Variable(grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"})
 
 
 def _labels(there: Sequence[xr.Dataset]) -> dict[Any, Any]:
@@ -113,9 +111,9 @@ def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: 
             for dim, length in zip(variable.dims, variable.shape, strict=True)
         )
         values[index, ...][np.ix_(*where)] = variable.values
-    dims = (*_dimensions(grid), *map(str, model.dims))
+    dims = (*grid.dims, *map(str, model.dims))
     # flags have the type of what they are flags of
-    flags = {key: value.astype(values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
+    flags = {key: np.asarray(value, values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
     return xr.Variable(
         dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
     )

@@ -55,11 +55,6 @@ class Gaussian:
         Root mean square of the heights about their mean [m], > 0.
     mean : float
         Mean height over the datum [m].
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
     """
 
     rms_height: float
@@ -69,13 +64,7 @@ class Gaussian:
         self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
 
     def quantile(self, probability: "npt.ArrayLike") -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1.
-
-        Raises
-        ------
-        InputError
-            Another probability: a Gaussian has no lowest and no highest height.
-        """
+        """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1."""
         values = checked("probability", probability, above=0)
         if np.any(values >= 1):
             raise InputError(
@@ -95,13 +84,6 @@ class Tabulated(FrozenArrays):
         Increasing heights over the datum [m], two or more.
     density : array_like (row)
         Probability density there, 0 or more and not 0 throughout, in any unit: it is normalised.
-
-    Attributes
-    ----------
-    height : array (row)
-        [m], read-only.
-    density : array (row)
-        [1/m], with an integral of 1; read-only.
 
     Raises
     ------
@@ -128,31 +110,17 @@ class Tabulated(FrozenArrays):
 
     @classmethod
     def from_gaps(cls, gap: "npt.ArrayLike", density: "npt.ArrayLike") -> Self:
-        """Return the distribution of the heights that belong to gaps, as the literature of joints tabulates them.
+        """Return the distribution of heights that are minus the gaps [m], as the literature of joints tabulates them.
 
-        The datum of the heights is the plane in which the gap is 0. The flat has to come closer than that by the gap
-        of a summit to touch it, so that the height of the summit is minus its gap.
-
-        Parameters
-        ----------
-        gap : array_like (row)
-            Increasing distances from the summits to the flat at first touch [m], 0 or more.
-        density : array_like (row)
-            As for heights: in any unit, such as that per gap divided by the largest gap.
-
-        Raises
-        ------
-        InputError
-            As for heights; a negative gap.
+        Gaps (row) are increasing distances from the summits to the flat at first touch, 0 or more.
         """
         gaps, densities = _table("gap", checked("gap", gap, least=0), density)
         return cls(0.0 - gaps[::-1], densities[::-1])
 
     def quantile(self, probability: "npt.ArrayLike") -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities: the exact inverse.
+        """Return the heights [m] below which a summit lies with these probabilities, 0 to 1: the exact inverse.
 
-        Where the density is 0 between two heights, the probability there, from 0 to 1, has the lower of them as its
-        height. Probability 0 has the lowest height that a summit can have. Another probability is an InputError.
+        Where the density is 0 between two heights, the lower of them; at 0 the lowest that a summit can have.
         """
         values = checked("probability", probability, least=0)
         if np.any(values > 1):
@@ -189,12 +157,10 @@ def drawn_summits(
         `Gaussian` or `Tabulated`. One seed gives the same positions and the same ranking by height with either.
     radius : array_like
         R [m], > 0; one for all, or one per summit.
-    summit_density : float
-        D [1/m²], > 0.
-    nominal_area : float
-        A0 [m²], > 0; D A0, rounded, is the number of summits, at least 1 and at most `MOST_SUMMITS`.
+    summit_density, nominal_area : float
+        D [1/m²] and A0 [m²], > 0; D A0, rounded, is the number of summits, at least 1 and at most `MOST_SUMMITS`.
     seed : int
-        Whole number, 0 or more; the same seed draws the same summits.
+        Whole number, 0 or more.
 
     Raises
     ------
@@ -213,8 +179,6 @@ def quantile_summits(
     distribution: HeightDistribution, radius: "npt.ArrayLike", *, summit_density: float, nominal_area: float
 ) -> Summits:
     """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
-
-    The mean of any function of the height over these summits is its mean over the distribution by the midpoint rule.
 
     Parameters and errors as in `drawn_summits`.
     """
@@ -237,8 +201,8 @@ def textured_summits(
     ----------
     count : tuple of int
         Numbers of summits (nx, ny) along x and y. Summit i ny + j is at (i, j).
-    pitch : float or tuple of float
-        Distance from one summit to the next [m], > 0; one for both directions, or (px, py).
+    pitch : float or (float, float)
+        Distance from one summit to the next along x and y [m], > 0.
     radius : float
         R [m], > 0, the mean of the radii.
     height_scatter : float
@@ -248,11 +212,6 @@ def textured_summits(
     seed : int, optional
         Whole number, 0 or more, needed for scatter. One seed gives the same heights with any scatter of the radii, and
         the same radii with any scatter of the heights.
-
-    Returns
-    -------
-    Summits
-        With the nominal area nx px ny py.
 
     Raises
     ------

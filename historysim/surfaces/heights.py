@@ -17,14 +17,7 @@ from historysim.surfaces.filters import gaussian_mean
 from historysim.surfaces.form import Form, fit_form
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.summits import Summits, find_summits
-from historysim.surfaces.surface_statistics import (
-    Autocorrelation,
-    HeightStatistics,
-    PowerSpectralDensity,
-    autocorrelation,
-    height_statistics,
-    power_spectral_density,
-)
+from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics
 
 MOST_POINTS = 2**28
 """The most points of a map."""
@@ -150,55 +143,23 @@ class Surface(FrozenArrays):
         return find_summits(self.heights, self.pixel_size, rule, periodic=self.periodic, prominence=prominence)
 
     def statistics(self) -> HeightStatistics:
-        """Return rms height, slopes, curvatures, ….
-
-        A difference counts where all its points are present, also across the border of a periodic surface; s and κ
-        where their differences along x and y are both there.
-        """
+        """Return rms height, slopes, curvatures, … of the present points, also across the border where it repeats."""
         return height_statistics(self.heights, self.pixel_size, periodic=self.periodic)
 
     def autocorrelation(self) -> Autocorrelation:
-        """Return the autocorrelation function of the heights about their mean.
+        """Return the autocorrelation function of the heights about their mean; equal heights are an InputError.
 
-        At each lag, the products of all pairs of present points that are so far apart are averaged: over the border
-        of a periodic surface, else only within the map (unbiased by their number, so that the few pairs of a great lag
-        may give values beyond ±1).
-
-        Raises
-        ------
-        InputError
-            All heights are equal.
+        At each lag it is the mean product of all pairs of present points that are so far apart, over the border where
+        the surface repeats; the few pairs of a great lag may give values beyond ±1.
         """
         return autocorrelation(self.heights, self.pixel_size, periodic=self.periodic)
-
-    def power_spectral_density(self) -> PowerSpectralDensity:
-        """Return the power spectral density of the heights.
-
-        Of a periodic surface, that of the heights about their mean. Of any other, the mean plane is taken off and the
-        rest multiplied by a Hann window w, sin²(π (i + ½)/n) along either axis, over √mean(w²), which keeps the power:
-        the density then adds up to the mean of w² z² over that of w², Rq² but for the weights.
-
-        Raises
-        ------
-        InputError
-            Some heights are missing, or they are too few for a mean plane.
-        """
-        return power_spectral_density(self.heights, self.pixel_size, periodic=self.periodic)
 
     def form(self, kind: str, degree: int | None = None) -> Form:
         """Return the mean height, mean plane, quadratic, polynomial or sphere of the surface; see `fit_form`."""
         return fit_form(self.heights, self.pixel_size, kind, degree)
 
     def detrended(self, form: str = "plane", degree: int | None = None) -> Self:
-        """Return the surface without its form: mean, plane, quadratic, sphere, or polynomial of a degree.
-
-        A periodic surface stays periodic only where the form is ``"mean"``.
-
-        Raises
-        ------
-        InputError
-            See `fit_form`.
-        """
+        """Return the surface without a form of `fit_form`; periodic only where that is ``"mean"``."""
         left = self.heights - self.form(form, degree).heights
         # where the surface is nothing but its form, rounding is left, which is no roughness
         if np.nanmax(np.abs(left)) <= ROUNDING * np.nanmax(np.abs(self.heights)):
@@ -206,17 +167,10 @@ class Surface(FrozenArrays):
         return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")
 
     def cropped(self, x: npt.ArrayLike | None = None, y: npt.ArrayLike | None = None) -> Self:
-        """Return the points between two positions along x, along y, or both, ends included.
+        """Return the points between two positions [m] along x, along y, or both, ends included; the first is at 0.
 
-        Parameters
-        ----------
-        x, y : (float, float), optional
-            From where to where [m]; the first point is at 0. All by default. What was cropped does not repeat.
-
-        Raises
-        ------
-        InputError
-            Anything but two positions in their order, with points between them.
+        What is cropped does not repeat. Anything but two positions in their order, with points between them, is an
+        InputError.
         """
         heights = self.heights
         for axis, (name, ends) in enumerate((("x", x), ("y", y))):
@@ -237,13 +191,7 @@ class Surface(FrozenArrays):
         return type(self)(heights, self.pixel_size, self.periodic and x is None and y is None)
 
     def without(self, points: Booleans) -> Self:
-        """Return the surface with these points (nx, ny) missing.
-
-        Raises
-        ------
-        InputError
-            All points that there are.
-        """
+        """Return the surface with these points (nx, ny) missing; all of them are an InputError."""
         return type(self)(np.where(points, np.nan, self.heights), self.pixel_size, self.periodic)
 
     def smoothed(self, cutoff: float, *, robust: bool = False) -> Self:
@@ -259,13 +207,8 @@ class Surface(FrozenArrays):
     def at_resolution(self, pixel_size: npt.ArrayLike) -> Self:
         """Return the surface on points this far apart [m], by cubic splines; smooth it before, where that is coarser.
 
-        The grid keeps its centre, and where the surface repeats its length: the pixel size is then the nearest one that
-        divides it.
-
-        Raises
-        ------
-        InputError
-            A pixel size that is not > 0, or larger than the surface; no point left beside missing ones.
+        The grid keeps its centre. A surface that repeats keeps its length: it gets the nearest pixel size that divides
+        it. A pixel size that is not > 0, or larger than the surface, is an InputError.
         """
         wanted = [
             pixel if points > 1 else own
@@ -283,13 +226,7 @@ class Surface(FrozenArrays):
         return type(self)(heights, onto, self.periodic)
 
     def scaled(self, rms_height: float) -> Self:
-        """Return the surface with its heights stretched about their mean to an rms height Rq [m].
-
-        Raises
-        ------
-        InputError
-            An rms height that is not > 0, or a surface of constant height.
-        """
+        """Return the surface stretched about its mean height to an rms height Rq [m], > 0; it has to be rough."""
         wanted = scalar("rms_height", rms_height, above=0)
         if np.nanmax(self.heights) == np.nanmin(self.heights):
             raise InputError("the surface has one height everywhere; expected a rough one to scale")
@@ -302,15 +239,10 @@ class Surface(FrozenArrays):
         )
 
     def on_ball(self, radius: float) -> Self:
-        """Return the surface as the roughness of a ball of this radius [m], its centre on top.
+        """Return the surface as the roughness of a ball of this radius [m], its centre on top; it does not repeat.
 
-        The heights of the ball, √(R² - r²) - R at the distance r from the centre, are added; what comes out does not
-        repeat. A parabola would differ by r⁴/8R³: at R = 2.5 mm and r = 128 µm by 2 nm of 3.3 µm.
-
-        Raises
-        ------
-        InputError
-            A radius that is not > 0, or a ball that is smaller than the surface.
+        √(R² - r²) - R is added at the distance r from the centre. A ball that is smaller than the surface is an
+        InputError.
         """
         ball = scalar("radius", radius, above=0)
         x, y = (
@@ -345,37 +277,30 @@ class Surface(FrozenArrays):
     ) -> Self:
         """Return the sum of two surfaces, which touches a flat as the two touch each other.
 
-        The asperities of the sum slide on a level flat: that those of two surfaces also climb each other's slopes is
-        left out, so that the friction is a lower limit. Heights of both are positive out of their own material. The
-        other surface is laid on this one as it is; a map that was measured from its front is to be ``mirrored()``
-        first.
+        Asperities of the sum slide on a level flat. That those of two surfaces climb each other's slopes is left out,
+        so that the friction is a lower limit.
 
         Parameters
         ----------
         other : Surface
-            The other surface, its centre over the centre of this one.
+            Positive out of its own material, as this one; a map that was measured from its front: ``mirrored()``.
         shift : (float, float)
-            How far it is then moved along x and y [m].
+            How far it is moved along x and y from where its centre is over that of this one [m].
         rotation : float
-            By how much it is turned about its own centre, from x towards y [rad].
+            By how much it is then turned about its centre, from x towards y [rad].
         interpolation : {"spline", "fourier", "none"}
-            What the other surface is between its points; where the points of both coincide it is exact in any case.
-            ``"spline"`` smooths: of the sum of two surfaces with an exponential autocorrelation, half a pixel along
-            both axes takes 12 % of the summits and adds 14 % to their mean radius. ``"fourier"`` does not, for
-            periodic surfaces that are not turned; nor does ``"none"``, which moves by the nearest whole number of
-            pixels. See `resampled`.
+            What the other is between its points: cubic splines, which smooth; its Fourier series, where it is periodic
+            and not turned; or moved by the nearest whole number of pixels. README.md, "Sum", has what each takes.
 
         Returns
         -------
         Surface
-            On the grid of this surface, missing wherever one of the two is; periodic where both are, with the same
-            lengths, and not turned.
+            On the grid of this one, missing wherever either is; periodic where both are, of one size, and not turned.
 
         Raises
         ------
         InputError
-            Surfaces that do not overlap, a profile on a map, numbers that are not finite, or an interpolation that
-            these surfaces do not allow.
+            Surfaces that do not overlap, a profile on a map, or an interpolation that these surfaces do not allow.
         """
         if not isinstance(other, Surface):
             raise InputError(f"other is {other!r}; expected a Surface")

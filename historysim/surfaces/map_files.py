@@ -37,27 +37,18 @@ _STATES_UNIT = re.compile(
 
 @attrs.frozen(eq=False)
 class RawMap:
-    """A height map as its file holds it, in its own units; None where the file does not say.
-
-    Attributes
-    ----------
-    heights : numpy.ndarray (nx, ny) or (n,)
-        Heights, NaN where missing.
-    unit : str, optional
-        Unit of the heights.
-    spacing : tuple of float, optional
-        Distance between neighbouring points along x and y.
-    lateral_unit : str, optional
-        Unit of the spacing.
-    periodic : bool
-        Whether the surface repeats.
-    """
+    """A height map as its file holds it, in its own units; None where the file does not say."""
 
     heights: Floats
+    """(nx, ny) or (n,), NaN where missing."""
     unit: str | None = None
+    """Of the heights."""
     spacing: tuple[float, float] | None = None
+    """Distance between neighbouring points along x and y."""
     lateral_unit: str | None = None
+    """Of the spacing."""
     periodic: bool = False
+    """Whether the surface repeats."""
 
 
 class MapReader(Reader):
@@ -65,13 +56,7 @@ class MapReader(Reader):
 
     @abc.abstractmethod
     def read(self, path: Path, channel: int | str | None) -> RawMap:
-        """Read a file; ``channel`` says which of its channels, where the user names one.
-
-        Raises
-        ------
-        InputError
-            A damaged file, or of another kind, or no such channel.
-        """
+        """Read a file, and of it the channel that the user names; a damaged file or no such channel: InputError."""
 
 
 def check_size(shape: Iterable[int]) -> None:

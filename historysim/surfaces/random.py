@@ -45,26 +45,24 @@ def random_surface(
     skewness: float = 0.0,
     kurtosis: float = 3.0,
 ) -> Surface:
-    """Return a random rough surface that is periodic.
+    """Return a random rough surface that is periodic, with mean height 0 and the rms height asked for.
 
-    Its heights have mean 0 and the rms height asked for, to rounding. Autocorrelation, skewness and kurtosis are those
-    of the ensemble of all seeds. One surface deviates from them, the more the fewer autocorrelation lengths it spans.
+    Autocorrelation, skewness and kurtosis are those of the ensemble of all seeds; one surface deviates from them, the
+    more the fewer autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics", says
+    how it is made.
 
     Parameters
     ----------
     shape : int or (int, int)
-        Number of points along x and y, at least 4 and at most 2²⁸ in all; one number makes a square. A shape (n, 1)
-        or (1, n) is a profile.
+        Number of points along x and y, 4 to 2²⁸ in all; one number makes a square, (n, 1) or (1, n) a profile.
     pixel_size : float or (float, float)
         Distance between neighbouring points along x and y [m], > 0.
     rms_height : float
         Rq [m], > 0.
     autocorrelation_length : float or (float, float)
-        β along x and y [m], where ρ has fallen to 0.1; at least one pixel and at most half the side, except on a
-        side of one pixel, where it does not matter.
+        β along x and y [m], where ρ has fallen to 0.1; from one pixel to half the side.
     seed : int
-        Seed of the random numbers, ≥ 0. The same seed makes the same surface bit for bit, whatever the number of
-        threads, with the same versions of numpy and scipy on the same kind of processor.
+        ≥ 0. One seed makes one surface, bit for bit, with one version of numpy and scipy on one kind of processor.
     autocorrelation : str
         ``"exponential"``: ρ = exp(-2.3 √((x/β_x)² + (y/β_y)²)), or ``"gaussian"``:
         ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). That of the surface is ρ summed over all its periodic images.
@@ -72,11 +70,6 @@ def random_surface(
         Third moment of the heights over Rq³ [1]; negative where valleys are deeper than peaks are high.
     kurtosis : float
         Fourth moment of the heights over Rq⁴ [1], 3 for Gaussian heights; more than skewness² + 1, and at most 100.
-
-    Returns
-    -------
-    Surface
-        Periodic, without missing points.
 
     Raises
     ------
@@ -87,21 +80,7 @@ def random_surface(
     Warns
     -----
     UnlikelyValueWarning
-        An rms height of more than ten autocorrelation lengths, as where nanometres were meant: no surface is so steep.
-
-    Notes
-    -----
-    White noise of PCG64 is filtered with the root of the power spectrum. Hu and Tonder give the noise its skewness
-    and kurtosis before the filter, which averages them away: at β = 20 pixels the noise needs 5.5 times the skewness
-    and 16 times the excess kurtosis of the heights with the exponential ρ, 17 and 270 times with the Gaussian, which
-    no noise can have where the kurtosis of the heights is below 2.8. Here Johnson's translation acts on the filtered
-    heights, so that they are distributed as it says, and the filter is made for the autocorrelation that the
-    translation turns into the prescribed one.
-
-    With the Gaussian ρ and heights far from Gaussian, no filter has that autocorrelation; the nearest is taken where
-    ρ comes out within 0.01.
-
-    Hu and Tonder, *Int. J. Mach. Tools Manuf.* 32 (1992) 83-90; Grigoriu, *Applied Non-Gaussian Processes* (1995).
+        An rms height of more than ten autocorrelation lengths, as where nanometres were meant.
 
     Examples
     --------
@@ -121,8 +100,10 @@ def random_surface(
             stacklevel=2,
         )
     noise = generator(seed)
+    if autocorrelation not in AUTOCORRELATIONS:
+        raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
     translate = translation(_number("skewness", skewness), _number("kurtosis", kurtosis))
-    spectrum = _spectrum(_periodic_autocorrelation(points, lengths, _kind(autocorrelation)), points, translate)
+    spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points, translate)
     heights = _filtered(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
     if translate is not None:
@@ -141,12 +122,6 @@ def _number(name: str, value: float) -> float:
 
 def _integer(value: object) -> bool:
     return isinstance(value, Integral) and not isinstance(value, bool)
-
-
-def _kind(autocorrelation: str) -> str:
-    if autocorrelation not in AUTOCORRELATIONS:
-        raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
-    return autocorrelation
 
 
 def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
@@ -237,11 +212,7 @@ def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
 
 
 def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Translation | None) -> Floats:
-    """Return the quadrant of the power spectrum of the Gaussian heights.
-
-    The autocorrelation is that of the translated heights; no translation leaves them Gaussian. Raises InputError: no
-    Gaussian heights translate into ones with this autocorrelation, not even nearly.
-    """
+    """Return the quadrant of the power spectrum of Gaussian heights that translate into ones of an autocorrelation."""
     if translate is None:
         return _without_rounding(_cosine_sums(autocorrelation, points))
     translated, normal = translate.correlations()

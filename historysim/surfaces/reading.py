@@ -1,10 +1,9 @@
-"""Measured height maps → `Surface`: which reader a file needs, and its lengths and units.
+"""Measured height maps → `Surface`: which reader a file needs, SurfaceTopography among them, its lengths and units."""
 
-Matrices of numbers, as text, NPY or NPZ, need nothing else. All other formats come through SurfaceTopography
-(``pip install "historysim[surfaces]"``), which knows some forty of them.
-"""
-
+import importlib
 import math
+import re
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from os import PathLike
@@ -16,14 +15,31 @@ import numpy as np
 from historysim.basics.arguments import per_axis
 from historysim.basics.array_types import Floats
 from historysim.basics.files import what_is_there
+from historysim.basics.hdf5 import check_contained
+from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor, quantity
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.map_files import MapReader, RawMap, foreign_header, read_matrix, refuse_channel
-from historysim.surfaces.topography import read_topography
+from historysim.surfaces.map_files import (
+    COORDINATES,
+    MapReader,
+    RawMap,
+    blamed,
+    check_size,
+    foreign_header,
+    mostly_heights,
+    read_matrix,
+    refuse_channel,
+)
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
 FEWEST_POINTS = 3
+
+# an error signal in nm is no height either
+_NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE)
+# formats that any file of a fitting length passes for
+_ONLY_BY_NAME = ("hgt", "nms")
+_UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
 
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 # a number that someone typed may be rounded
@@ -40,19 +56,18 @@ def read_surface(
 ) -> Surface:
     """Read a measured height map or an evenly spaced profile.
 
-    What the file says about its lengths and units is taken from it. What it leaves open is never guessed: an argument
-    has to supply it. An argument that contradicts the file is an error.
+    What the file says about its lengths and units is taken from it. An argument supplies what it leaves open, and must
+    not contradict it. README.md of this folder, "Look at a map", has the formats.
 
     Parameters
     ----------
     path : str or path
-        The file. A matrix of numbers is a text (.txt, .csv, .tsv, .dat, .asc) or an array of numpy (.npy, .npz);
-        everything else goes through SurfaceTopography, and so does a text with a length or a unit in its header.
+        A matrix of numbers as text (.txt, .csv, .tsv, .dat, .asc) or array of numpy (.npy, .npz), or any file that
+        SurfaceTopography reads, such as a text with a length or a unit in its header.
     pixel_size : float, str, or a pair of them, optional
-        Distance between neighbouring points [m], or a text such as ``"0.5 µm"``; one for both axes, or one for x and
-        one for y. For files without it, as matrices are.
+        Distance between neighbouring points along x and y [m], or such as ``"0.5 µm"``.
     height_unit : str, optional
-        Unit of the heights, such as ``"nm"``, where the file names none, as matrices do.
+        Unit of the heights, such as ``"nm"``.
     lateral_unit : str, optional
         Unit of x and y, where the file has distances but names no unit, as lists of coordinates (.xyz) do.
     channel : int or str, optional
@@ -74,12 +89,9 @@ def read_surface(
 
     Notes
     -----
-    One line of a text runs along x and the next line is the next y, as SurfaceTopography and the programs of
-    microscopes have it: ``heights[i, j]`` is value i of line j. The first index of a NPY array is x already. A text of
-    one column is a profile. Values stand between semicolons, tabs, commas or white space, whichever of these the first
-    line has, in this order; ``#`` and ``%`` start a comment; a height is missing where there is nan, NA, bad, dashes,
-    asterisks, or nothing between two semicolons, tabs or commas (a last column of nothing is none). A decimal comma is
-    read between semicolons only.
+    One line of a text runs along x and the next line is the next y: ``heights[i, j]`` is value i of line j. The first
+    index of a NPY array is x already. Values stand between semicolons, tabs, commas or white space, whichever of these
+    the first line has, in this order; ``#`` and ``%`` start a comment. A decimal comma is read between semicolons only.
 
     Examples
     --------
@@ -198,3 +210,150 @@ def _check_points(heights: Floats) -> None:
     measured = np.count_nonzero(~np.isnan(heights))
     if measured < FEWEST_POINTS:
         raise InputError(f"has {measured} points with a height, of {heights.size:,}; expected {FEWEST_POINTS} or more")
+
+
+# -- through SurfaceTopography ---------------------------------------------------------------------
+
+
+def read_topography(path: Path, channel: int | str | None, header: str = "") -> RawMap:
+    """Read one channel of a file by SurfaceTopography; ``header`` is the line of a text that it takes to understand."""
+    library = _library(header)
+    ending = path.suffix.lower().removeprefix(".")
+    without = f", without {header}" if header else ""
+    for by_h5py in (False, True):
+        check_contained(path, by_h5py=by_h5py)
+    with blamed(_UNKNOWN):
+        check_archive(path, trusted=False)
+    with (
+        blamed(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
+        library.open_topography(str(path), format=ending if ending in _ONLY_BY_NAME else None) as reader,
+    ):
+        if reader.format() in _ONLY_BY_NAME and reader.format() != ending:
+            raise InputError(_UNKNOWN)
+        return _read_channel(path, reader, channel, header)
+
+
+def _library(header: str) -> Any:
+    try:
+        with warnings.catch_warnings():
+            # it warns of the tools for parallel computers that it does not find
+            warnings.simplefilter("ignore")
+            return importlib.import_module("SurfaceTopography")
+    except ImportError as error:
+        otherwise = f"; or take out {header}, and give pixel_size and height_unit" if header else ""
+        raise InputError(
+            f"needs SurfaceTopography, which cannot be imported ({error}): "
+            f'pip install "historysim[surfaces]"{otherwise}'
+        ) from error
+
+
+def _read_channel(path: Path, reader: Any, channel: int | str | None, header: str) -> RawMap:
+    form = reader.format()
+    chosen = _channel(reader, channel)
+    if chosen.is_uniform is False:
+        raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+    check_size(chosen.nb_grid_pts or ())
+    check_unpacked(8 * math.prod(chosen.nb_grid_pts or ()), path.stat().st_size)
+    has_sizes = chosen.physical_sizes is not None
+    if form == "asc":
+        _refuse_guess(chosen, header)
+    if form == "xyz" and header and not chosen.unit:
+        raise InputError(f"holds coordinates, or a map of few columns with a header ({header}); {COORDINATES}")
+    topography = chosen.topography(**({} if has_sizes else {"physical_sizes": tuple(map(float, chosen.nb_grid_pts))}))
+    heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
+    if form in {"asc", "xyz"}:
+        _check_lines(path, heights.size if form == "xyz" else None)
+    x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
+    # it takes steps that differ by less than 1e-6, of any unit, for even
+    if form == "xyz" and not y and x < 1e-3:
+        raise InputError("has steps too small to see whether they are even; write its coordinates in a smaller unit")
+    unit = topography.unit or None
+    return RawMap(
+        heights,
+        unit=unit,
+        spacing=(x, y[0] if y else x) if has_sizes else None,
+        lateral_unit=unit or (_lateral_unit(chosen) if form == "asc" else None),
+        periodic=bool(topography.is_periodic),
+    )
+
+
+def _refuse_guess(channel: Any, header: str) -> None:
+    """Refuse a text that SurfaceTopography takes for a matrix although nothing in it says so."""
+    if channel.physical_sizes is None and channel.dim == 2 and channel.nb_grid_pts[0] <= 3:
+        raise InputError(
+            "is a list of coordinates with gaps, or a map of few columns; expected every point of a grid, with nan "
+            "where a height is missing; save it as .npy if it is a narrow map"
+        )
+    if channel.physical_sizes is None and not channel.unit:
+        raise InputError(
+            f"has a header without a unit or size that SurfaceTopography understands{f', {header}' if header else ''}; "
+            "take it out, name the file .txt, and give pixel_size and height_unit"
+        )
+
+
+def _channel(reader: Any, wanted: int | str | None) -> Any:
+    found = list(reader.channels)
+    listed = ", ".join(
+        f"{index} {one.name!r}{'' if _holds_heights(one) else ' (no heights)'}" for index, one in enumerate(found)
+    )
+    if not found:
+        raise InputError(f"holds no heights, or {_UNKNOWN}")
+    if wanted is None:
+        usable = [one for one in found if _holds_heights(one)]
+        if not usable:
+            raise InputError(f"has no channel with heights: {listed}")
+        if len(usable) > 1 and not usable[0].unit:
+            raise InputError(f"has {len(usable)} arrays and does not say which are heights; give channel: {listed}")
+        default = reader.default_channel
+        return default if _holds_heights(default) else usable[0]
+    if isinstance(wanted, str):
+        matches = [one for one in found if wanted in {one.name, one.channel_id}]
+    else:
+        matches = [one for index, one in enumerate(found) if index == wanted and not isinstance(wanted, bool)]
+    if len(matches) != 1:
+        raise InputError(f"has {len(matches) or 'no'} channels {wanted!r}; expected the name or index of one: {listed}")
+    if not _holds_heights(matches[0]):
+        raise InputError(f"channel {wanted!r} holds no heights; expected another of {listed}")
+    return matches[0]
+
+
+def _holds_heights(channel: Any) -> bool:
+    # with two units, the second is that of values that are no lengths
+    return bool(channel.is_height_channel) and not (isinstance(channel.unit, tuple) or _NO_HEIGHTS.search(channel.name))
+
+
+def _lateral_unit(channel: Any) -> str | None:
+    header = channel.info.get("raw_metadata", {})
+    units = {header[key] for key in ("xunit", "yunit") if header.get(key)}
+    if len(units) > 1:
+        raise InputError(f"gives its lengths in {' and '.join(sorted(units))}; expected one unit")
+    return units.pop() if units else None
+
+
+def _check_lines(path: Path, coordinates: int | None) -> None:
+    """Check that SurfaceTopography has passed over no line of heights, nor of a number of coordinates that it read."""
+    width = count = 0
+    doubtful: list[tuple[int, int]] = []
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        for number, line in enumerate(stream, 1):
+            cells = line.split() if coordinates is None else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
+            if cells and all(_is_number(cell) or cell.lower() == "bad" for cell in cells):
+                width, count = len(cells), count + 1
+            elif not line.startswith("#") and mostly_heights(cells):
+                doubtful.append((number, len(cells)))
+    for number, cells_there in doubtful:
+        if cells_there == width:
+            raise InputError(f"line {number} holds something that is no number; mend it, or take it out")
+    if coordinates is not None and count != coordinates:
+        raise InputError(
+            f"has {count:,} lines of numbers, of which SurfaceTopography reads {coordinates:,} as coordinates; take "
+            "out what stands between them"
+        )
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

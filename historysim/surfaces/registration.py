@@ -97,21 +97,6 @@ class Registration:
         """Nominal area of the points that lost material [m²]."""
         return int(self.worn.sum()) * math.prod(self.difference.pixel_size)
 
-    def wear_coefficient(self, normal_load: float, sliding_distance: float, hardness: float) -> tuple[float, float]:
-        """Return K of Archard's law and its standard error from a load [N], a way [m], and a hardness [Pa].
-
-        K = V H / (N s), as `ArchardWear` takes it; V is the worn volume of this body alone.
-
-        Raises
-        ------
-        InputError
-            A number that is not > 0.
-        """
-        per_volume = scalar("hardness", hardness, above=0) / (
-            scalar("normal_load", normal_load, above=0) * scalar("sliding_distance", sliding_distance, above=0)
-        )
-        return self.worn_volume * per_volume, self.worn_volume_error * per_volume
-
     def summary(self) -> list[tuple[str, str]]:
         """Return what was found, in a few lines (label, text)."""
         x, y = (quantity_text(value, "m") for value in self.shift)
@@ -134,9 +119,8 @@ def registered(
 ) -> Registration:
     """Lay a second height map of one place on the first, and return what was lost between them.
 
-    The shift is first found by correlation of the maps at several rotations, then shift, rotation, offset and tilt by
-    least squares of the height difference with Tukey's weights, to which worn points do not count. Up to about a third
-    of the area may be worn.
+    Up to about a third of the area may be worn: shift, rotation, offset and tilt are found by least squares of the
+    height difference with Tukey's weights.
 
     Parameters
     ----------
@@ -144,10 +128,6 @@ def registered(
         Both of one side of one body, not mirrored. A second map of another pixel size is resampled.
     most_rotation : float
         Largest rotation that is looked for, either way [degrees], from 0 to 10.
-
-    Returns
-    -------
-    Registration
 
     Raises
     ------
@@ -249,12 +229,11 @@ def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _
                 "worn all over; expected maps of one place"
             )
         jacobian = np.stack([column[used] for column in columns], axis=-1)
-        weights = _tukey(residual[used])
-        scale = np.abs(jacobian).max(axis=0)
-        scale[scale == 0] = 1.0
+        weights, scale = _tukey(residual[used]), _scale(jacobian)
         root = np.sqrt(weights)
         step = np.linalg.lstsq(jacobian / scale * root[:, np.newaxis], -residual[used] * root, rcond=None)[0] / scale
         parameters += step
+        # shift in pixels, rotation by what it moves the ends of the map
         if np.abs(step[:2] / first.pixel_size).max() < SETTLED and abs(step[2]) * max(first.shape) < SETTLED:
             break
     everywhere = np.full(first.shape, 0.0)
@@ -264,6 +243,12 @@ def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _
     laid = _laid(second, first, parameters[:2], parameters[2])
     level = laid - parameters[3] - parameters[4] * x - parameters[5] * y
     return _Fit(level, parameters, design, everywhere)
+
+
+def _scale(jacobian: Floats) -> Floats:
+    """Return the greatest size of each column, 1 for one of zeros."""
+    scale = np.abs(jacobian).max(axis=0)
+    return np.where(scale == 0, 1.0, scale)
 
 
 def _tukey(residual: Floats) -> Floats:
@@ -342,10 +327,8 @@ def _alike(difference: Floats, noise: float) -> float:
 def _covariance(fit: _Fit, sound: Booleans) -> Floats:
     """Return the covariance of the parameters for a noise of 1."""
     rows = sound & (fit.weights > 0)
-    jacobian = fit.jacobian[rows]
-    scale = np.abs(jacobian).max(axis=0)
-    scale[scale == 0] = 1.0
-    jacobian = jacobian / scale
+    scale = _scale(fit.jacobian[rows])
+    jacobian = fit.jacobian[rows] / scale
     return np.asarray(np.linalg.pinv(jacobian.T @ (jacobian * fit.weights[rows, np.newaxis])) / np.outer(scale, scale))
 
 

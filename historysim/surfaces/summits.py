@@ -114,38 +114,27 @@ def find_summits(
     periodic: bool = False,
     prominence: float = 0.0,
 ) -> Summits:
-    """Return the summits of a height map: the points that are higher than all their neighbours.
+    """Return the summits of a height map (nx, ny) [m]: the points that are higher than all their neighbours.
 
-    Curvature and radius are those of the central differences, κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y,
-    κ = (κ_x + κ_y)/2 and R = 1/κ (Greenwood 1984; with the 3-point rule κ = κ_x).
-
-    A plateau, neighbouring points of one height with only lower ones around it, is one summit: in the middle of its
-    points, with the mean of their curvatures. That is exact for a paraboloid with its top between the points.
-
-    On a finely resolved isotropic Gaussian surface the 9-point rule counts 1.0 % more summits than there are maxima
-    (Nayak 1971), since maxima of the samples are not all maxima between them; the 5-point rule counts 31 % more.
+    R = 1/κ with κ = (κ_x + κ_y)/2 of the central differences κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y
+    (Greenwood 1984; with the 3-point rule κ = κ_x). A plateau with only lower points around it is one summit, in the
+    middle of its points and with the mean of their curvatures. Neither a border nor a missing point (NaN) may be beside
+    a summit; a ridge that runs around a periodic surface is none.
 
     Parameters
     ----------
-    heights : array (nx, ny)
-        Heights [m]; NaN where missing.
-    pixel_size : (float, float)
-        Distance between the points along x and y [m].
+    heights, pixel_size, periodic
+        As of a `Surface`.
     rule : {3, 5, 9}
         Points that are compared: 9 with the diagonal neighbours, 5 without. 3 is for profiles and finds the peaks
         of each profile along x; along y where the map has only one point along x.
-    periodic : bool
-        Whether the surface repeats.
     prominence : float
-        Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; those below it are
-        pruned. Ways lead from point to point as the rule has neighbours. See `prominences`.
+        Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; see `prominences`.
 
     Returns
     -------
     Summits
-        In the order of their (first) points, along y first. A point at the border (unless the surface is periodic)
-        or beside a missing point is never a summit, nor is a plateau with such a point, because not all heights
-        around it are known. Nor is a ridge without an end, which runs around a periodic surface.
+        In the order of their first points, along y first.
 
     Raises
     ------
@@ -161,17 +150,7 @@ def find_summits(
         turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic, prominence=prominence)
         return Summits(turned.height, turned.radius, turned.y, turned.x)
     grid = _Grid.of(heights, periodic)
-    top = np.ones(heights.shape, dtype=bool)
-    tied = np.zeros(heights.shape, dtype=bool)
-    for offset in _AROUND[rule]:
-        top &= heights >= grid.beside(offset)
-        tied |= heights == grid.beside(offset)
-    tied &= top
-    single = np.flatnonzero(top & ~tied)
-    shared, plateau, turns = _plateaus(grid, top, tied, rule)
-    points = np.concatenate([single, shared])
-    owner = np.concatenate([np.arange(single.size), single.size + plateau])
-    turns = np.concatenate([np.zeros((single.size, 2), dtype=np.int64), turns])
+    points, owner, turns = _tops(grid, rule)
     first = np.full(owner.max(initial=-1) + 1, heights.size)
     np.minimum.at(first, owner, points)
     axes = (0,) if rule == 3 else (0, 1)
@@ -228,6 +207,22 @@ class _Grid:
 def _mean(owner: Integers, values: Array) -> Floats:
     mean: Floats = np.bincount(owner, values) / np.bincount(owner)
     return mean
+
+
+def _tops(grid: _Grid, rule: int) -> tuple[Integers, Integers, Integers]:
+    """Return the points that are tops, the summit that each belongs to, and the turns (points, 2) of a plateau."""
+    heights = grid.beside((0, 0))
+    top = np.ones(grid.shape, dtype=bool)
+    tied = np.zeros(grid.shape, dtype=bool)
+    for offset in _AROUND[rule]:
+        top &= heights >= grid.beside(offset)
+        tied |= heights == grid.beside(offset)
+    tied &= top
+    single = np.flatnonzero(top & ~tied)
+    shared, plateau, turns = _plateaus(grid, top, tied, rule)
+    points = np.concatenate([single, shared])
+    owner = np.concatenate([np.arange(single.size), single.size + plateau])
+    return points, owner, np.concatenate([np.zeros((single.size, 2), dtype=np.int64), turns])
 
 
 def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers, Integers, Integers]:

@@ -8,7 +8,8 @@ from functools import lru_cache
 
 import attrs
 
-from historysim.tables.columns import factor_or_none, split_unit
+from historysim.basics.units import is_common
+from historysim.tables.columns import split_unit
 
 # what stands for a value that is missing, in any case of letters
 MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
@@ -214,8 +215,6 @@ def _up_to_units(words: Sequence[str]) -> list[str]:
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
 _NONE = {"-", "--"}
-# what instruments measure; a mass stands for the gram-force of a balance
-_KINDS = ("s", "N", "m", "Pa", "rad", "V", "A", "K", "Hz", "m s-1", "rad s-1", "J", "W", "N m-1", "kg", "%")
 _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 
 
@@ -240,4 +239,4 @@ def units_in_line(fields: Sequence[str]) -> list[str]:
 def _is_measured_in(text: str) -> bool:
     if text in _TOO_SHORT_FOR_A_UNIT or len(text) > 12 or not _LETTER.match(text):
         return False
-    return text in {"°C", "degC", "C", "°F"} or any(factor_or_none(text, kind) for kind in _KINDS)
+    return text in {"°C", "degC", "C", "°F"} or is_common(text)

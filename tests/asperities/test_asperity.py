@@ -186,7 +186,7 @@ def test_each_asperity_of_a_group_remembers_the_reversals_that_it_was_there_for(
 
 def integrated(asperity):
     """∫ 2π r τ dr between the kinks of the traction, by quadrature in r = c sin φ, which flattens the roots."""
-    ends = [0.0, *asperity.memory.radius[::-1]]
+    ends = [0.0, *asperity.superposition[0][::-1]]
     total = 0.0
     for low, high in itertools.pairwise(ends):
         if high > low:
@@ -322,8 +322,9 @@ def test_the_tangential_load_is_the_superposition_of_the_vertices():
     for several in (False, True):
         ensemble, states = scattered_states(several)
         for asperity in (ensemble.asperity(i, state) for state in states for i in range(len(ensemble))):
-            loads = 4 / 3 * asperity.pair.contact_modulus * asperity.memory.radius**3 / asperity.summit_radius
-            assert asperity.memory.jump @ loads == pytest.approx(
+            radius, weight = asperity.superposition
+            loads = 4 / 3 * asperity.pair.contact_modulus * radius**3 / asperity.summit_radius
+            assert weight @ loads == pytest.approx(
                 asperity.tangential_load, abs=1e-12 * asperity.friction * asperity.normal_load
             )
 

@@ -135,7 +135,7 @@ def test_many_paths_at_once_are_as_many_single_ones():
         ({"normal_load": [0.1, -1]}, "normal_load"),
         ({"tangential_displacement": [[0.1]]}, r"shape \(1, 1\)"),
         ({"tangential_displacement": [np.nan]}, "tangential_displacement"),
-        ({"tangential_displacement": []}, "no value"),
+        ({"tangential_displacement": []}, "have 0 values"),
     ],
 )
 def test_paths_that_cannot_be_read_are_refused(values, said):

@@ -12,8 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import historysim as hs
 from historysim.log import file as log_file
-from historysim.log.file import start_before
-from historysim.log.snapshot import Snapshot
+from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
 from historysim.recording.recorder import StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -54,7 +53,7 @@ def snapshots_everywhere(log):
 
     def keep(cursor, state):
         batches = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
-        file.add_snapshot(Snapshot.of(cursor, batches, content.links[batches], state))
+        add_snapshot(file, Snapshot(cursor, batches, content.links[batches], program(), state.to_bytes()))
 
     job = head.replay(content.events)
     job.walk(job.recorder(StateOnly), most_rows=1, after=keep)
@@ -172,7 +171,7 @@ def test_a_snapshot_that_was_tampered_with_is_passed_over(path):
         told = []
         for time in (0.5, 1.2, 2.2, 9.0):
             assert bits(log.state(at=time, notify=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, time))
-        assert any("is damaged: it does not match its digest" in line for line in told)
+        assert any("is damaged (it does not match its digest)" in line for line in told)
 
 
 # -- forks -----------------------------------------------------------------------------------------

@@ -9,8 +9,8 @@ from historysim.asperities import laws
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.asperities.yielding import KogutEtsion
 from historysim.loads.event_table import read_events, write_events
+from historysim.log import result as result_writer
 from historysim.log.canonical import columns_of, events_of
-from historysim.log.file import LogFile
 from historysim.log.header import LogHeader, head_from
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -146,7 +146,7 @@ def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
 def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
     _, history = made
     (tmp_path / "s.toml").write_text(SCENARIO)
-    told, add = [], LogFile.add_snapshot
+    told, add = [], result_writer.add_snapshot
 
     def dies(self, snapshot):
         add(self, snapshot)
@@ -154,7 +154,7 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
         if len(told) == 3:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(LogFile, "add_snapshot", dies)
+    monkeypatch.setattr(result_writer, "add_snapshot", dies)
     with pytest.raises(KeyboardInterrupt):
         hs.run(tmp_path / "s.toml", tmp_path / "s.nc", snapshot_every=1)
     monkeypatch.undo()

@@ -150,7 +150,8 @@ def test_normal_load_and_then_friction_times_as_much_is_the_virgin_state():
     assert raised.tangential_displacement == pytest.approx(virgin(1.5 * LOAD, 0.003 + 0.5 * LIMIT), rel=16 * EPS)
     # the stick radius of the raised contact is older than that of the fresh one
     assert_same_memory(raised, fresh, 8 * EPS, made_alike=False)
-    assert SPHERE.asperity(0, raised).memory.made_at[1] == before.tangential_displacement
+    made_at = raised.vertices()["made_at"] * raised.memory.contact.units.displacement
+    assert made_at[-2] == before.tangential_displacement
     turned, turned_fresh = (ramped(SPHERE, (1.5 * LOAD, -0.002), state=state) for state in (raised, fresh))
     assert_same_memory(turned, turned_fresh, 8 * EPS, made_alike=False)
 

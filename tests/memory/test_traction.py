@@ -14,47 +14,51 @@ MU, DEPTH = 0.3, 0.02
 ENSEMBLE = hs.Ensemble(PAIR, summit_height=[0.5, 0.494], summit_radius=[0.7, 1.9], friction=MU)
 
 
-def memories(*shifts):
-    """Memories of both asperities at one approach after displacements in units of θμδ."""
+def state_after(*shifts):
+    """The state at one approach after displacements in units of θμδ."""
     state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_displacement=DEPTH, tangential_displacement=0.0)
     for shift in shifts:
         state = ENSEMBLE.advance(state, tangential_displacement=shift * THETA * MU * DEPTH)
-    return [ENSEMBLE.asperity(i, state).memory for i in range(2)]
+    return state
+
+
+def superpositions(state):
+    """Radii and weights of both asperities."""
+    return [ENSEMBLE.asperity(i, state).superposition for i in range(2)]
 
 
 def test_a_virgin_contact_has_its_edge_alone():
-    for memory, radius, gap in zip(memories(), (0.7, 1.9), (0.0, 0.006), strict=True):
-        assert memory.radius == pytest.approx([np.sqrt(radius * (DEPTH - gap))], rel=8 * EPS)
-        assert not memory.slope.any()
-        assert not memory.jump.any()
+    for (radius, weight), own, gap in zip(superpositions(state_after()), (0.7, 1.9), (0.0, 0.006), strict=True):
+        assert radius == pytest.approx([np.sqrt(own * (DEPTH - gap))], rel=8 * EPS)
+        assert not weight.any()
 
 
 def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
     # slip of half the preliminary displacement reaches half the depth, a reversal by a fifth a tenth
     fronts = DEPTH * np.array([1.0, 0.9, 0.5])
-    for memory, radius, gap in zip(memories(0.5, 0.3), (0.7, 1.9), (0.0, 0.006), strict=True):
-        assert memory.radius == pytest.approx(np.sqrt(radius * (fronts - gap)), rel=1e-14)
-        assert memory.slope == pytest.approx([-MU, MU, 0.0])
-        assert memory.jump == pytest.approx([-MU, 2 * MU, -MU])
-        assert memory.made_at == pytest.approx(np.array([0.3, 0.3, 0.5]) * THETA * MU * DEPTH, rel=8 * EPS)
+    state = state_after(0.5, 0.3)
+    for (radius, weight), own, gap in zip(superpositions(state), (0.7, 1.9), (0.0, 0.006), strict=True):
+        assert radius == pytest.approx(np.sqrt(own * (fronts - gap)), rel=1e-14)
+        assert weight == pytest.approx([-MU, 2 * MU, -MU])
+    made_at = state.vertices()["made_at"][:0:-1] * state.memory.contact.units.displacement
+    assert made_at == pytest.approx(np.array([0.3, 0.3, 0.5]) * THETA * MU * DEPTH, rel=8 * EPS)
 
 
 def test_an_asperity_does_not_see_vertices_below_its_summit():
     # the front at a fifth of the depth lies below the second summit
-    first, second = memories(0.8)
-    assert first.radius == pytest.approx(np.sqrt(0.7 * DEPTH * np.array([1.0, 0.2])), rel=1e-14)
-    assert second.radius == pytest.approx([np.sqrt(1.9 * (DEPTH - 0.006))], rel=1e-14)
-    assert second.slope == pytest.approx([MU])
+    (first, _), (second, weight) = superpositions(state_after(0.8))
+    assert first == pytest.approx(np.sqrt(0.7 * DEPTH * np.array([1.0, 0.2])), rel=1e-14)
+    assert second == pytest.approx([np.sqrt(1.9 * (DEPTH - 0.006))], rel=1e-14)
+    assert weight == pytest.approx([MU])
 
 
 def test_what_is_asked_of_a_memory_is_a_copy():
-    memory = memories(0.5)[0]
-    before = [values.tobytes() for values in (memory.radius, memory.slope, memory.jump, memory.made_at)]
-    for values in (memory.radius, memory.slope, memory.jump, memory.made_at):
+    asperity = ENSEMBLE.asperity(0, state_after(0.5))
+    before = [values.tobytes() for values in asperity.superposition]
+    for values in asperity.superposition:
         values[:] = 7.0
-    assert [values.tobytes() for values in (memory.radius, memory.slope, memory.jump, memory.made_at)] == before
+    assert [values.tobytes() for values in asperity.superposition] == before
 
 
 def test_no_contact_has_no_memory():
-    memory = ENSEMBLE.asperity(0, ENSEMBLE.initial_state()).memory
-    assert memory.radius.size == memory.slope.size == memory.jump.size == memory.made_at.size == 0
+    assert [values.size for values in ENSEMBLE.asperity(0, ENSEMBLE.initial_state()).superposition] == [0, 0]

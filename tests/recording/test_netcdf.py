@@ -3,6 +3,7 @@
 import os
 import shutil
 import signal
+from contextlib import suppress
 
 import netCDF4
 import numpy as np
@@ -180,35 +181,36 @@ def names(folder):
 def test_a_result_has_its_name_when_it_is_published_and_readers_are_not_kept_out(tmp_path):
     output = tmp_path / "out.nc"
     output.write_bytes(b"older")
-    file = Unfinished(output)
-    file.path.write_bytes(bytes(8) + b"newer")
-    assert output.read_bytes() == b"older"
-    file.publish()
-    assert output.read_bytes() == bytes(8) + b"newer"
-    # HDF5 locks what it reads
-    WriterLock(output).release()
-    file.close(keep=False)
+    with Unfinished(output) as file:
+        file.path.write_bytes(bytes(8) + b"newer")
+        assert output.read_bytes() == b"older"
+        file.publish()
+        assert output.read_bytes() == bytes(8) + b"newer"
+        # HDF5 locks what it reads
+        WriterLock(output).release()
     assert names(tmp_path) == ["out.nc"]
 
 
-@pytest.mark.parametrize("keep", [True, False])
-def test_what_is_kept_is_there_for_the_next_one(tmp_path, keep):
-    file = Unfinished(tmp_path / "out.nc")
-    file.path.write_bytes(bytes(8) + b"rows")
-    file.close(keep=keep)
+@pytest.mark.parametrize(("kept", "ends"), [(3, KeyboardInterrupt), (0, KeyboardInterrupt), (3, None)])
+def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_path, kept, ends):
+    with suppress(KeyboardInterrupt), Unfinished(tmp_path / "out.nc") as file:
+        file.path.write_bytes(bytes(8) + b"rows")
+        file.kept = kept
+        if ends:
+            raise ends
+    keep = bool(kept and ends)
     assert names(tmp_path) == ([".out.nc.unfinished"] if keep else [])
-    again = Unfinished(tmp_path / "out.nc")
-    assert again.path.read_bytes() == (bytes(8) + b"rows" if keep else b"")
-    again.close(keep=False)
+    with Unfinished(tmp_path / "out.nc") as again:
+        assert again.path.read_bytes() == (bytes(8) + b"rows" if keep else b"")
 
 
 def test_a_second_writer_is_told(tmp_path):
-    file = Unfinished(tmp_path / "out.nc")
-    with pytest.raises(OSError, match="another process is writing this result") as caught:
-        Unfinished(tmp_path / "out.nc")
-    assert caught.value.filename == str(tmp_path / "out.nc")
-    file.close(keep=False)
-    Unfinished(tmp_path / "out.nc").close(keep=False)
+    with Unfinished(tmp_path / "out.nc"):
+        with pytest.raises(OSError, match="another process is writing this result") as caught:
+            Unfinished(tmp_path / "out.nc")
+        assert caught.value.filename == str(tmp_path / "out.nc")
+    with Unfinished(tmp_path / "out.nc"):
+        pass
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):

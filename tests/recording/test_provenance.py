@@ -1,21 +1,13 @@
-"""The attributes of a result: names of states, and where the model does not hold."""
+"""The attributes of a result: where the model does not hold."""
 
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
 import historysim as hs
 from historysim.asperities.instrument import Instrument
 from historysim.basics.findings import read, written
 from historysim.cli import main
-from historysim.errors import InputError
-from historysim.recording.provenance import (
-    named_states,
-    named_states_attribute,
-    state_label,
-    step_of,
-    validity_findings,
-)
+from historysim.recording.provenance import validity_findings
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=12e9)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -91,30 +83,3 @@ def test_run_and_show_say_it(tmp_path, monkeypatch):
         done = CliRunner().invoke(main, command)
         assert done.exit_code == 0
         assert done.output.count("nothing ever touches") == 1
-
-
-def history(**times):
-    return xr.Dataset({"time": ("step", [0.0, 1.0, 1.0, 2.0])}, attrs=named_states_attribute(times))
-
-
-def test_the_last_step_at_a_time_is_the_state():
-    found = history(O=0.0, K=1.0, never=5.0)
-    assert named_states(found) == {"O": 0, "K": 2}
-    assert [step_of(found, state) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
-    assert [state_label(found, step) for step in (2, 3)] == ["K", "step 3, 2 s"]
-
-
-def test_nothing_is_written_where_nothing_has_a_name():
-    assert named_states_attribute({}) == {}
-    assert named_states(history()) == {}
-
-
-@pytest.mark.parametrize(
-    ("state", "message"),
-    [("L", "'L' is no state of the history; .*K"), (4, "step 4: the history has 4 steps"), ("-5", "step -5")],
-)
-def test_what_is_no_state_is_told(state, message):
-    with pytest.raises(InputError, match=message):
-        step_of(history(K=1.0), state)
-    with pytest.raises(InputError, match="no waypoint has a name"):
-        step_of(history(), "K")

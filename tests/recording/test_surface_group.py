@@ -14,8 +14,7 @@ from sections import LINES, ROUGH, SECTIONS, SHORT, loaded, write_files
 import historysim as hs
 from historysim.cli import main
 from historysim.recording import surface_group
-from historysim.recording.surface_group import GROUP, MOST_POINTS
-from historysim.recording.variables import SUMMITS, SURFACE
+from historysim.recording.surface_group import GROUP, MOST_POINTS, SUMMITS, SURFACE
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits

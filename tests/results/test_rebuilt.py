@@ -7,7 +7,7 @@ import xarray as xr
 import historysim as hs
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
-from historysim.log.result import write_result
+from historysim.log.result import RunOptions, write_result
 from historysim.results import rebuilt
 
 E, G, MU = 40e9, 8e9, 0.2
@@ -24,7 +24,7 @@ EVENTS = [
     hs.NormalLoad(4.0, 6 * LOAD),
 ]
 AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
-"""What happens at one time is one step, which does not tell that there was more."""
+"""What happens at one time is one step, which does not show that there was more."""
 
 
 def test_the_tractions_are_those_of_cattaneo_and_mindlin():
@@ -75,11 +75,11 @@ def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
 
 @pytest.fixture
 def result(tmp_path):
-    """A result whose steps do not tell all, with its log beside it."""
+    """A result of which the steps do not hold all, with its log beside it."""
     path = tmp_path / "r.nc"
     with EventLog.create(tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE) as log:
         log.append([hs.TangentialLoad(2.0, 0.01 * LOAD)])
-        write_result(log._file, path)
+        write_result(log._file, path, RunOptions())
     return path
 
 

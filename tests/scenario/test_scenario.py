@@ -231,9 +231,7 @@ def test_times_that_decrease_are_named_by_their_row(folder):
 
 
 def test_importing_the_module_loads_nothing_heavy():
-    code = (
-        "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'cf_units'} & set(sys.modules))"
-    )
+    code = "import sys, historysim.scenario.scenario; print({'numpy', 'xarray', 'netCDF4', 'pint'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"
 

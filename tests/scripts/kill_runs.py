@@ -22,6 +22,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.log.file import LogFile
+from historysim.log.snapshot import snapshots
 
 SCENARIO = """
 [materials]
@@ -102,7 +103,7 @@ def last_snapshot(log):
         return 0
     with LogFile(log) as file:
         content = file.sound()
-        rows = [snapshot.cursor.rows for snapshot in file.snapshots(content) if not isinstance(snapshot, str)]
+        rows = [snapshot.cursor.rows for snapshot in snapshots(file, content) if not isinstance(snapshot, str)]
     return max(rows, default=0)
 
 

@@ -30,6 +30,7 @@ from preloaded import preloaded
 import historysim as hs
 from historysim.basics import files
 from historysim.log import file as log_file
+from historysim.log import result as result_writer
 from historysim.log.file import LogFile
 from historysim.recording import netcdf
 
@@ -156,7 +157,7 @@ def a_run(folder: Path, _: Sample, mark: Mark) -> None:
 
 def before_a_resume(folder: Path, made: Sample) -> None:
     before_a_run(folder, made)
-    add, added = LogFile.add_snapshot, []
+    add, added = result_writer.add_snapshot, []
 
     def add_two(self: LogFile, snapshot: object) -> None:
         add(self, snapshot)
@@ -164,7 +165,7 @@ def before_a_resume(folder: Path, made: Sample) -> None:
         if len(added) == 2:
             raise Ended
 
-    with mock.patch.object(LogFile, "add_snapshot", add_two), suppress(Ended):
+    with mock.patch.object(result_writer, "add_snapshot", add_two), suppress(Ended):
         run(folder / TOML, folder / RESULT)
 
 

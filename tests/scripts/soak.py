@@ -19,6 +19,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.log.file import LogFile
+from historysim.log.snapshot import snapshots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
@@ -78,10 +79,10 @@ def soak(name, folder, ensemble, events, record):
         hs.run(log, folder / f"{name}.nc").close()
     elapsed = time.perf_counter() - began
     with LogFile(log) as file:
-        snapshots = len(list(file.snapshots(file.sound())))
+        kept = len(list(snapshots(file, file.sound())))
     sizes = [os.path.getsize(folder / f"{name}.{ending}") / 1e6 for ending in ("history", "nc")]  # noqa: PTH202
     print(
-        f"{name}: {count:,} events × {len(ensemble):,} asperities in {elapsed:.0f} s, {snapshots} snapshots, log "
+        f"{name}: {count:,} events × {len(ensemble):,} asperities in {elapsed:.0f} s, {kept} snapshots, log "
         f"{sizes[0]:.0f} MB, result {sizes[1]:.0f} MB; peak memory by quarter [MB]: {memory.text}",
         flush=True,
     )

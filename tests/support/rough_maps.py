@@ -91,7 +91,3 @@ def height_statistics(z, pixel, *, periodic=False):
 
 def autocorrelation(z, pixel, *, periodic=False):
     return Surface(z, pixel, periodic).autocorrelation()
-
-
-def power_spectral_density(z, pixel, *, periodic=False):
-    return Surface(z, pixel, periodic).power_spectral_density()

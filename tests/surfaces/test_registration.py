@@ -82,15 +82,6 @@ def test_without_wear_nothing_is_significant():
     assert found.worn.mean() < 0.01
 
 
-def test_worn_volume_feeds_archards_law():
-    found = hs.registered(*pair(1, (3.3, -5.7), 0.6)[:2])
-    coefficient, error = found.wear_coefficient(normal_load=0.05, sliding_distance=100.0, hardness=6e9)
-    assert coefficient == pytest.approx(found.worn_volume * 6e9 / 5.0)
-    assert error == pytest.approx(found.worn_volume_error * 6e9 / 5.0)
-    with pytest.raises(InputError, match="sliding_distance"):
-        found.wear_coefficient(0.05, 0.0, 6e9)
-
-
 def test_missing_points_and_another_pixel_size_are_allowed():
     before, after, lost = pair(7, (3.0, -2.0), 0.0)
     hole = np.zeros(before.shape, dtype=bool)

@@ -115,6 +115,7 @@ class PowerLaw(FrictionLaw):
     load: str = attrs.field(default="own", validator=one_of("own", "total"))
 
     kind = "power"
+    library_kind = "HS_POWER_LAW"
 
     @property
     def same_bits(self) -> bool:  # type: ignore[override]
@@ -129,15 +130,6 @@ class PowerLaw(FrictionLaw):
     def at_start(self, count: int) -> Floats:
         """Return the coefficients before anything has happened: without an exponent they are there already."""
         return np.full(count, 0.0 if self.exponent else self.coefficient)
-
-    def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_law``."""
-        return super().core() | {
-            "kind": "HS_POWER_LAW",
-            "coefficient": self.coefficient,
-            "reference_load": self.reference_load,
-            "exponent": self.exponent,
-        }
 
     @property
     def text(self) -> str:
@@ -181,6 +173,7 @@ class ShearStrength(FrictionLaw):
     )
 
     kind = "shear strength"
+    library_kind = "HS_SHEAR_STRENGTH"
     same_bits = True
     depends_on = "own"
 
@@ -190,14 +183,6 @@ class ShearStrength(FrictionLaw):
             given = "missing" if self.area == "jkr" else f"{self.work_of_adhesion:g} J/m²"
             wanted = "that of the pair, for the JKR area" if self.area == "jkr" else "none, or area = 'jkr'"
             raise InputError(f"ShearStrength: work_of_adhesion is {given}; expected {wanted}")
-
-    def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_law``."""
-        return super().core() | {
-            "kind": "HS_SHEAR_STRENGTH",
-            "shear_strength": self.shear_strength,
-            "work_of_adhesion": self.work_of_adhesion or 0.0,
-        }
 
     @property
     def text(self) -> str:
@@ -234,16 +219,9 @@ class ShiftedLoad(FrictionLaw):
     work_of_adhesion: SurfaceEnergy = attrs.field(converter=joules_per_area, validator=at_least(0.0))
 
     kind = "shifted load"
+    library_kind = "HS_SHIFTED_LOAD"
     same_bits = True
     depends_on = "own"
-
-    def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_law``."""
-        return super().core() | {
-            "kind": "HS_SHIFTED_LOAD",
-            "coefficient": self.coefficient,
-            "work_of_adhesion": self.work_of_adhesion,
-        }
 
     @property
     def text(self) -> str:
@@ -288,6 +266,7 @@ class SlidFriction(FrictionLaw):
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers)
 
     kind = "slid distance"
+    library_kind = "HS_SLID_TABLE"
     same_bits = True
     depends_on = "slid"
 
@@ -313,12 +292,8 @@ class SlidFriction(FrictionLaw):
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law``."""
-        return super().core() | {
-            "kind": "HS_SLID_TABLE",
-            "rows": len(self.distance),
-            "distance": self.distance,
-            "coefficients": self.coefficient,
-        }
+        table = {"rows": len(self.distance), "distance": self.distance, "coefficients": self.coefficient}
+        return super().core() | table
 
     @property
     def text(self) -> str:

@@ -54,55 +54,35 @@ class UnitVariable:
     """What C calls it, after ``V_``."""
 
 
+_END = "at the end of the next step"
+_APPROACH = "approach of the highest summit from first touch"
 NORMAL = {
-    "load": ("prescribed_normal_load", "N", "total normal load at the end of the next step, 0 or more"),
-    "displacement": (
-        "prescribed_approach",
-        "m",
-        "approach of the highest summit from first touch at the end of the next step; negative is a gap",
-    ),
+    "load": ("prescribed_normal_load", "N", f"total normal load {_END}, 0 or more"),
+    "displacement": ("prescribed_approach", "m", f"{_APPROACH} {_END}; negative is a gap"),
 }
 TANGENTIAL = {
-    "load": ("prescribed_tangential_load", "N", "total tangential load at the end of the next step"),
-    "displacement": (
-        "prescribed_tangential_displacement",
-        "m",
-        "rigid tangential displacement at the end of the next step",
-    ),
+    "load": ("prescribed_tangential_load", "N", f"total tangential load {_END}"),
+    "displacement": ("prescribed_tangential_displacement", "m", f"rigid tangential displacement {_END}"),
 }
-DRIVEN = (
-    "prescribed_drive_displacement",
-    "m",
-    "displacement of the instrument's drive, U + T/k, at the end of the next step",
-)
+DRIVEN = ("prescribed_drive_displacement", "m", f"displacement of the instrument's drive, U + T/k, {_END}")
+FACTOR = ("friction_factor", "", "factor on all friction coefficients of the start state, 0 or more")
+_DRIVE = "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid"
+_SIDE = "on the side of the last step"
+_HELD = "whether a tangential load is held at the friction limit, since more was asked for"
 
 OUTPUTS = (
     UnitVariable("normal_load", "N", "total normal load"),
     UnitVariable("tangential_load", "N", "total tangential load"),
-    UnitVariable("approach", "m", "approach of the highest summit from first touch; negative is a gap"),
+    UnitVariable("approach", "m", f"{_APPROACH}; negative is a gap"),
     UnitVariable("tangential_displacement", "m", "rigid tangential displacement of the contact"),
-    UnitVariable(
-        "drive_displacement",
-        "m",
-        "displacement of the instrument's drive, U + T/k; that of the contact where the instrument is rigid",
-    ),
-    UnitVariable(
-        "tangential_stiffness", "N/m", "dT/dU of the contact at a held approach, on the side of the last step"
-    ),
-    UnitVariable(
-        "coupling_stiffness", "N/m", "dT/dd at a held displacement, d the approach, on the side of the last step"
-    ),
+    UnitVariable("drive_displacement", "m", _DRIVE),
+    UnitVariable("tangential_stiffness", "N/m", f"dT/dU of the contact at a held approach, {_SIDE}"),
+    UnitVariable("coupling_stiffness", "N/m", f"dT/dd at a held displacement, d the approach, {_SIDE}"),
     UnitVariable("normal_stiffness", "N/m", "dN/dd, d the approach"),
     UnitVariable("dissipated_energy", "J", "energy that friction has taken since nothing touched"),
     UnitVariable("slipping_share", "", "share of the contact area outside the stick radii"),
     UnitVariable("contact_count", "", "asperities, or patches, that touch", variability="discrete", kind="integer"),
-    UnitVariable(
-        "saturated",
-        "",
-        "whether a tangential load is held at the friction limit, since more was asked for",
-        variability="discrete",
-        kind="boolean",
-    ),
+    UnitVariable("saturated", "", _HELD, variability="discrete", kind="boolean"),
 )
 
 
@@ -111,20 +91,14 @@ def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tup
 
     An instrument in series makes it ``driven``; the share that slips is there where contact areas are known.
     """
-    tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
-    inputs = (
+    moved = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
+    return (
         UnitVariable(*NORMAL[normal], "input", key="PRESCRIBED_NORMAL"),
-        UnitVariable(*tangential_input, "input", key="PRESCRIBED_TANGENTIAL"),
+        UnitVariable(*moved, "input", key="PRESCRIBED_TANGENTIAL"),
+        UnitVariable(*FACTOR, "parameter", "tunable"),
+        *(each for each in OUTPUTS if areas or each.name != "slipping_share"),
+        UnitVariable("time", "s", "time", "independent"),
     )
-    factor = UnitVariable(
-        "friction_factor",
-        "",
-        "factor on all friction coefficients of the start state, 0 or more",
-        "parameter",
-        "tunable",
-    )
-    outputs = (each for each in OUTPUTS if areas or each.name != "slipping_share")
-    return (*inputs, factor, *outputs, UnitVariable("time", "s", "time", "independent"))
 
 
 class Unit(NamedTuple):
@@ -201,26 +175,19 @@ def _typed(variable: UnitVariable) -> dict[str, str]:
 
 def _variables_of_2(root: ET.Element, unit: Unit) -> None:
     shown = ET.SubElement(root, "ModelVariables")
-    place: dict[str, str] = {}
-    outputs: list[UnitVariable] = []
-    for reference, variable in enumerate(unit.variables):
-        if variable.causality == "independent":
-            continue
-        attributes = _attributes(variable, reference, unit.starts)
+    listed = [each for each in unit.variables if each.causality != "independent"]
+    # the index counts from 1; the time is no variable of its own
+    place = {variable.name: str(number) for number, variable in enumerate(listed, start=1)}
+    for variable in listed:
+        attributes = _attributes(variable, unit.variables.index(variable), unit.starts)
         start = {"start": attributes.pop("start")} if "start" in attributes else {}
         one = ET.SubElement(shown, "ScalarVariable", attributes)
         ET.SubElement(one, TYPES[2][variable.kind], start | _typed(variable))
-        place[variable.name] = str(len(place) + 1)
-        if variable.causality == "output":
-            outputs.append(variable)
     structure = ET.SubElement(root, "ModelStructure")
-    inputs = " ".join(place[each.name] for each in unit.variables if each.causality == "input")
-    listed = ET.SubElement(structure, "Outputs")
-    for variable in outputs:
-        ET.SubElement(listed, "Unknown", index=place[variable.name], dependencies=inputs)
-    initial = ET.SubElement(structure, "InitialUnknowns")
-    for variable in outputs:
-        ET.SubElement(initial, "Unknown", index=place[variable.name], dependencies=place["friction_factor"])
+    outputs, initial = (ET.SubElement(structure, name) for name in ("Outputs", "InitialUnknowns"))
+    for parent, needed in ((outputs, _of(unit, "input", place)), (initial, place["friction_factor"])):
+        for index in _of(unit, "output", place).split():
+            ET.SubElement(parent, "Unknown", index=index, dependencies=needed)
 
 
 def _variables_of_3(root: ET.Element, unit: Unit) -> None:
@@ -230,13 +197,15 @@ def _variables_of_3(root: ET.Element, unit: Unit) -> None:
         attributes = _attributes(variable, reference, unit.starts) | _typed(variable)
         ET.SubElement(shown, TYPES[3][variable.kind], attributes)
     structure = ET.SubElement(root, "ModelStructure")
-    inputs = " ".join(references[each.name] for each in unit.variables if each.causality == "input")
-    outputs = [each.name for each in unit.variables if each.causality == "output"]
-    for name in outputs:
-        ET.SubElement(structure, "Output", valueReference=references[name], dependencies=inputs)
-    for name in outputs:
-        factor = references["friction_factor"]
-        ET.SubElement(structure, "InitialUnknown", valueReference=references[name], dependencies=factor)
+    factor = references["friction_factor"]
+    for tag, needed in (("Output", _of(unit, "input", references)), ("InitialUnknown", factor)):
+        for output in _of(unit, "output", references).split():
+            ET.SubElement(structure, tag, valueReference=output, dependencies=needed)
+
+
+def _of(unit: Unit, causality: str, number: Mapping[str, str]) -> str:
+    """Return the numbers of all variables of a causality, with spaces between them."""
+    return " ".join(number[each.name] for each in unit.variables if each.causality == causality)
 
 
 def _written(root: ET.Element) -> bytes:

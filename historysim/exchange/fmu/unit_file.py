@@ -162,28 +162,19 @@ def unit_files(
     if state.memory.evolved:
         raise InputError(f"{EVOLVES}, which a unit of co-simulation does not follow; {CONSTANT}")
     curves = job.ensemble.curves
-    resources = {"contact.bin": state.to_bytes()}
-    if curves is not None:
-        resources["curve.bin"] = _curve(curves)
+    resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _curve(curves)})
     identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
-    driven = not job.instrument.rigid
-    table = variables(
-        controls.normal, controls.tangential, driven=driven, areas=curves is None or curves.area is not None
-    )
+    driven, areas = not job.instrument.rigid, curves is None or curves.area is not None
+    table = variables(controls.normal, controls.tangential, driven=driven, areas=areas)
     code = {path.name: path.read_text("utf-8") for path in _sources(fmi)}
     code["historysim.h"] = PREFACE + code["historysim.h"]
-    settings = _settings(job, controls, curves)
-    settings |= {f"V_{variable.key}": str(reference) for reference, variable in enumerate(table)}
     absent = [each for each in OUTPUTS if each not in table]
-    settings |= {f"V_{variable.key}": str(1000 + number) for number, variable in enumerate(absent)}
-    digest = hashlib.sha256()
-    texts = {**code, "settings": repr(settings), "fmi": str(fmi)}
-    for name, content in sorted({**resources, **{name: text.encode() for name, text in texts.items()}}.items()):
-        digest.update(f"{name}\0".encode())
-        digest.update(content)
-    token = f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
-    code["model.h"] = _defines({**settings, "MODEL_TOKEN": f'"{token}"'})
+    numbered = [*enumerate(table), *enumerate(absent, start=1000)]
+    settings = _settings(job, controls, curves) | {f"V_{variable.key}": str(number) for number, variable in numbered}
+    token = _token({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
+    defines = "".join(f"#define {name} {value}\n" for name, value in {**settings, "MODEL_TOKEN": f'"{token}"'}.items())
+    code["model.h"] = f"/* What is particular to this contact. */\n{defines}"
     unit = Unit(
         identifier=identifier,
         name=source.name,
@@ -231,10 +222,10 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
     found = compiler() if here else []
     command = found or [*ZIG, "-target", TARGETS.get(target, target)]
     if not found and find_spec("ziglang") is None:
+        own = "cc, gcc or clang, or " if here else ""
         raise InstallationError(
-            f"no compiler of C for {target} is found; expected "
-            + ("cc, gcc or clang, or " if here else "")
-            + "the package ziglang, which brings one: pip install ziglang"
+            f"no compiler of C for {target} is found; expected {own}the package ziglang, which brings one: "
+            "pip install ziglang"
         )
     with tempfile.TemporaryDirectory() as folder:
         for name, text in code.items():
@@ -258,10 +249,8 @@ def _sources(fmi: int) -> list[Path]:
 def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> dict[str, str]:
     """Return what is particular to a contact, as its C has it."""
     kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
-    ends = ("HUGE_VAL", "HUGE_VAL")
-    if curves is not None:
-        last = float(curves.load[-1].sum()), float(curves.approach[-1])
-        ends = tuple((end * (1.0 + ROUNDING)).hex() for end in last)  # type: ignore[assignment]
+    last = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
+    ends = [(end * (1.0 + ROUNDING)).hex() for end in last] or ["HUGE_VAL", "HUGE_VAL"]
     return {
         "NORMAL_CONTROL": kind[controls.normal],
         "TANGENTIAL_CONTROL": kind[controls.tangential],
@@ -275,9 +264,13 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
     }
 
 
-def _defines(settings: Mapping[str, str]) -> str:
-    lines = [f"#define {name} {value}" for name, value in settings.items()]
-    return "/* What is particular to this contact. */\n" + "\n".join(lines) + "\n"
+def _token(parts: Mapping[str, str | bytes]) -> str:
+    """Return what is the same for the same contact, in description and binary."""
+    digest = hashlib.sha256()
+    for name, content in sorted(parts.items()):
+        digest.update(f"{name}\0".encode())
+        digest.update(content if isinstance(content, bytes) else content.encode())
+    return f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
 
 
 def _curve(curves: NormalCurves) -> bytes:
@@ -291,10 +284,8 @@ def _curve(curves: NormalCurves) -> bytes:
 def _starts(job: Replay, state: EnsembleState, controls: Controls) -> tuple[float, float]:
     """Return where the normal and the tangential input stand at the start."""
     normal = state.normal_load if controls.normal == "load" else state.approach
-    tangential = state.tangential_load
-    if controls.tangential == "displacement":
-        tangential = job.instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
-    return normal, tangential
+    force, displacement = state.tangential_load, state.tangential_displacement
+    return normal, force if controls.tangential == "load" else job.instrument.drive_displacement(displacement, force)
 
 
 def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:

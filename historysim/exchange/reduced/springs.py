@@ -139,26 +139,24 @@ class Springs:
         """Return the springs as a table along ``spring``, with the bounds as attributes."""
         import xarray as xr
 
-        columns = {
-            "stiffness": (self.stiffness, "N m-1"),
-            "limit": (self.limit, "N"),
-            "slip_displacement": (self.slip_displacement, "m"),
+        units = {"stiffness": "N m-1", "limit": "N", "slip_displacement": "m"}
+        bounds = {
+            "normal_load": self.normal_load,
+            "bound": self.bound,
+            "bound_of_load": self.bound * self.friction_limit,
+            "bound_of_energy": self.energy_bound,
         }
-        return xr.Dataset(
-            {name: ("spring", values, {"units": unit}) for name, (values, unit) in columns.items()},
-            attrs={
-                "normal_load": self.normal_load,
-                "bound": self.bound,
-                "bound_of_load": self.bound * self.friction_limit,
-                "bound_of_energy": self.energy_bound,
-                **{f"error of {name}": value for name, value in self.errors.items()},
-            },
-        )
+        errors = {f"error of {name}": value for name, value in self.errors.items()}
+        columns = {name: ("spring", getattr(self, name), {"units": unit}) for name, unit in units.items()}
+        return xr.Dataset(columns, attrs=bounds | errors)
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): the springs, and how far they may be from the contact."""
         limit = self.friction_limit
         bound = f"{self.bound:.3g} of the friction limit ({quantity_text(self.bound * limit, 'N')})"
+        found = [
+            (f"found on {name}", f"{value:.3g} of the largest friction limit") for name, value in self.errors.items()
+        ]
         lines = [
             ("springs", str(len(self))),
             ("normal load", quantity_text(self.normal_load, "N")),
@@ -167,10 +165,7 @@ class Springs:
             ("slides as a whole from", quantity_text(float(self.slip_displacement[-1]), "m")),
             ("bound of the tangential load", f"{bound}, for every history at that normal load"),
             ("bound of the energy of a loop", quantity_text(self.energy_bound, "J")),
-            *(
-                (f"found on {name}", f"{value:.3g} of the largest friction limit")
-                for name, value in self.errors.items()
-            ),
+            *found,
         ]
         if self.scaling is not None:
             lines.append(("normal load varies", "springs go with it by a table; the errors found there are no bounds"))

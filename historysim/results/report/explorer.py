@@ -110,8 +110,9 @@ def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[
         except InputError as error:
             return group, [], [f"There are no traction profiles: {error}."]
         for asperity in found:
-            touched = asperity.summit_height - asperity.memory.radius**2 / asperity.summit_radius
-            vertices.append(np.stack([touched, asperity.memory.jump], axis=1))
+            radius, weight = asperity.superposition
+            touched = asperity.summit_height - radius**2 / asperity.summit_radius
+            vertices.append(np.stack([touched, weight], axis=1))
     return group, vertices, []
 
 

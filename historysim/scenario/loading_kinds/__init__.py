@@ -28,22 +28,16 @@ LOADINGS: Registry[type["Loading"]] = Registry(
 
 @attrs.frozen(kw_only=True)
 class Loading(abc.ABC):
-    """What every kind of loading has.
-
-    Attributes
-    ----------
-    substeps
-        Steps that are recorded from one event to the next; they do not change the result.
-    saturate
-        ``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is
-        an error.
-    """
+    """What every kind of loading has."""
 
     registry: ClassVar[Registry[Any]] = LOADINGS
     kind: ClassVar[str]
 
     substeps: int = 1
+    """Steps that are recorded from one event to the next; they do not change the result."""
     saturate: bool = False
+    """``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is an
+    error."""
 
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""

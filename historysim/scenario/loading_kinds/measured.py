@@ -41,60 +41,41 @@ Area = Annotated[float, Quantity("m2")]
 
 @attrs.frozen(kw_only=True)
 class Channel:
-    """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset.
-
-    Attributes
-    ----------
-    column
-        The column: a name, or its position from 1. A channel that is a text alone is this.
-    unit
-        Its unit; by default that of the file, or SI.
-    occurrence
-        Which of the columns with this name.
-    index
-        Which column of a matrix.
-    sum
-        The sum of several columns, in place of one.
-    mean
-        Their mean.
-    difference
-        The first of two less the second.
-    scale
-        A factor on the column.
-    time
-        The channel's own clock; it is interpolated onto that of the record.
-    shift
-        By how much that clock is behind: a sample at t was taken at t + shift.
-    median
-        Running median of so many samples, odd: takes off spikes shorter than half of them, leaves turns.
-    notch
-        Takes off what is at a frequency, or several. Needs an even clock.
-    low_pass
-        Takes off what is faster; half of the amplitude passes there. Rounds turns of a channel with the speed v
-        by about v/(2πf). Needs an even clock.
-    centred
-        Takes off the mean of the midpoints of its cycles.
-    drift_free
-        Takes off the drift of the midpoints of its cycles (three or more).
-    """
+    """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset."""
 
     column: str | int | None = None
+    """The column: a name, or its position from 1. A channel that is a text alone is this."""
     unit: str | None = None
+    """Its unit; by default that of the file, or SI."""
     occurrence: int | None = None
+    """Which of the columns with this name."""
     index: int | None = None
+    """Which column of a matrix."""
     sum: tuple[Column, ...] | None = None
+    """The sum of several columns, in place of one."""
     mean: tuple[Column, ...] | None = None
+    """Their mean."""
     difference: tuple[Column, ...] | None = None
+    """The first of two less the second."""
     scale: Number = 1.0
+    """A factor on the column."""
     time: Column | None = None
+    """The channel's own clock; it is interpolated onto that of the record."""
     shift: Time = 0.0
+    """By how much that clock is behind: a sample at t was taken at t + shift."""
     median: int | None = attrs.field(
         default=None, validator=Key(lambda samples: samples >= 3 and samples % 2, "an odd number of samples, 3 or more")
     )
+    """Running median of so many samples, odd: takes off spikes shorter than half of them, leaves turns."""
     notch: Frequencies | None = attrs.field(default=None, validator=POSITIVE)
+    """Takes off what is at a frequency, or several. Needs an even clock."""
     low_pass: Frequency | None = attrs.field(default=None, validator=POSITIVE)
+    """Takes off what is faster; half of the amplitude passes there. Rounds turns of a channel with the speed v by about
+    v/(2πf). Needs an even clock."""
     centred: bool = False
+    """Takes off the mean of the midpoints of its cycles."""
     drift_free: bool = False
+    """Takes off the drift of the midpoints of its cycles (three or more)."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it is a column or a constant."""
@@ -167,49 +148,32 @@ class Channel:
 
 @attrs.frozen(kw_only=True)
 class ForceChannel(Channel):
-    """A load; from a pressure by the area that it acts on.
-
-    Attributes
-    ----------
-    constant
-        The same value throughout, in place of a column.
-    offset
-        Added after the scale.
-    area
-        Area that makes a load of a pressure.
-    negative_as_zero
-        What is below 0 is 0.
-    """
+    """A load; from a pressure by the area that it acts on."""
 
     constant: Force | None = None
+    """The same value throughout, in place of a column."""
     offset: Force = 0.0
+    """Added after the scale."""
     area: Area | None = attrs.field(default=None, validator=POSITIVE)
+    """Area that makes a load of a pressure."""
     negative_as_zero: bool = False
+    """What is below 0 is 0."""
 
 
 @attrs.frozen(kw_only=True)
 class LengthChannel(Channel):
-    """A displacement.
-
-    Attributes
-    ----------
-    constant
-        The same value throughout, in place of a column.
-    offset
-        Added after the scale.
-    backlash
-        Width of the play of what measures it.
-    free_play
-        Width of a clearance in the path of the tangential load.
-    closing_load
-        Load that closes the clearance.
-    """
+    """A displacement."""
 
     constant: Length | None = None
+    """The same value throughout, in place of a column."""
     offset: Length = 0.0
+    """Added after the scale."""
     backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
+    """Width of the play of what measures it."""
     free_play: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
+    """Width of a clearance in the path of the tangential load."""
     closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)
+    """Load that closes the clearance."""
 
     def __attrs_post_init__(self) -> None:
         """Check that a closing load has a clearance to close."""
@@ -220,24 +184,16 @@ class LengthChannel(Channel):
 
 @attrs.frozen(kw_only=True)
 class Channels:
-    """What was measured of each channel.
-
-    Attributes
-    ----------
-    normal_load
-        Of the normal load.
-    normal_displacement
-        Of the approach.
-    tangential_load
-        Of the tangential load.
-    tangential_displacement
-        Of the tangential displacement.
-    """
+    """What was measured of each channel."""
 
     normal_load: ForceChannel | None = None
+    """Of the normal load."""
     normal_displacement: LengthChannel | None = None
+    """Of the approach."""
     tangential_load: ForceChannel | None = None
+    """Of the tangential load."""
     tangential_displacement: LengthChannel | None = None
+    """Of the tangential displacement."""
 
     def __attrs_post_init__(self) -> None:
         """Check what one channel alone does not show."""
@@ -250,15 +206,10 @@ class Channels:
 
 @attrs.frozen(kw_only=True)
 class LoadColumns(Channels):
-    """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s.
-
-    Attributes
-    ----------
-    time
-        Column of the time; without it rows are 1 s apart, and only their order counts.
-    """
+    """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s."""
 
     time: Column | None = None
+    """Column of the time; without it rows are 1 s apart, and only their order counts."""
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a load."""
@@ -275,24 +226,16 @@ class LoadColumns(Channels):
 
 @attrs.frozen(kw_only=True)
 class DeadBand:
-    """``loading.dead_band``: swings of a channel below which are noise and no reversals.
-
-    Attributes
-    ----------
-    normal_load
-        Of the normal load.
-    normal_displacement
-        Of the approach.
-    tangential_load
-        Of the tangential load.
-    tangential_displacement
-        Of the tangential displacement.
-    """
+    """``loading.dead_band``: swings of a channel below which are noise and no reversals."""
 
     normal_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Of the normal load."""
     normal_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Of the approach."""
     tangential_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Of the tangential load."""
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Of the tangential displacement."""
 
 
 # of several runs in one file, each by itself
@@ -303,33 +246,6 @@ EACH = "each"
 @attrs.frozen(kw_only=True, slots=False)
 class MeasuredFile(NumbersFile):
     """A file with a record, and how it is read.
-
-    Attributes
-    ----------
-    columns
-        What is replayed: ``time``, and a load or displacement of one channel or both, as below.
-    response
-        What was measured beside it, to compare with; the same keys.
-    run
-        Of a file with several runs: the number of the one that is read, from 1, by where the clock starts
-        again; or its value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
-    runs_by
-        Column that tells the runs apart.
-    start
-        Samples before this time are left out.
-    end
-        Samples after this time are left out.
-    missing
-        ``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted.
-    max_gap
-        A longer time between samples is an error.
-    interval
-        Samples evenly spaced by this time instead, straight between the measured ones.
-    dead_band
-        For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in
-        ``run`` with ``reduce``.
-    reduce
-        Replays only the samples that the contact remembers, by the dead bands.
 
     Examples
     --------
@@ -350,16 +266,29 @@ class MeasuredFile(NumbersFile):
     """
 
     columns: LoadColumns
+    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
     response: Channels = Channels()
+    """What was measured beside it, to compare with; the same keys."""
     run: int | str | None = None
+    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
+    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
     runs_by: Column | None = None
+    """Column that tells the runs apart."""
     start: Time | None = None
+    """Samples before this time are left out."""
     end: Time | None = None
+    """Samples after this time are left out."""
     missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
+    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
     max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """A longer time between samples is an error."""
     interval: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """Samples evenly spaced by this time instead, straight between the measured ones."""
     dead_band: DeadBand = DeadBand()
+    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
+    with ``reduce``."""
     reduce: bool = False
+    """Replays only the samples that the contact remembers, by the dead bands."""
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""

@@ -27,17 +27,6 @@ MOST_EVENTS = 10_000_000
 class Waypoint:
     """What the channels have reached at a time, or some time after the waypoint before it, and what changes then.
 
-    Attributes
-    ----------
-    time
-        When; or ``after``.
-    after
-        Time since the waypoint before it.
-    asperities
-        Whose friction changes; without it that of all.
-    name
-        What the state is called, for pictures and ``--steps``.
-
     Examples
     --------
     [loading]
@@ -51,9 +40,13 @@ class Waypoint:
     by_kind: ClassVar = ("changes", EVENTS)
 
     time: Time | None = None
+    """When; or ``after``."""
     after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
+    """Time since the waypoint before it."""
     asperities: tuple[int, ...] | None = None
+    """Whose friction changes; without it that of all."""
     name: str | None = None
+    """What the state is called, for pictures and ``--steps``."""
     changes: Changes = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
@@ -160,15 +153,10 @@ def _reached(event: LoadEvent) -> str:
 
 @attrs.frozen(kw_only=True)
 class Written(Loading):
-    """A loading that is written out; whether a channel is held at waypoints that do not name it.
-
-    Attributes
-    ----------
-    hold
-        Whether a channel stays where it stands at each waypoint that does not name it.
-    """
+    """A loading that is written out; whether a channel is held at waypoints that do not name it."""
 
     hold: bool | None = None
+    """Whether a channel stays where it stands at each waypoint that does not name it."""
 
     @abc.abstractmethod
     def timeline(self) -> _Timeline:
@@ -188,17 +176,12 @@ class Written(Loading):
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Waypoints(Written):
-    """``loading.waypoints``: what is reached, and when.
-
-    Attributes
-    ----------
-    waypoints
-        What is reached, and when, as below.
-    """
+    """``loading.waypoints``: what is reached, and when."""
 
     kind = "waypoints"
 
     waypoints: tuple[Waypoint, ...]
+    """What is reached, and when, as below."""
 
     def __attrs_post_init__(self) -> None:
         """Check that names are told apart."""
@@ -235,16 +218,12 @@ class Each:
     """Arrays of values to reach in turn, by the keys of a waypoint that take one value, such as ``normal_load``.
 
     The waypoints of the block run at each of them.
-
-    Attributes
-    ----------
-    after
-        Time to reach each value.
     """
 
     by_kind: ClassVar = ("values", EVENTS)
 
     after: Time = attrs.field(validator=NOT_NEGATIVE)
+    """Time to reach each value."""
     values: Mapping[str, tuple[float, ...]] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
@@ -273,15 +252,6 @@ class Each:
 class WaypointBlock:
     """Waypoints to run, some number of times, at each of some values.
 
-    Attributes
-    ----------
-    waypoints
-        Waypoints with ``after``. A channel that the block does not name is held.
-    repeat
-        How many times they run.
-    each
-        Values to reach first, one after the other, as below; the waypoints run at each of them.
-
     Examples
     --------
     [[loading.blocks]]
@@ -295,8 +265,11 @@ class WaypointBlock:
     """
 
     waypoints: tuple[Waypoint, ...]
+    """Waypoints with ``after``. A channel that the block does not name is held."""
     repeat: int = 1
+    """How many times they run."""
     each: Each | None = None
+    """Values to reach first, one after the other, as below; the waypoints run at each of them."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it can be run more than once."""
@@ -343,17 +316,12 @@ class WaypointBlock:
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
 class Blocks(Written):
-    """``[[loading.blocks]]``: runs of waypoints, one after the other.
-
-    Attributes
-    ----------
-    blocks
-        Runs of waypoints, one after the other, as below.
-    """
+    """``[[loading.blocks]]``: runs of waypoints, one after the other."""
 
     kind = "blocks"
 
     blocks: tuple[WaypointBlock, ...]
+    """Runs of waypoints, one after the other, as below."""
 
     def timeline(self) -> _Timeline:
         """Return the events with their places."""

@@ -35,45 +35,30 @@ def __getattr__(name: str) -> Any:  # noqa: ANN401 - any name
 
 @attrs.frozen(eq=False)
 class BuiltSurface:
-    """What a ``[surface]`` gives.
-
-    Attributes
-    ----------
-    summits : Summits, optional
-        The summits that become asperities; None where a normal curve is given.
-    surface : Surface, optional
-        The height map that they were found on.
-    friction : array (summit), optional
-        Their friction coefficients, where the surface has its own.
-    notices : tuple of str
-        What the user should know about how it was made.
-    interacts : bool
-        Whether the contact is that of the whole map, whose parts press on one another, and not of its summits.
-    solutions : NormalSolutions, optional
-        Those of the map, once they are there.
-    curve : tuple of array, optional
-        A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
-    ball_radius : float, optional
-        Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
-    yielding : YieldingLaw, optional
-        How the summits yield.
-    passes : Passes of `changes`, optional
-        By which the map is still to be run in.
-    find : callable, optional
-        Finds the summits of a map as those here were found.
-    """
+    """What a ``[surface]`` gives."""
 
     summits: "Summits | None"
+    """The summits that become asperities; None where a normal curve is given."""
     surface: "Surface | None" = None
+    """The height map that they were found on."""
     friction: Any = None
+    """Their friction coefficients, where the surface has its own."""
     notices: tuple[str, ...] = ()
+    """What the user should know about how it was made."""
     interacts: bool = False
+    """Whether the contact is that of the whole map, whose parts press on one another, and not of its summits."""
     solutions: "NormalSolutions | None" = None
+    """Those of the map, once they are there."""
     curve: tuple[Any, Any, Any] | None = None
+    """A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None."""
     ball_radius: float | None = None
+    """Radius of the ball that the map lies on [m]: the nominal area is then that of its contact."""
     yielding: "YieldingLaw | None" = None
+    """How the summits yield."""
     passes: Any = None
+    """By which the map is still to be run in."""
     find: "Callable[[Surface], Summits] | None" = None
+    """Finds the summits of a map as those here were found."""
 
 
 class SurfaceKind(abc.ABC):

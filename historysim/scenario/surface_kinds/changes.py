@@ -20,37 +20,21 @@ MOST_PASSES = 1000
 
 @attrs.frozen
 class PassEntry:
-    """Passes of one kind.
-
-    Attributes
-    ----------
-    normal_load
-        Of each pass.
-    sliding_distance
-        How far the flat slides in each pass.
-    repeat
-        How many passes, up to 1000.
-    """
+    """Passes of one kind."""
 
     normal_load: Force
+    """Of each pass."""
     sliding_distance: Length = 0.0
+    """How far the flat slides in each pass."""
     repeat: int = attrs.field(
         default=1, validator=Key(lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}")
     )
+    """How many passes, up to 1000."""
 
 
 @attrs.frozen
 class Passes:
     """Passes of a flat over a map, which run it in before it is loaded.
-
-    Attributes
-    ----------
-    steps
-        The passes, one after the other.
-    wear
-        A law of wear with its keys, as in ``[wear]``; without it summits yield only.
-    volume
-        What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike.
 
     Examples
     --------
@@ -66,8 +50,11 @@ class Passes:
     """
 
     steps: tuple[PassEntry, ...]
+    """The passes, one after the other."""
     wear: AnyWearLaw | None = None
+    """A law of wear with its keys, as in ``[wear]``; without it summits yield only."""
     volume: str = "lost"
+    """What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike."""
 
     def done(self, built: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
         """Return a surface after the passes.
@@ -112,29 +99,21 @@ def _check_interaction(_: object, attribute: "attrs.Attribute[str | None]", valu
 
 @attrs.frozen(kw_only=True)
 class ChangedSurface(SurfaceKind):
-    """Keys that a surface of any kind may have.
-
-    Attributes
-    ----------
-    height_scale
-        Of a surface with summits: stretches their heights, and those of their map, about the mean of the summits. The
-        radii of the summits stay.
-    interaction
-        Of a height map: with ``"full"`` its asperities press on one another, and the contact of the map is solved
-        whole; ``"none"`` is the default.
-    yielding
-        Of a surface with summits: how they yield, as below.
-    passes
-        Of a height map: how it is run in, as below.
-    """
+    """Keys that a surface of any kind may have."""
 
     of: Any
     height_scale: float | None = attrs.field(
         default=None, validator=Key(lambda scale: scale > 0, "a number greater than 0")
     )
+    """Of a surface with summits: stretches their heights, and those of their map, about the mean of the summits. The
+    radii of the summits stay."""
     interaction: str | None = attrs.field(default=None, validator=_check_interaction)
+    """Of a height map: with ``"full"`` its asperities press on one another, and the contact of the map is solved whole;
+    ``"none"`` is the default."""
     yielding: AnyYieldingLaw | None = None
+    """Of a surface with summits: how they yield, as below."""
     passes: Passes | None = None
+    """Of a height map: how it is run in, as below."""
 
     def unprepared(self) -> SurfaceKind | None:
         """Return what is changed with its map as it comes; see `SurfaceKind.unprepared`."""

@@ -35,24 +35,17 @@ def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs
 
 @attrs.frozen(kw_only=True, field_transformer=_with_steps)
 class HeightMap(SurfaceKind):
-    """What every kind with a height map has.
-
-    Attributes
-    ----------
-    rule
-        Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
-    prune
-        ``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz,
-        or by that share.
-    ball_radius
-        Lays the map on a ball, its centre on top, after all that prepares it.
-    """
+    """What every kind with a height map has."""
 
     preparations: ClassVar[tuple[type[Preparation], ...]] = own_steps()
 
     rule: int = 9
+    """Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3)."""
     prune: bool | float | None = attrs.field(default=None, validator=_SHARE)
+    """``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz, or by that
+    share."""
     ball_radius: Length | None = None
+    """Lays the map on a ball, its centre on top, after all that prepares it."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -121,25 +114,6 @@ class HeightMap(SurfaceKind):
 class RandomMap(HeightMap):
     """Random heights with an autocorrelation function.
 
-    Attributes
-    ----------
-    shape
-        Points, ``[nx, ny]``.
-    pixel_size
-        Distance of the points, one length or one for x and one for y.
-    rms_height
-        Rq.
-    autocorrelation_length
-        Where the autocorrelation falls to 0.1: at least a pixel, at most half a side.
-    seed
-        The same seed makes the same surface.
-    autocorrelation
-        ``"exponential"`` or ``"gaussian"``.
-    skewness
-        Of the heights.
-    kurtosis
-        Of the heights; 3 is Gaussian.
-
     Examples
     --------
     [surface]
@@ -154,13 +128,21 @@ class RandomMap(HeightMap):
     kind = "random"
 
     shape: tuple[int, ...]
+    """Points, ``[nx, ny]``."""
     pixel_size: Lengths
+    """Distance of the points, one length or one for x and one for y."""
     rms_height: Length
+    """Rq."""
     autocorrelation_length: Lengths
+    """Where the autocorrelation falls to 0.1: at least a pixel, at most half a side."""
     seed: int
+    """The same seed makes the same surface."""
     autocorrelation: str = "exponential"
+    """``"exponential"`` or ``"gaussian"``."""
     skewness: Number = 0.0
+    """Of the heights."""
     kurtosis: Number = 3.0
+    """Of the heights; 3 is Gaussian."""
 
     def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
@@ -183,19 +165,6 @@ class RandomMap(HeightMap):
 class MeasuredMap(HeightMap):
     """A measured height map.
 
-    Attributes
-    ----------
-    file
-        Path, relative to the scenario.
-    pixel_size
-        Distance of the points, where the file does not say it.
-    height_unit
-        Unit of the heights, likewise.
-    lateral_unit
-        Unit of coordinates, likewise.
-    channel
-        Number, from 0, or name of the channel of a file that has several.
-
     Examples
     --------
     [surface]
@@ -209,10 +178,15 @@ class MeasuredMap(HeightMap):
     kind = "measured"
 
     file: str
+    """Path, relative to the scenario."""
     pixel_size: Lengths | None = None
+    """Distance of the points, where the file does not say it."""
     height_unit: str | None = None
+    """Unit of the heights, likewise."""
     lateral_unit: str | None = None
+    """Unit of coordinates, likewise."""
     channel: int | str | None = None
+    """Number, from 0, or name of the channel of a file that has several."""
 
     @property
     def source(self) -> str:
@@ -243,19 +217,6 @@ class MeasuredMap(HeightMap):
 class SumOfMaps(HeightMap):
     """Two rough surfaces against each other, as the sum of both against a flat.
 
-    Attributes
-    ----------
-    first
-        A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``.
-    second
-        The other one, which lies on the first centre over centre.
-    shift
-        By which the second is moved, ``[x, y]``.
-    rotation
-        By which the second is turned about its own centre, from x towards y.
-    interpolation
-        Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``.
-
     Examples
     --------
     [surface]
@@ -282,10 +243,15 @@ class SumOfMaps(HeightMap):
     kind = "sum"
 
     first: HeightMap
+    """A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``."""
     second: HeightMap
+    """The other one, which lies on the first centre over centre."""
     shift: Lengths = (0.0, 0.0)
+    """By which the second is moved, ``[x, y]``."""
     rotation: Angle = 0.0
+    """By which the second is turned about its own centre, from x towards y."""
     interpolation: str = "spline"
+    """Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``."""
 
     def made(self, folder: Path, notify: Notify) -> "Surface":
         """Return the sum of both maps, and notice what splines take from the second one."""

@@ -26,25 +26,17 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 
 @attrs.frozen(kw_only=True)
 class DistributedSummits(SurfaceKind):
-    """So many summits per area, drawn with a seed or, without one, as quantiles.
-
-    Attributes
-    ----------
-    radius
-        Radius of all summits.
-    summit_density
-        Summits per nominal area.
-    nominal_area
-        Nominal area.
-    seed
-        With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the
-        density.
-    """
+    """So many summits per area, drawn with a seed or, without one, as quantiles."""
 
     radius: Length
+    """Radius of all summits."""
     summit_density: SummitDensity
+    """Summits per nominal area."""
     nominal_area: Area
+    """Nominal area."""
     seed: int | None = None
+    """With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the
+    density."""
 
     @abc.abstractmethod
     def distribution(self, folder: Path) -> "HeightDistribution":
@@ -68,11 +60,6 @@ class DistributedSummits(SurfaceKind):
 class GaussianHeights(DistributedSummits):
     """Gaussian heights.
 
-    Attributes
-    ----------
-    rms_height
-        Standard deviation of the heights.
-
     Examples
     --------
     [surface]
@@ -87,6 +74,7 @@ class GaussianHeights(DistributedSummits):
     kind = "statistics"
 
     rms_height: Length
+    """Standard deviation of the heights."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -122,15 +110,6 @@ def _height_or_gap(height: object, gap: object, *place: str) -> None:
 class InlineDistribution(DistributedSummits):
     """A density of heights, or of gaps (0 for the summit that touches first), written out.
 
-    Attributes
-    ----------
-    height
-        Heights at which the density is given; or ``gap``.
-    gap
-        Distances from the flat at first touch, 0 or more.
-    density
-        Density at each of them, in any unit; straight in between.
-
     Examples
     --------
     [surface]
@@ -143,8 +122,11 @@ class InlineDistribution(DistributedSummits):
     """
 
     height: Lengths | None = None
+    """Heights at which the density is given; or ``gap``."""
     gap: Lengths | None = None
+    """Distances from the flat at first touch, 0 or more."""
     density: Numbers
+    """Density at each of them, in any unit; straight in between."""
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
@@ -157,15 +139,10 @@ class InlineDistribution(DistributedSummits):
 
 @attrs.frozen(kw_only=True)
 class DistributionTable(NumbersFile, DistributedSummits):
-    """A density of heights or gaps from a file.
-
-    Attributes
-    ----------
-    columns
-        Which column holds what: ``density``, and ``height`` or ``gap``.
-    """
+    """A density of heights or gaps from a file."""
 
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("density", "height gap"))
+    """Which column holds what: ``density``, and ``height`` or ``gap``."""
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""

@@ -20,11 +20,6 @@ from historysim.tables import Column
 class Sphere(SurfaceKind):
     """One spherical asperity.
 
-    Attributes
-    ----------
-    radius
-        Radius of the ball.
-
     Examples
     --------
     [surface]
@@ -35,6 +30,7 @@ class Sphere(SurfaceKind):
     kind = "sphere"
 
     radius: Length
+    """Radius of the ball."""
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
         """Return one summit at height 0."""
@@ -48,17 +44,6 @@ class Sphere(SurfaceKind):
 class InlineSummits(SurfaceKind):
     """Summits written out in the scenario; a single number stands for all.
 
-    Attributes
-    ----------
-    height
-        Heights, or one for all.
-    radius
-        Radii, or one for all.
-    x
-        Positions along x.
-    y
-        Positions along y.
-
     Examples
     --------
     [surface]
@@ -70,9 +55,13 @@ class InlineSummits(SurfaceKind):
     kind = "summits"
 
     height: Lengths
+    """Heights, or one for all."""
     radius: Lengths
+    """Radii, or one for all."""
     x: Lengths | None = None
+    """Positions along x."""
     y: Lengths | None = None
+    """Positions along y."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -97,11 +86,6 @@ class InlineSummits(SurfaceKind):
 class SummitTable(NumbersFile, SurfaceKind):
     """Summits from a table.
 
-    Attributes
-    ----------
-    columns
-        Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``.
-
     Examples
     --------
     [surface]
@@ -111,6 +95,7 @@ class SummitTable(NumbersFile, SurfaceKind):
     """
 
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("height radius", "x y friction"))
+    """Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``."""
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
@@ -133,23 +118,6 @@ class SummitTable(NumbersFile, SurfaceKind):
 class Textured(SurfaceKind):
     """A regular array of equal asperities, with scatter on request.
 
-    Attributes
-    ----------
-    count
-        Asperities along x and y, ``[nx, ny]``.
-    pitch
-        Distance of the asperities, one length or ``[px, py]``.
-    radius
-        Radius of each; with ``scaling`` of the one asperity that the array replaces.
-    scaling
-        ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
-    height_scatter
-        Standard deviation of Gaussian heights.
-    radius_scatter
-        Standard deviation of log-normal radii, as a fraction of their mean.
-    seed
-        Of the scatter; needed where there is any.
-
     Examples
     --------
     [surface]
@@ -164,12 +132,19 @@ class Textured(SurfaceKind):
     kind = "textured"
 
     count: tuple[int, ...]
+    """Asperities along x and y, ``[nx, ny]``."""
     pitch: Lengths
+    """Distance of the asperities, one length or ``[px, py]``."""
     radius: Length
+    """Radius of each; with ``scaling`` of the one asperity that the array replaces."""
     scaling: str | None = None
+    """``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R."""
     height_scatter: Length = 0.0
+    """Standard deviation of Gaussian heights."""
     radius_scatter: Number = 0.0
+    """Standard deviation of log-normal radii, as a fraction of their mean."""
     seed: int | None = None
+    """Of the scatter; needed where there is any."""
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
@@ -198,18 +173,13 @@ class Textured(SurfaceKind):
 @SURFACES.register
 @attrs.frozen(kw_only=True)
 class NormalCurveTable(NumbersFile, SurfaceKind):
-    """A normal curve from a table, such as an indentation.
-
-    Attributes
-    ----------
-    columns
-        Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
-        is known ``area``, that of the contact.
-    """
+    """A normal curve from a table, such as an indentation."""
 
     kind = "normal_curve"
 
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
+    """Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
+    is known ``area``, that of the contact."""
 
     def build(self, folder: Path) -> BuiltSurface:
         """Read the curve."""

@@ -1,7 +1,7 @@
 """Steps that prepare a height map before its summits are found: a class each; its fields are keys of ``[surface]``."""
 
 import abc
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
@@ -13,6 +13,7 @@ from historysim.basics.registry import Registry
 from historysim.basics.wording import counted
 
 if TYPE_CHECKING:
+    from historysim.basics.array_types import Booleans, Floats
     from historysim.surfaces.heights import Surface
 
 PREPARATIONS: Registry[type["Preparation"]] = Registry(
@@ -68,6 +69,17 @@ def keys_of(steps: Iterable[type["Preparation"]]) -> "list[attrs.Attribute[Any]]
     return [key for step in steps for key in attrs.fields(attrs.resolve_types(step))]
 
 
+def _without(
+    surface: "Surface", find: Callable[["Floats", float], "Booleans"], deviations: float | None, notify: Notify
+) -> "Surface":
+    """Return the map without the points that stand off by so many robust standard deviations."""
+    if deviations is None:
+        return surface
+    wrong = find(surface.heights, deviations)
+    notify(f"{counted(int(wrong.sum()), 'point', 'points')} taken off as {find.__name__}")
+    return surface.without(wrong)
+
+
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class Crop(Preparation):
@@ -88,13 +100,10 @@ class Crop(Preparation):
 
     def prepare(self, surface: "Surface", notify: Notify) -> "Surface":  # noqa: ARG002 - nothing to notice
         """Return the points between two positions."""
-        if self.crop_x is not None:
-            with at("crop_x"):
-                surface = surface.cropped(x=self.crop_x)
-        if self.crop_y is not None:
-            with at("crop_y"):
-                surface = surface.cropped(y=self.crop_y)
-        return surface
+        with at("crop_x"):
+            surface = surface if self.crop_x is None else surface.cropped(x=self.crop_x)
+        with at("crop_y"):
+            return surface if self.crop_y is None else surface.cropped(y=self.crop_y)
 
 
 @PREPARATIONS.register
@@ -117,11 +126,7 @@ class Spikes(Preparation):
         """Return the map with its spikes missing."""
         from historysim.surfaces.filters import spikes
 
-        if self.spikes is None:
-            return surface
-        wrong = spikes(surface.heights, self.spikes)
-        notify(f"{counted(int(wrong.sum()), 'point', 'points')} taken off as spikes")
-        return surface.without(wrong)
+        return _without(surface, spikes, self.spikes, notify)
 
 
 @PREPARATIONS.register
@@ -167,11 +172,7 @@ class Outliers(Preparation):
         """Return the map with its outliers missing."""
         from historysim.surfaces.filters import outliers
 
-        if self.outliers is None:
-            return surface
-        wrong = outliers(surface.heights, self.outliers)
-        notify(f"{counted(int(wrong.sum()), 'point', 'points')} taken off as outliers")
-        return surface.without(wrong)
+        return _without(surface, outliers, self.outliers, notify)
 
 
 @PREPARATIONS.register
