@@ -187,7 +187,9 @@ class Canvas:
         for legend in self.figure.legends:
             legend.set_bbox_to_anchor((0.0, below, 1.0, 1.0 - below))
             names = max(names, legend.get_window_extent().height / self.figure.bbox.height + 0.01)
-        engine.set(rect=(0.0, below + names, 1.0, 1.0 - below - names))
+        # of a size for which the notes are too high, panels get what cannot be read, and the size is refused
+        bottom = min(below + names, 0.95)
+        engine.set(rect=(0.0, bottom, 1.0, 1.0 - bottom))
         self.figure.text(0.99, below / 2, text, ha="right", va="center", fontsize=NOTE, color=FAINT, in_layout=False)
 
 

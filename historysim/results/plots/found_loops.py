@@ -31,8 +31,6 @@ from historysim.results.tables import of_mean
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from matplotlib.gridspec import SubplotSpec
 
 COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
@@ -69,34 +67,34 @@ class MeasuredLoopsPicture(Titled):
     def draw(self, canvas: Canvas, data: Loops) -> None:
         """Draw the loops, and the trends beside or below them."""
         sets, offset = _near_zero([data] if self.model is None else [data, self.model])
-        figure = canvas.several(1 + len(TRENDS))
-        axes, places = _places(canvas, trends=len(data) > 1)
+        canvas.several(1 + len(TRENDS))
+        axes, *trends = _panels(canvas, trends=len(data) > 1)
         if int(data.load_level.max()) > 0:
             _draw_levels(axes, sets, self.labels)
         else:
             _draw_loops(axes, sets, self.labels)
         if offset:
             axes.set_xlabel(f"{axes.get_xlabel()}, from {quantity_text(offset, 'm', 6)}")
-        if places:
-            _draw_trends(figure, places, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
-        canvas.legend(axes, handles=_direction_handles() if places else ())
+        if trends:
+            _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
+        canvas.legend(axes, handles=_direction_handles() if trends else ())
         canvas.heading(self.title)
 
 
-def _places(canvas: Canvas, *, trends: bool) -> "tuple[Axes, list[SubplotSpec]]":
-    """Return the axes of the loops, and places for as many trends as fit, beside or below them."""
-    figure = canvas.figure
+def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
+    """Return the axes of the loops, and of the trends beside or below them, where they fit."""
+    rows: Any = [["loops"]]
+    ratios: dict[str, Any] = {}
     if not trends:
         canvas.foot("no trends from loop to loop: there is one")
-        return figure.add_subplot(), []
-    if canvas.width >= WIDE and canvas.height >= HIGH:
-        grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
-        return figure.add_subplot(grid[:, 0]), [grid[row, 1] for row in range(len(TRENDS))]
-    if canvas.height >= HIGH:
-        grid = figure.add_gridspec(3, 2, height_ratios=(2.4, 1, 1))
-        return figure.add_subplot(grid[0, :]), [grid[row, column] for row in (1, 2) for column in (0, 1)]
-    canvas.left_out("loop by loop: friction, displacement, stiffness, energy")
-    return figure.add_subplot(), []
+    elif canvas.height < HIGH:
+        canvas.left_out("loop by loop: friction, displacement, stiffness, energy")
+    elif canvas.width >= WIDE:
+        rows, ratios = [["loops", name] for name in TRENDS], {"width_ratios": (1.75, 1)}
+    else:
+        rows, ratios = [["loops", "loops"], TRENDS[:2], TRENDS[2:]], {"height_ratios": (2.4, 1, 1)}
+    found = canvas.figure.subplot_mosaic(rows, **ratios)
+    return [found[name] for name in ("loops", *TRENDS) if name in found]
 
 
 def _near_zero(sets: list[Loops]) -> tuple[list[Loops], float]:
@@ -248,9 +246,8 @@ class LoopTrendsPicture(Titled):
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw what `Loops.to_dataset` gives."""
-        figure = canvas.several(len(TRENDS))
-        grid = figure.add_gridspec(2, 2)
-        _draw_trends(figure, [grid[row, column] for row in range(2) for column in range(2)], [data], 2)
+        grid: Any = canvas.several(len(TRENDS)).subplots(2, 2)
+        _draw_trends(grid.ravel(), [data], 2)
         canvas.legend(handles=_direction_handles())
         canvas.heading(self.title or str(data.attrs.get("title", "")))
 
@@ -264,14 +261,12 @@ def _direction_handles() -> "list[Artist]":
     ]
 
 
-def _draw_trends(
-    figure: "Figure | SubFigure", places: Sequence["SubplotSpec"], sets: Sequence[xr.Dataset], columns: int
-) -> None:
-    """Draw each of the `TRENDS` in its place, of one set of loops or of several in their colours."""
-    first = None
-    for number, (quantity, place) in enumerate(zip(TRENDS, places, strict=True)):
-        first = axes = figure.add_subplot(place, sharex=first)
+def _draw_trends(panels: "Sequence[Axes]", sets: Sequence[xr.Dataset], columns: int) -> None:
+    """Draw each of the `TRENDS` in its axes, of one set of loops or of several in their colours."""
+    for number, (quantity, axes) in enumerate(zip(TRENDS, panels, strict=True)):
         _draw_trend(axes, sets, quantity)
+        if number:
+            axes.sharex(panels[0])
         lowest = number >= len(TRENDS) - columns
         axes.tick_params(labelbottom=lowest)
         if lowest:

@@ -141,17 +141,15 @@ class LoopsPicture(Panel):
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
     """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
-    figure = canvas.several(3)
+    figure: Any = canvas.several(3)
     if canvas.width >= 110.0:
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
-        loop, upper, lower = grid[:, 0], grid[0, 1], grid[1, 1]
+        axes = figure.subplot_mosaic("LN;LT", width_ratios=(1.7, 1))
     elif canvas.height >= 110.0:
-        grid = figure.add_gridspec(3, 1, height_ratios=(2.4, 1, 1))
-        loop, upper, lower = grid[0, 0], grid[1, 0], grid[2, 0]
+        axes = figure.subplot_mosaic("L;N;T", height_ratios=(2.4, 1, 1))
     else:
         return figure.add_subplot(), None
-    axes, normal = figure.add_subplot(loop), figure.add_subplot(upper)
-    return axes, (normal, figure.add_subplot(lower, sharex=normal))
+    axes["N"].sharex(axes["T"])
+    return axes["L"], (axes["N"], axes["T"])
 
 
 @attrs.frozen(eq=False)

@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from matplotlib.axes import Axes
-    from matplotlib.gridspec import SubplotSpec
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000
 """Points of a comparison, and samples of a channel, that are drawn."""
@@ -48,32 +47,18 @@ class ComparisonPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
-        panels: dict[str, Callable[[Axes, Comparison], None]] = {
-            "friction loops": _draw_loops,
-            "tangential load": _draw_loads,
-            "energies": _draw_energies,
-            "measured less model": _draw_difference,
-            "residuals": _draw_residuals,
-        }
-        figure = canvas.several(len(panels))
-        places = _places(canvas)
-        for draw, spot in zip(panels.values(), places, strict=False):
-            draw(figure.add_subplot(spot), data)
-        canvas.left_out(*list(panels)[len(places) :])
-        canvas.legend(figure.axes[0])
+        canvas.several(len(COMPARED))
+        rows, heights = "L", [1.0]
+        if canvas.width >= WIDE:
+            rows, heights = ("LLLTTT;EEDDRR", [1.25, 1.0]) if canvas.height >= 95.0 else ("LLLTTT", [1.0])
+        elif canvas.height >= 105.0:
+            rows, heights = "LL;TT;ED", [2.2, 1.1, 1.1]
+        panels = canvas.figure.subplot_mosaic(rows, height_ratios=heights)
+        for name, axes in panels.items():
+            COMPARED[name][1](axes, data)
+        canvas.left_out(*(called for name, (called, _) in COMPARED.items() if name not in panels))
+        canvas.legend(panels["L"])
         canvas.heading(self.title)
-
-
-def _places(canvas: Canvas) -> "list[SubplotSpec]":
-    """Return where panels stand: two above three on a page, in a column as many as fit."""
-    if canvas.width >= WIDE:
-        rows = 2 if canvas.height >= 95.0 else 1
-        grid = canvas.figure.add_gridspec(rows, 6, height_ratios=(1.25, 1)[:rows])
-        return [grid[0, :3], grid[0, 3:], *([grid[1, :2], grid[1, 2:4], grid[1, 4:]] if rows == 2 else [])]
-    if canvas.height >= 105.0:
-        grid = canvas.figure.add_gridspec(3, 2, height_ratios=(2.2, 1.1, 1.1))
-        return [grid[0, :], grid[1, :], grid[2, 0], grid[2, 1]]
-    return [canvas.figure.add_gridspec(1, 1)[0, 0]]
 
 
 def _thin(comparison: Comparison) -> Integers:
@@ -174,6 +159,15 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_ylabel(f"$∮T\\,dU$ ({unit})")
 
+
+COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
+    "L": ("friction loops", _draw_loops),
+    "T": ("tangential load", _draw_loads),
+    "E": ("energies", _draw_energies),
+    "D": ("measured less model", _draw_difference),
+    "R": ("residuals", _draw_residuals),
+}
+"""Panels of a comparison by their letters in the layout: what each is called, and what draws it."""
 
 DETAIL, PIECE = 200, 8192
 """Samples that the detail of a channel, and a piece of its spectrum, take."""

@@ -89,11 +89,11 @@ class CurvePicture(Panel):
         axes, lines = canvas.axes(), []
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             own = sweep if member is None else sweep.isel({each: member})
-            line = _line(own, points, over if numeric else "", quantity, sum(ends.values(), ()))
+            line = _line(own, points, over if numeric else "", quantity, ends)
             line["along"] *= along_factor
-            for name, at in ends.items():
-                line[[*at]] *= along_factor if name == "x" else factor
-            line[[*STATISTICS]] *= factor
+            for axis in ends:
+                line[[f"{axis}_low", f"{axis}_high"]] *= along_factor if axis == "x" else factor
+            line[["mean", *STATISTICS]] *= factor
             joined = "seed" not in over and line["along"].is_monotonic_increasing and line["along"].is_unique
             # lines may lie on one another: those below are the larger ones
             size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
@@ -191,27 +191,30 @@ def _is_number(sweep: xr.Dataset, name: str) -> bool:
 
 
 STATISTICS: dict[str, Callable[[Any], Any]] = {
-    "mean": lambda cells: cells.mean(),
     "deviation": lambda cells: cells.std(),
     "low": lambda cells: cells.quantile(QUANTILES[0]),
     "median": lambda cells: cells.median(),
     "high": lambda cells: cells.quantile(QUANTILES[1]),
 }
-"""Statistics of the cells of each point, of their groups of pandas."""
+"""Statistics beside the mean of the cells of each point, of their groups of pandas."""
 
 
-def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: Sequence[str]) -> Table:
+def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: "Ends") -> Table:
     """Return a row for each point in the order of the axis: where it is, what its cells are, and ends of error bars."""
-    for name in {quantity, over, *ends} - {"", points}:
+    names = {quantity, over, *sum(ends.values(), ())} - {"", points}
+    for name in names:
         if points not in own[name].dims:
             raise InputError(f"{name} does not go over {points!r}; expected a number that does")
     count = own.sizes[points]
     # a value may repeat, and is another point
-    cells = own.reset_coords()[[*{quantity, over, *ends} - {"", points}]].drop_vars(points, errors="ignore")
+    cells = own.reset_coords()[[*names]].drop_vars(points, errors="ignore")
     by_point = cells.to_dataframe().groupby(level=points)
     along = np.arange(count) if not over else own[over].values if over == points else by_point[over].mean()
-    found = by_point[[*ends]].mean().assign(**{name: of(by_point[quantity]) for name, of in STATISTICS.items()})
-    return found.assign(along=np.asarray(along, dtype=float)).sort_values("along", kind="stable")
+    columns = {name: of(by_point[quantity]) for name, of in STATISTICS.items()}
+    for axis, (low, high) in ends.items():
+        columns |= {f"{axis}_low": by_point[low].mean(), f"{axis}_high": by_point[high].mean()}
+    found = by_point[[quantity]].mean().set_axis(["mean"], axis=1)
+    return found.assign(**columns, along=np.asarray(along, dtype=float)).sort_values("along", kind="stable")
 
 
 def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str, Any]) -> None:
@@ -225,9 +228,9 @@ def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str,
         axes.plot(line["along"], line["median"], **looks)
         return
     lengths: dict[str, Any] = {}
-    for axis, (low, high) in ends.items():
-        middle = line["mean" if axis == "y" else "along"]
-        lengths[f"{axis}err"] = [np.maximum(middle - line[low], 0.0), np.maximum(line[high] - middle, 0.0)]
+    for axis in ends:
+        middle, low, high = (line[name] for name in ("mean" if axis == "y" else "along", f"{axis}_low", f"{axis}_high"))
+        lengths[f"{axis}err"] = [np.maximum(middle - low, 0.0), np.maximum(high - middle, 0.0)]
     if spread == "deviation" and line["deviation"].notna().any():
         lengths["yerr"] = line["deviation"]
     axes.errorbar(line["along"], line["mean"], **lengths, capsize=2, elinewidth=0.8, **looks)
@@ -323,7 +326,7 @@ class BarsPicture(Panel):
         """Draw a bar for each cell; error bars are the standard deviation over seeds."""
         sweep = selected(data, self.where)
         dimension = self._dimension(sweep)
-        (factor, unit), line = readable(sweep[self.quantity]), _line(sweep, dimension, "", self.quantity, ())
+        (factor, unit), line = readable(sweep[self.quantity]), _line(sweep, dimension, "", self.quantity, {})
         mean, deviation = line["mean"].values * factor, line["deviation"].fillna(0.0).values * factor
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         axes, top = canvas.axes(), float((mean + deviation).max())
