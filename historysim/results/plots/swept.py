@@ -91,8 +91,8 @@ class CurvePicture(Panel):
             own = sweep if member is None else sweep.isel({each: member})
             line = _line(own, points, over if numeric else "", quantity, ends)
             line["along"] *= along_factor
-            for axis in ends:
-                line[[f"{axis}_low", f"{axis}_high"]] *= along_factor if axis == "x" else factor
+            for end in ends:
+                line[[f"{end}_low", f"{end}_high"]] *= along_factor if end == "x" else factor
             line[["mean", *STATISTICS]] *= factor
             joined = "seed" not in over and line["along"].is_monotonic_increasing and line["along"].is_unique
             # lines may lie on one another: those below are the larger ones
