@@ -58,7 +58,7 @@ class LoopsPicture(Panel):
     steps
         Names or numbers of states that are marked; by default all that have a name.
     first_loading
-        Normal loads whose curves of first loading are drawn.
+        Normal loads, of which the curves of first loading are drawn.
     work
         Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
     drift

@@ -88,7 +88,7 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     order = np.concatenate([*in_order, observation.turns[-1:]])
     # of a long record no more than a page can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
-    # over the points, among whose noise it would not be seen
+    # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     axes.plot(response.displacement[order] * length, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
@@ -153,7 +153,7 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     looks = zip((comparison.measured, comparison.model), energies, (MEASURED, MODEL), "ox", strict=True)
     for loops, energy, colour, marker in looks:
         axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none")
-    # from zero, so that heights compare; a record whose signs are mixed up has energies below it
+    # from zero, so that heights compare; a record with mixed-up signs has energies below it
     lowest, highest = (factor * float(at(known)) for at in (np.min, np.max))
     axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))

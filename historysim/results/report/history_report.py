@@ -84,8 +84,8 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
     """Return pictures of a history by their names, with what stands below them, as HTML.
 
-    By default loop, loads and slip states, and the contact where nearest to half of it slips, or of one asperity, whose
-    map is a point, its traction; yielding and wear, where there are any.
+    By default loop, loads and slip states, and the contact where nearest to half of it slips, or of one asperity its
+    traction, since its map is a point; yielding and wear, where there are any.
     """
     if names is None:
         names = ["history"]

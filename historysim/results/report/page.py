@@ -106,7 +106,7 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
 
 EXPECTED = (
     "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, a reduced "
-    "model (JSON), or a scenario whose loading is measured"
+    "model (JSON), or a scenario with a measured loading"
 )
 
 

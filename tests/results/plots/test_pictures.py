@@ -138,7 +138,7 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         (
             {"picture": "lop"},
@@ -156,8 +156,8 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
         ({"size": (1, 1)}, "expected width and height from 20 to 2000 mm"),
     ],
 )
-def test_what_does_not_fit_is_refused(history, options, told):
-    with pytest.raises(InputError, match=told):
+def test_what_does_not_fit_is_refused(history, options, message):
+    with pytest.raises(InputError, match=message):
         hs.plot(history, **options)
 
 

@@ -379,7 +379,7 @@ def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, m
     for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"]):
         done = CliRunner().invoke(main, arguments)
         assert done.exit_code == 0
-        # a sum tells what its splines take away
+        # a sum says what its splines take away
         assert all(line.startswith("Note: ") for line in done.stderr.splitlines())
     with xr.open_dataset("s.nc") as history, xr.open_dataset("s.nc", group="surface") as surface:
         _, panels = drawn(surface, history, 1)
