@@ -118,21 +118,11 @@ class Replay(FieldsAsHtml):
         progress: bool = False,
         after: "Callable[[schedule.Cursor, EnsembleState], None] | None" = None,
     ) -> "EnsembleState":
-        """Walk the events, record their rows, and return the last state.
+        """Walk the events up to a time [s], record their rows, and return the last state.
 
-        Parameters
-        ----------
-        target : Recorder
-        start : Start, optional
-            The beginning by default.
-        until : float
-            Time [s] at which to stop; between two event times a row is recorded there.
-        most_rows : int, optional
-            Rows after which a segment is broken, where that shall be earlier than the recorder asks for.
-        progress : bool
-            Show a progress bar on standard error where that is a terminal and the replay is long.
-        after : callable, optional
-            Called with where the schedule stands, and the state there, when a segment ends with a time.
+        Between two event times a row is recorded where it stops. A segment is broken after ``most_rows``, where that is
+        earlier than the recorder asks for. ``after`` is called with where the schedule stands, and the state there,
+        when a segment ends with a time. A bar shows the progress on standard error where that is a terminal.
         """
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities

@@ -131,13 +131,7 @@ class ContactBatch:
         return places if _takes(self._batch, *places, LARGEST) else None
 
     def forget(self, contacts: npt.ArrayLike) -> None:
-        """Make contacts new, such as where grains have new neighbours: unloaded, at δ = U = 0.
-
-        Raises
-        ------
-        InputError
-            What are no indices of contacts.
-        """
+        """Make contacts new, by index, such as where grains have new neighbours: unloaded, at δ = U = 0."""
         chosen = np.atleast_1d(np.asarray(contacts))
         if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
             raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
@@ -153,13 +147,7 @@ class ContactBatch:
         return saved
 
     def restore(self, saved: Self) -> None:
-        """Go on from what `save` has returned.
-
-        Raises
-        ------
-        InputError
-            Another number of contacts, or other radii, friction or materials.
-        """
+        """Go on from what `save` has returned; InputError for a batch of other contacts."""
         if len(saved) != len(self):
             raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
         if saved._of != self._of:
