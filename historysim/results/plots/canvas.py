@@ -312,10 +312,10 @@ def _fit_panel(axes: "Axes") -> bool:
     from matplotlib.text import Text
 
     box, apart = axes.get_window_extent(), 6.0 / POINTS_PER_INCH * axes.figure.dpi
-    # a map is narrower than its place
-    paper = axes.figure.bbox
-    right = paper.x0 + axes.get_position(original=True).x1 * paper.width
-    title_room = min(max(right - box.x0, box.width) + apart, paper.x1 - box.x0)
+    # a map is narrower than its room
+    whole = axes.figure.bbox
+    right = whole.x0 + axes.get_position(original=True).x1 * whole.width
+    title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
     title = axes.get_title(loc="left")
     rooms = [
         (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width + 2 * apart),

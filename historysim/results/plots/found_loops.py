@@ -134,7 +134,7 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
 
     length, force = _frame(axes, sets)
     loads = sets[0].by_load()
-    # the light end is left out: it is lost on white paper
+    # the light end is left out: it is lost on white
     colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
     for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
         draw = _pen(axes, each, length, force)
@@ -148,8 +148,8 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
             if order:
                 name = plain(label)
                 line = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
-            for place, (start, end) in enumerate(_branches(each, here)):
-                named = place == 0 and not (order and value > loads.value[0])
+            for number, (start, end) in enumerate(_branches(each, here)):
+                named = number == 0 and not (order and value > loads.value[0])
                 draw(start, end, label=name if named else None, **line)
     if len(sets) > 1:
         for colour, label in zip(COLOURS, labels, strict=True):
@@ -166,7 +166,7 @@ def _frame(axes: "Axes", sets: list[Loops]) -> tuple[float, float]:
 
 
 def _pen(axes: "Axes", loops: Loops, length: float, force: float) -> Callable[..., None]:
-    """Return what draws a record from sample to sample, with no more points than a page can show."""
+    """Return what draws a record from sample to sample, with no more points than a picture can show."""
     record = loops.trace
     stride = -(-record.time.size // MOST_POINTS)
 
@@ -226,9 +226,9 @@ def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None
         _label(axes, quantity_text(stiffness, "N/m", 3), at, (3, 0), ha="left", va="center")
 
 
-def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float, float], **place: Any) -> None:
-    """Write a text some points off a place, on white, since it may lie on noise."""
-    looks: dict[str, Any] = {"fontsize": 7.5, "color": INK, "zorder": 5, "bbox": WHITE, **place}
+def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float, float], **alignment: Any) -> None:
+    """Write a string some points off a point, on white, since it may lie on noise."""
+    looks: dict[str, Any] = {"fontsize": 7.5, "color": INK, "zorder": 5, "bbox": WHITE, **alignment}
     axes.annotate(text, at, offset, textcoords="offset points", **looks)
 
 
@@ -321,11 +321,11 @@ class LoopLevelsPicture(Titled):
         table = data.to_dataset() if isinstance(data, LoopTable) else data
         # side by side they are flat, and there is room for one row
         rows = 1 if canvas.height < HIGH else 2
-        drawn = LEVELS if rows == 2 else (LEVELS[0], LEVELS[2])
+        chosen = LEVELS if rows == 2 else (LEVELS[0], LEVELS[2])
         grid: Any = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
-        for axes, quantity in zip(grid.flat, drawn, strict=True):
+        for axes, quantity in zip(grid.flat, chosen, strict=True):
             _draw_level(axes, table, quantity)
-        canvas.left_out(*(quantity.replace("_", " ") for quantity in LEVELS if quantity not in drawn))
+        canvas.left_out(*(quantity.replace("_", " ") for quantity in LEVELS if quantity not in chosen))
         along = next(str(name) for name in ("level", "amplitude_class") if name in table.coords)
         _, unit = scale_of(table[along].attrs["units"], table[along].values)
         for axes in grid[-1]:

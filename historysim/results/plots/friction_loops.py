@@ -209,8 +209,8 @@ def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
     dims = [str(dim) for dim in sweep[name].dims if dim != "step"]
     several = [dim for dim in dims if sweep.sizes[dim] > 1]
     found = []
-    for place in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
-        at = dict(zip(dims, place, strict=True))
+    for members in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
+        at = dict(zip(dims, members, strict=True))
         rows = sweep.isel(at)
         own = rows[[each for each in rows.data_vars if rows[each].dims == ("step",)]]
         # cells of fewer steps end with NaN, and those that have failed are nothing else
@@ -276,17 +276,17 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     """Mark where the first two loops begin to slide in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
         raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
-    places = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
-    low = -0.32 * max(top for _, top in places)
-    for number, (reach, top) in enumerate(places):
+    ends = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
+    low = -0.32 * max(top for _, top in ends)
+    for number, (reach, top) in enumerate(ends):
         axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
         axes.plot([reach * length], [top * force], color=INK, **MARK)
-        left = reach == min(place[0] for place in places)
+        left = reach == min(end for end, _ in ends)
         looks: dict[str, Any] = {"ha": "right" if left else "left", "textcoords": "offset points"}
         axes.annotate(rf"$\delta_{number + 1}$", (reach * length, top * force), (-3 if left else 3, 4), **looks)
-    first, second = (reach * length for reach, _ in places)
+    first, second = (reach * length for reach, _ in ends)
     axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
-    drift = quantity_text(abs(places[1][0] - places[0][0]), "m", 3)
+    drift = quantity_text(abs(ends[1][0] - ends[0][0]), "m", 3)
     looks = {"va": "center", "fontsize": 7.5, "zorder": 6, "bbox": WHITE}
     axes.annotate(f"drift {drift}", (max(first, second), low * force), (4, 0), textcoords="offset points", **looks)
 

@@ -320,9 +320,9 @@ def _round_times(time: Floats) -> Iterator[float]:
 
     last = -np.inf
     for tick in MaxNLocator(TIME_TICKS).tick_values(time[0], time[-1]):
-        place = float(np.interp(tick, time, np.arange(time.size)))
-        if time[0] <= tick <= time[-1] and place - last >= (time.size - 1) / (TIME_TICKS + 1):
-            last = place
+        at = float(np.interp(tick, time, np.arange(time.size)))
+        if time[0] <= tick <= time[-1] and at - last >= (time.size - 1) / (TIME_TICKS + 1):
+            last = at
             yield float(tick)
 
 

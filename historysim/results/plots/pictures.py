@@ -326,7 +326,7 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
     ) -> FigureOrAxes:
         return made(kind, options, {}).figure(data, {"size": size, "figure": figure, "ax": ax})
 
-    first, *places, _ = inspect.signature(function).parameters.values()
+    first, *where, _ = inspect.signature(function).parameters.values()
     own = [
         inspect.Parameter(
             field.name,
@@ -336,7 +336,7 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
         for field in fields_of(kind)
     ]
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
-    function.__signature__ = inspect.Signature([first, *own, *places])  # type: ignore[attr-defined] # as help() reads it
+    function.__signature__ = inspect.Signature([first, *own, *where])  # type: ignore[attr-defined] # as help() reads it
     about, examples, shown = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
     function.__doc__ = f"{about}\n\n{DRAWN_IN}{examples}{shown}"
     return function

@@ -62,7 +62,7 @@ class ComparisonPicture(Titled):
 
 
 def _thin(comparison: Comparison) -> Integers:
-    """Return the samples to draw: all turning points, and of the rest no more than a page can show."""
+    """Return the samples to draw: all turning points, and of the rest no more than a picture can show."""
     observation = comparison.observation
     stride = -(-observation.time.size // MOST_POINTS)
     return np.union1d(np.arange(0, observation.time.size, stride), observation.turns)
@@ -86,7 +86,7 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     ]
     in_order = [part.start + np.argsort(response.displacement[part] * sign) for part, sign in rises]
     order = np.concatenate([*in_order, observation.turns[-1:]])
-    # of a long record no more than a page can show, and all turning points
+    # of a long record no more than a picture can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
     # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}

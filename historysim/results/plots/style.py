@@ -69,7 +69,7 @@ WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
 """The ground of a string that may lie on a line."""
 
 MOST_POINTS = 100_000
-"""Points of a line: more than a page can show."""
+"""Points of a line: more than a picture can show."""
 MOST_PIECES = 256
 """Pieces of one colour in a coloured line."""
 FEW_DECADES = 30.0
@@ -158,7 +158,7 @@ def line_colours() -> Any:
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 
-    # the light end is left out: it is lost on white paper
+    # the light end is left out: it is lost on white
     return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.08, 1.0, MOST_PIECES)))
 
 
@@ -178,13 +178,13 @@ def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces:
 
 
 def thinned(history: "xr.Dataset") -> "xr.Dataset":
-    """Return the totals at every n-th step and the last one: no more than a page can show."""
+    """Return the totals at every n-th step and the last one: no more than a picture can show."""
     totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
     return totals.isel(step=kept_steps(history.sizes["step"]))
 
 
 def kept_steps(steps: int) -> Integers:
-    """Return every n-th of a number of steps and the last one: no more than a page can show."""
+    """Return every n-th of a number of steps and the last one: no more than a picture can show."""
     return np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1)
 
 

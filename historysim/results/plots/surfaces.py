@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MOST_MARKS = 20_000
-"""Summits without contact that are marked; of more, so many drawn by lot."""
+"""Summits without contact that are marked; of more, so many taken by lot."""
 LONGEST = 4.0
 """Length over width of a surface up to which the axes around it are as long and wide as it is."""
 SEPARATED, TOUCHING = 0, -1
@@ -371,7 +371,7 @@ class SummitsPicture(Panel):
         return BESIDE_APART if self.apart else BESIDE_TOGETHER
 
     def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
-        """Return a page where they stand apart."""
+        """Return both columns where they stand apart."""
         return TWO_COLUMNS if self.apart else 1.3 * COLUMN, 85.0
 
     def draw(self, canvas: Canvas, data: Summits | dict[str, Summits] | Sequence[Summits]) -> None:

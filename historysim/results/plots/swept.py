@@ -331,12 +331,12 @@ class BarsPicture(Panel):
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         axes, top = canvas.axes(), float((mean + deviation).max())
         width, first = 0.8 / len(kinds), 0
-        for place, (group, names) in enumerate(self.groups.items()):
+        for number, (group, names) in enumerate(self.groups.items()):
             own = slice(first, first := first + len(names))
-            lefts = place + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+            lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
             for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
                 colour = LINES[kinds.index(name)][0]
-                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if place == 0 else None)
+                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if number == 0 else None)
                 if bar:
                     axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
                 _write(axes, f"{height:.3g}", (left, 0), 2, "white")
@@ -344,7 +344,7 @@ class BarsPicture(Panel):
                 low, high = mean[own]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (place, 1.06 * top), 4, INK)
+                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
         axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
         if (seeds := sweep[self.quantity].size // mean.size) > 1:
@@ -430,7 +430,9 @@ def name_of(found: xr.Dataset, name: str) -> str:
 def _printed(unit: str) -> str:
     """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m²."""
     first, *rest = unit.translate(str.maketrans("23", "²³")).split()
-    return "/".join([first, *(part.replace("-1", "").replace("-", "") for part in rest)])
+    if not rest or not all("-" in part for part in rest):
+        return " ".join([first, *rest])
+    return f"{first}/{'·'.join(part.replace('-1', '').replace('-', '') for part in rest)}"
 
 
 def readable(values: xr.DataArray) -> tuple[float, str]:
@@ -481,12 +483,12 @@ def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
         wanted = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
         unit = str(values.attrs.get("units", "1"))
         numbers = values.dtype.kind in "fiu"
-        places = [_place(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
-        sweep = sweep.isel({dimension: places if isinstance(value, list | tuple) else places[0]})
+        positions = [_position(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
+        sweep = sweep.isel({dimension: positions if isinstance(value, list | tuple) else positions[0]})
     return sweep
 
 
-def _place(values: xr.DataArray, key: str, value: float | str) -> int:
+def _position(values: xr.DataArray, key: str, value: float | str) -> int:
     own = values.values
     same = np.isclose(own, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else own == value
     there = np.flatnonzero(same)

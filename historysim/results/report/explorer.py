@@ -125,13 +125,13 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     from bokeh.resources import Resources
 
     part = excerpt(history)
-    layout, clock, place = _layout(history, part)
+    layout, clock, marks = _layout(history, part)
     item = json.dumps(json_item(layout)).replace("</", "<\\/")
     carries_most = int(part.cells["normal"][part.first_shown].argmax())
     # the first state is shown by the same callbacks as later ones, and typing by those of clicks
     begin = f"""
 const byId = (id) => view.model.document.get_model_by_id(id);
-const chosen = byId("{place.id}").selected, clock = byId("{clock.id}");
+const chosen = byId("{marks.id}").selected, clock = byId("{clock.id}");
 const control = (name) => document.getElementById("{TARGET}-" + name);
 control("time").addEventListener("input", (event) => {{ clock.data = {{ now: [Number(event.target.value)] }}; }});
 control("asperity").addEventListener("input", (event) => {{ chosen.indices = [Number(event.target.value)]; }});
@@ -149,7 +149,7 @@ clock.data = {{ now: [{part.first_shown}] }};"""
 def _controls(history: xr.Dataset, part: Excerpt) -> str:
     """Return the room of the interactive part, with what it is moved by: each with a label, and usable by keyboard."""
     labels = history["asperity"].values[part.columns]
-    options = "".join(f'<option value="{place}">{label}</option>' for place, label in enumerate(labels))
+    options = "".join(f'<option value="{number}">{label}</option>' for number, label in enumerate(labels))
     return (
         f'<div class="explorer" id="{TARGET}">'
         f'<p class="controls"><span class="control"><label for="{TARGET}-time">time</label>'

@@ -100,14 +100,14 @@ def table_page(written: WrittenTable) -> str:
         f"{name} [{unit}]" if unit not in {"", "1"} else str(name) for name, unit in zip(columns, units, strict=True)
     ]
     try:
-        drawn = picture(TablePicture().figure(written), "Its columns over the first one.")
+        shown = picture(TablePicture().figure(written), "Its columns over the first one.")
     except InputError as error:
-        drawn = paragraph(str(error), "note")
+        shown = paragraph(str(error), "note")
     return page(
         written.name,
         [
             Section("Summary", (table(written.summary()),)),
-            Section("Picture", (drawn,)),
+            Section("Picture", (shown,)),
             Section("Rows", _first_rows(rows, heading, "rows.")),
         ],
     )
