@@ -150,9 +150,9 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     # a loop in which the normal load steps has no energy
     known = known[np.isfinite(known)] if np.isfinite(known).any() else np.zeros(1)
     factor, unit = scale_of("J", known)
-    looks = zip((comparison.measured, comparison.model), energies, (MEASURED, MODEL), "ox", strict=True)
-    for loops, energy, colour, marker in looks:
-        axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none")
+    sets = ("measured", comparison.measured, "o", MEASURED), ("model", comparison.model, "x", MODEL)
+    for (name, loops, marker, colour), energy in zip(sets, energies, strict=True):
+        axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none", label=name)
     # from zero, so that heights compare; a record with mixed-up signs has energies below it
     lowest, highest = (factor * float(at(known)) for at in (np.min, np.max))
     axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
