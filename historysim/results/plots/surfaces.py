@@ -93,7 +93,7 @@ class DistributionPicture(Picture):
 
 
 @attrs.frozen(eq=False)
-class Contact:
+class ContactAtStep:
     """Summits: slip state (or `TOUCHING`, where not recorded), height and radius [m], and that of the flat, if any."""
 
     state: npt.NDArray[np.int8]
@@ -108,7 +108,7 @@ class Contact:
         return [] if self.separation is None else [self.separation]
 
 
-def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: Contact, title: str) -> None:
+def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, title: str) -> None:
     """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
     count = surface.sizes["summit"]
     has_map = "height" in surface
@@ -164,14 +164,14 @@ def step_number(step: int | str, history: xr.Dataset) -> int:
         raise InputError(f"{error}, partial or peak") from None
 
 
-def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> Contact:
+def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> ContactAtStep:
     """Return the summits of a surface alone, or at a step of a history."""
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
     height, radius = (surface[f"summit_{name}"].values.copy() for name in ("height", "radius"))
     state = np.full(height.size, SEPARATED, dtype=np.int8)
     if history is None:
-        return Contact(state, height, radius)
+        return ContactAtStep(state, height, radius)
     row = history.isel(step=step)
     recorded = _positions(surface, row) if "slip_state" in row else np.empty(0, dtype=np.int64)
     if recorded.size:
@@ -182,7 +182,7 @@ def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int
     state[np.argsort(-height, kind="stable")[: int(row["contact_count"])]] = TOUCHING
     if recorded.size:
         state[recorded] = row["slip_state"].values
-    return Contact(state, height, radius, float(row["separation"]), caption_at(history, step))
+    return ContactAtStep(state, height, radius, float(row["separation"]), caption_at(history, step))
 
 
 def caption_at(history: xr.Dataset, step: int) -> str:
@@ -211,7 +211,7 @@ def _positions(surface: xr.Dataset, row: xr.Dataset) -> Integers:
     return found
 
 
-def draw_map(axes: "Axes", surface: xr.Dataset, contact: Contact) -> None:
+def draw_map(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
     """Draw heights and summits from above, those in contact in the colour of their state."""
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
@@ -267,7 +267,7 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest:
     )
 
 
-def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: Contact) -> None:
+def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
     points, heights = surface[axis].values, surface["height"].values.ravel()
     (along, unit), (up, height_unit) = scale_of("m", points), scale_of("m", heights, contact.flat)
@@ -279,7 +279,7 @@ def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: Contact) -> None:
     axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
 
 
-def draw_distribution(axes: "Axes", contact: Contact) -> None:
+def draw_distribution(axes: "Axes", contact: ContactAtStep) -> None:
     """Draw the radius of each summit against its height."""
     radii = contact.radius
     (along, height_unit), (up, radius_unit) = scale_of("m", contact.height, contact.flat), scale_of("m", radii)
@@ -313,7 +313,7 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: npt.NDArray[np.int8])
         axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def legend_handles(surface: xr.Dataset, contact: Contact, *, flat: bool = True) -> "list[Artist]":
+def legend_handles(surface: xr.Dataset, contact: ContactAtStep, *, flat: bool = True) -> "list[Artist]":
     """Return what a legend shows of marks; the rigid flat only where it is drawn."""
     from matplotlib.lines import Line2D
 
