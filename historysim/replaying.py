@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,6 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
+from historysim.basics.files import replacing
 from historysim.basics.processors import threads_of
 from historysim.basics.progress import progress_bar
 from historysim.basics.units import seconds
@@ -99,10 +100,16 @@ class Replay(FieldsAsHtml):
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
-        from historysim.recording.netcdf import FileRecorder, recording
+        from historysim.recording.netcdf import FileRecorder, check_room
 
-        with recording(Path(path), partial(self.recorder, FileRecorder, attributes=self.attributes())) as target:
+        attributes = self.attributes()
+        with (
+            replacing(Path(path)) as unfinished,
+            self.recorder(FileRecorder, path=unfinished, attributes=attributes) as target,
+        ):
+            check_room(unfinished.parent, target.size)
             self.walk(target, progress=progress)
+            target.finish()
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
         """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""

@@ -4,6 +4,7 @@ import errno
 import hashlib
 import os
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 
 import netCDF4
@@ -13,9 +14,10 @@ import xarray as xr
 from conventions import conventions, discovery
 
 import historysim as hs
+from historysim.basics.files import replacing
 from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
-from historysim.recording.netcdf import FileRecorder, recording
+from historysim.recording.netcdf import FileRecorder
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, recorded
 
@@ -101,8 +103,11 @@ def steps(plan):
     return sum(stretch.row_time.size for stretch in plan)
 
 
+@contextmanager
 def into(path, ensemble, asperities, count, attributes):
-    return recording(path, lambda path: FileRecorder(ensemble, asperities, count, path, attributes))
+    with replacing(path) as unfinished, FileRecorder(ensemble, asperities, count, unfinished, attributes) as target:
+        yield target
+        target.finish()
 
 
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
