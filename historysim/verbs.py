@@ -5,7 +5,6 @@ is imported where it is needed: `show` of a result comes without xarray.
 """
 
 import contextlib
-from collections.abc import Iterable, Iterator
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
@@ -18,6 +17,8 @@ from historysim.errors import InputError
 from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
@@ -112,27 +113,22 @@ def opened(path: str | Path, *, form: str | None = None, **reading: Unpack[Readi
 
         with EventLog(path) as log:
             yield log
-    else:
-        yield _read(path, kind)
-
-
-def _read(path: Path, kind: str) -> Any:  # noqa: ANN401 - one of `Content`
-    """Return the content of a file that is read at once."""
-    if kind == "scenario":
+    elif kind == "scenario":
         from historysim.scenario.scenario import load
 
-        return load(path)
-    if kind not in CALLED:
-        return FILES[kind].read(path)
-    if not is_netcdf(path):
+        yield load(path)
+    elif kind not in CALLED:
+        yield FILES[kind].read(path)
+    elif not is_netcdf(path):
         from historysim.results.tables import WrittenTable
 
-        return WrittenTable.read(path)
-    if kind == "sliding":
+        yield WrittenTable.read(path)
+    elif kind == "sliding":
         from historysim.measured.sliding import Sliding
 
-        return Sliding.from_dataset(read_table(path))
-    return read_table(path)
+        yield Sliding.from_dataset(read_table(path))
+    else:
+        yield read_table(path)
 
 
 def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
@@ -182,67 +178,66 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     if not isinstance(what, str | Path):
         if form is not None or reading:
             raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
-        return _lines(what)
+        return Lines(_lines(what))
     kind = kind_of(Path(what))
     if kind == "result" and form is None and not reading:
         with open_recorded(Path(what)) as history:
-            return _lines_of_history(history)
+            return Lines(_lines_of_history(history))
     if kind == "height map":
-        # steps in height are seen before a form is taken off
-        return _lines_of_map(_height_map(Path(what), "mean", **reading), form or "plane")
+        return Lines(_lines_of_map(Path(what), form or "plane", **reading))
     with opened(what, form=form, **reading) as content:
-        return _lines(content)
+        return Lines(_lines(content))
 
 
-def _lines(what: object) -> Lines:
+def _lines(what: Any) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
     import xarray as xr
 
+    from historysim.results import tables
     from historysim.scenario.scenario import Scenario
+    from historysim.scenario.scenario_summary import summary as of_scenario
     from historysim.surfaces.heights import Surface
+    from historysim.surfaces.inspection import summary as of_surface
 
     if isinstance(what, xr.Dataset):
-        return _lines_of_dataset(what)
+        summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
+        if summary := summaries.get(KINDS.get(str(what.attrs.get("content")), "")):
+            return summary(what)
+        if "total_normal_load" not in what:
+            raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+        return _lines_of_history(what)
     if isinstance(what, Scenario):
-        from historysim.scenario.scenario_summary import summary as of_scenario
-
-        return Lines(of_scenario(what))
+        return of_scenario(what)
     if isinstance(what, Surface):
-        from historysim.surfaces.inspection import summary as of_surface
+        return of_surface(what)
+    if not hasattr(what, "summary"):
+        raise InputError(
+            f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them"
+        )
+    return list(what.summary())
 
-        return Lines(of_surface(what))
-    if hasattr(what, "summary"):
-        return Lines(what.summary())
-    raise InputError(f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them")
 
-
-def _lines_of_map(measured: "Surface", form: str) -> Lines:
+def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tuple[str, str]]:
     from historysim.basics.arguments import representable
     from historysim.surfaces.inspection import quantisation_notice, summary
 
+    # steps in height are seen before a form is taken off
+    measured = _height_map(path, "mean", **reading)
     with representable():
         lines = [*summary(measured.detrended(form)), ("form taken off", form)]
         coarse = quantisation_notice(measured)
-    return Lines([*lines, *([] if coarse is None else [("warning", coarse)])])
+    return lines if coarse is None else [*lines, ("warning", coarse)]
 
 
-def _lines_of_dataset(history: "xr.Dataset") -> Lines:
-    from historysim.results import tables
-
-    summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
-    if summary := summaries.get(KINDS.get(str(history.attrs.get("content")), "")):
-        return Lines(summary(history))
-    if "total_normal_load" not in history:
-        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-    return _lines_of_history(history)
-
-
-def _lines_of_history(history: "xr.Dataset | RecordedFile") -> Lines:
+def _lines_of_history(history: "xr.Dataset | RecordedFile") -> list[tuple[str, str]]:
     from historysim.results.analysis.history_summary import readable_attributes, summary
 
     attributes = readable_attributes(history)
     # strings of many lines, such as the scenario, would hide the rest
-    short = [(name, text) for name, text in attributes.items() if "\n" not in text.strip()]
-    return Lines([*summary(history), ("", ""), *short])
+    return [
+        *summary(history),
+        ("", ""),
+        *((name, text) for name, text in attributes.items() if "\n" not in text.strip()),
+    ]
 
 
 def plot(
@@ -301,31 +296,25 @@ def plot(
     reading = {name: fields.pop(name) for name in ("form", *Reading.__annotations__) if name in fields}
     with contextlib.ExitStack() as files:
         if isinstance(what, str | Path):
-            return _drawn(files.enter_context(opened(what, **reading)), picture, place, {"name": str(what)} | fields)
-        if reading:
+            fields, what = {"name": str(what)} | fields, files.enter_context(opened(what, **reading))
+        elif reading:
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         if isinstance(what, list | tuple):
             what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
-            return figure_of(what, picture=picture, place=place, **fields)
-        return _drawn(what, picture, place, fields)
+        if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
+            return drawn
+        return figure_of(what, picture=picture, place=place, **fields)
 
 
-def _drawn(
-    content: object,
-    picture: str | None,
-    place: "Place",
-    options: dict[str, Any],
-) -> "Drawn":
-    """Draw the ``[picture]`` of the scenario of a result or a sweep where nothing else is asked for."""
+def _own_picture(content: object, place: "Place") -> "Drawn | None":
+    """Draw the ``[picture]`` of the scenario of a result or a sweep; None where it has none."""
     import xarray as xr
 
-    from historysim.results.plots.pictures import figure_of
     from historysim.scenario.figure import draw_scenario_figure, drawable
 
-    chosen = picture is not None or {*options} - {"name"}
-    if isinstance(content, xr.Dataset) and not chosen and (pictures := drawable(content)):
+    if isinstance(content, xr.Dataset) and (pictures := drawable(content)):
         return draw_scenario_figure(content, pictures, place)
-    return figure_of(content, picture=picture, place=place, **options)
+    return None
 
 
 def report(what: "Reportable", output: str | Path | None = None) -> str:
@@ -349,6 +338,7 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
         ``output`` cannot be written.
     """
     from historysim.basics.files import replacing
+    from historysim.basics.targets import PAGE, Output, check_outputs
     from historysim.scenario.scenario import Scenario
 
     with contextlib.ExitStack() as files:
@@ -360,7 +350,7 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
         if isinstance(content, Scenario):
             reads = [*content.files]
         if output is not None:
-            _check_apart(Path(output), reads)
+            check_outputs([Output(Path(output), (PAGE,))], reads, force=True)
         text = _page(content, name)
     if output is not None:
         with replacing(Path(output)) as unfinished:
@@ -368,22 +358,21 @@ def report(what: "Reportable", output: str | Path | None = None) -> str:
     return text
 
 
-def _check_apart(output: Path, reads: Iterable[Path]) -> None:
-    from historysim.basics.targets import PAGE, Output, check_outputs
-
-    check_outputs([Output(output, (PAGE,))], reads, force=True)
-
-
 def _page(what: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
     from historysim.results.report.others import dataset_page
-    from historysim.results.report.page import EXPECTED, page_of
+    from historysim.results.report.page import EXPECTED, page_of, paragraph, picture
     from historysim.scenario.scenario import Scenario
 
     if isinstance(what, xr.Dataset):
-        return dataset_page(what, _own_pictures(what))
+        try:
+            own = _own_picture(what, {})
+            figures = [] if own is None else [picture(own, "The picture of the scenario.")]
+        except InputError as error:
+            figures = [paragraph(f"No picture of the scenario: {error}", "note")]
+        return dataset_page(what, figures)
     if isinstance(what, Scenario):
         return _page_of_scenario(what)
     if isinstance(what, EventLog):
@@ -407,20 +396,6 @@ def _page_of_scenario(scenario: "Scenario") -> str:
         raise InputError(f"{error}, to set the model beside; the result of historysim run has a report, too") from error
     comparison = compare(scenario)
     return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
-
-
-def _own_pictures(what: "xr.Dataset") -> list[str]:
-    """Return the ``[picture]`` of the scenario, drawn of its result, as HTML."""
-    from historysim.results.report.page import paragraph, picture
-    from historysim.scenario.figure import draw_scenario_figure, drawable
-
-    pictures = drawable(what)
-    if not pictures:
-        return []
-    try:
-        return [picture(draw_scenario_figure(what, pictures), "The picture of the scenario.")]
-    except InputError as error:
-        return [paragraph(f"No picture of the scenario: {error}", "note")]
 
 
 @attrs.frozen
@@ -459,5 +434,5 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
         with opened(history) as content:
             return explore(content)  # type: ignore[arg-type] # what is no Dataset is refused below
     if not isinstance(history, xr.Dataset) or "total_normal_load" not in history:
-        raise InputError(f"explore: came a {type(history).__name__}; expected a history, such as hs.run gives")
+        raise InputError(f"explore: {type(history).__name__}; expected a history, such as hs.run gives")
     return Explorer(interactive_page(history))

@@ -18,7 +18,7 @@ from historysim import errors
 from historysim.asperities import laws, wear
 from historysim.basics.findings import Finding
 from historysim.basics.places import misfit
-from historysim.contact.adhesion import equilibria
+from historysim.contact import adhesion
 from historysim.loads import schedule
 from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse
@@ -145,7 +145,7 @@ VALUES = {
     "records": compared,
     "Sliding": lambda: sliding.sliding_of_channels(*SLID),
     "table": lambda: (Column("N", unit="mN"), Format(delimiter=";")),
-    "Branch": lambda: equilibria.branch(
+    "Branch": lambda: adhesion.branch(
         summit_radius=1e-6, contact_modulus=1e9, work_of_adhesion=0.05, max_load=1e-6, model="jkr"
     ),
 }

@@ -106,9 +106,9 @@ def test_a_table_of_a_question_is_opened_shown_and_drawn(history, tmp_path):
     table = history.contact.first_slips()
     hs.write_netcdf(table, path)
     xr.testing.assert_equal(hs.open(path), table)
-    told = dict(hs.show(path))
-    assert told["size"] == "2 along asperity"
-    assert told["slip_time"] == "250 ms; when the asperity first slips"
+    lines = dict(hs.show(path))
+    assert lines["size"] == "2 along asperity"
+    assert lines["slip_time"] == "250 ms; when the asperity first slips"
     assert hs.plot(path).axes
 
 

@@ -30,22 +30,15 @@ def _plainly(error: UnicodeError) -> tuple[str, int]:
 codecs.register_error(PLAIN, _plainly)
 
 
-class NotPossible(click.ClickException):
-    """What was asked for cannot be carried out."""
+class Ended(click.ClickException):
+    """The end of a command with a message, and the exit code that the README lists."""
 
-    exit_code = 1
-
-
-class BadInput(click.ClickException):
-    """What was given cannot be used."""
-
-    exit_code = 2
+    def __init__(self, message: str, *, code: int) -> None:
+        super().__init__(printable(message))
+        self.exit_code = code  # type: ignore[misc] # click reads that of the object
 
 
-class Interrupted(click.ClickException):
-    """The user has stopped the program."""
-
-    exit_code = 130
+INTERRUPTED = "interrupted; what was not finished is not kept"
 
 
 def _showing(others: Callable[..., None]) -> Callable[..., None]:
@@ -66,8 +59,18 @@ def _after_interrupt(error: BaseException | None) -> bool:
     return error is not None
 
 
+GROUPS = {
+    "Begin": "columns validate run show plot report",
+    "Measured records": "loops sliding compare fit",
+    "Studies": "sweep design gallery",
+    "Other programs": "fmu reduce",
+    "The log": "verify state log fork append",
+    "Reference": "table kinds",
+}
+"""The commands in the order of use; any other stands below."""
+
 _COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
-"""In a source a command: its name, where it is not that of the function, the function, and its first paragraph."""
+"""A command in a source: its name if it differs from that of the function, the function, and its first paragraph."""
 
 
 class Commands(click.Group):
@@ -95,42 +98,44 @@ class Commands(click.Group):
         command: click.Command = getattr(importlib.import_module(f"historysim.cli.{module}"), function)
         return command
 
-    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the name and the short help of each command, none of which is imported for that."""
-        names = self.list_commands(ctx)
-        limit = formatter.width - 6 - max(map(len, names))
-        with formatter.section("Commands"):
-            short = (click.Command(name, help=self.found[name][2]).get_short_help_str(limit) for name in names)
-            formatter.write_dl(list(zip(names, short, strict=True)))
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 - as click calls it
+        """Write each command with its first sentence, in the order of use; none is imported for that."""
+        known = " ".join(GROUPS.values()).split()
+        width = max(map(len, self.found))
+        for title, names in {**GROUPS, "Others": " ".join(sorted(self.found.keys() - {*known}))}.items():
+            rows = [(name.ljust(width), " ".join(self.found[name][2].split())) for name in names.split()]
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
 
-    def main(self, *args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - as click has it
+    def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the program; a terminal that does not know a sign gets another in its place."""
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors=PLAIN)
         return super().main(*args, **kwargs)
 
-    def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
+    def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
         try:
             with warnings.catch_warnings():
                 warnings.showwarning = _showing(warnings.showwarning)
                 return super().invoke(ctx)
         except InputError as error:
-            raise BadInput(printable(str(error))) from error
+            raise Ended(str(error), code=2) from error
         except HistorySimError as error:
-            raise NotPossible(printable(str(error))) from error
+            raise Ended(str(error), code=1) from error
         except BrokenPipeError:
             raise
         except OSError as error:
             place = f"{error.filename}: " if error.filename else ""
-            raise NotPossible(printable(f"{place}{error.strerror or error}")) from error
+            raise Ended(f"{place}{error.strerror or error}", code=1) from error
         except MemoryError as error:
-            raise NotPossible("the memory does not suffice; record fewer asperities, or split the loads") from error
+            raise Ended("the memory does not suffice; record fewer asperities, or split the loads", code=1) from error
         except Exception as error:
-            # what an interrupt has left in the midst may fail as it is closed
+            # an interrupt may leave something open that cannot be closed
             if _after_interrupt(error):
-                raise Interrupted("interrupted; what was not finished is not kept") from error
+                raise Ended(INTERRUPTED, code=130) from error
             raise
         except KeyboardInterrupt as error:
-            raise Interrupted(str(error) or "interrupted; what was not finished is not kept") from error
+            raise Ended(str(error) or INTERRUPTED, code=130) from error

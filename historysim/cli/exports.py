@@ -6,24 +6,26 @@ from typing import Any
 import click
 
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.options import force_option, json_option, path_type, quantity_option, set_option
+from historysim.cli import options
 from historysim.cli.output import Answer, notice, save, write_answer
+
+CONTROLS = click.Choice(["load", "displacement"])
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@click.option("-o", "--output", type=path_type, help="The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
-@click.option("--at", "moment", help='Start from the state at this time, as "12.5 s". [default: nothing has touched]')
+@options.scenario_argument
+@options.output_option("The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
 @click.option(
-    "--normal",
-    type=click.Choice(["load", "displacement"]),
-    default="load",
-    show_default=True,
-    help="The input that controls the normal direction.",
+    "--at",
+    type=options.QuantityType("s"),
+    help='Start from the state at this time, as "12.5 s". [default: nothing has touched]',
+)
+@click.option(
+    "--normal", type=CONTROLS, default="load", show_default=True, help="The input that controls the normal direction."
 )
 @click.option(
     "--tangential",
-    type=click.Choice(["load", "displacement"]),
+    type=CONTROLS,
     default="displacement",
     show_default=True,
     help="The input that controls the tangential direction.",
@@ -40,59 +42,47 @@ from historysim.cli.output import Answer, notice, save, write_answer
     help="Platforms to compile for, such as x86_64-linux,x86_64-windows; those other than this one need ziglang. "
     "[default: this one]",
 )
-@json_option
-@force_option
-@set_option
+@options.json_option
+@options.force_option
+@options.set_option
 def fmu(
     scenario: Path,
     output: Path | None,
-    moment: str | None,
-    normal: str,
-    tangential: str,
-    saturate: bool | None,
     fmi: str,
     platforms: str | None,
     as_json: bool,
-    force: bool,
     values: dict[str, Any],
+    **choices: Any,
 ) -> None:
-    """Write the contact of SCENARIO (TOML), of a log or of a result as a unit of co-simulation (FMU)."""
+    """Write the contact of a scenario as a unit for co-simulation (FMU).
+
+    SCENARIO (TOML) may also be a log or a result.
+    """
     output = output or Path(f"{scenario.stem}.fmu")
-    at = None if moment is None else quantity_option("--at", moment, "s")
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
     from historysim.exchange.fmu.unit_file import write_fmu
 
-    write_fmu(
-        source,
-        output,
-        at=at,
-        normal=normal,
-        tangential=tangential,
-        saturate=saturate,
-        fmi=int(fmi),
-        platforms=None if platforms is None else [name.strip() for name in platforms.split(",")],
-        force=force,
-        progress=True,
-        notify=notice,
-    )
+    names = None if platforms is None else [name.strip() for name in platforms.split(",")]
+    write_fmu(source, output, fmi=int(fmi), platforms=names, progress=True, notify=notice, **choices)
     write_answer(Answer(files=[output]), as_json=as_json)
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
+@options.scenario_argument
 @click.option(
     "-e", "--elements", type=click.IntRange(1, 1000), default=32, show_default=True, help="Number of springs."
 )
 @click.option(
-    "--normal-load", "load", help='The normal load at which the springs are placed, as "50 mN". [default: the largest]'
+    "--normal-load",
+    type=options.QuantityType("N"),
+    help='The normal load at which the springs are placed, as "50 mN". [default: the largest]',
 )
-@click.option(
+@options.path_option(
     "-o",
     "--output",
     "outputs",
-    type=path_type,
     multiple=True,
     help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may be given several "
     "times.",
@@ -103,14 +93,14 @@ def fmu(
     help="The program that a .py is for: openseespy, pyharm or tmdsimpy. [default: openseespy]",
     type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
 )
-@click.option("--picture", type=path_type, help="Draw model and contact to this file (PNG, PDF, SVG).")
-@json_option
-@force_option
-@set_option
+@options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
+@options.json_option
+@options.force_option
+@options.set_option
 def reduce(
     scenario: Path,
     elements: int,
-    load: str | None,
+    normal_load: float | None,
     outputs: tuple[Path, ...],
     form: str | None,
     picture: Path | None,
@@ -118,8 +108,10 @@ def reduce(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Reduce the contact of SCENARIO (TOML), of a log or of a result to few springs that slide, with a bound."""
-    normal_load = None if load is None else quantity_option("--normal-load", load, "N")
+    """Reduce the contact of a scenario to a few sliding springs.
+
+    SCENARIO (TOML) may also be a log or a result. The answer bounds the error of the tangential load.
+    """
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)

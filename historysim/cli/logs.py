@@ -1,4 +1,4 @@
-"""Commands that ask a log: verify, state, fork, append, log."""
+"""Commands that read or extend a log: verify, state, fork, append, log."""
 
 import math
 from pathlib import Path
@@ -9,8 +9,8 @@ import click
 from historysim.basics.files import is_log, replacing
 from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
 from historysim.basics.wording import counted
-from historysim.cli.ending import NotPossible
-from historysim.cli.options import force_option, json_option, path_type, quantity_option, text_options
+from historysim.cli import options
+from historysim.cli.ending import Ended
 from historysim.cli.output import Answer, notice, save, write_answer
 from historysim.errors import InputError
 
@@ -20,13 +20,19 @@ if TYPE_CHECKING:
 
 TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")
 """Tables of events are written by hand, too."""
+TOTALS = {
+    "N": ("normal_load", "tangential_load"),
+    "m": ("approach", "tangential_displacement"),
+    "J": ("dissipated_energy", "stored_energy"),
+}
+"""What is shown of a state, by units."""
 
 
 @click.command()
-@click.argument("file", type=path_type)
-@click.option("--log", type=path_type, help="The log of a result. [default: NAME.history beside it]")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing if all is well.")
-@json_option
+@options.file_argument
+@options.path_option("--log", help="The log of a result. [default: NAME.history beside it]")
+@options.quiet_option
+@options.json_option
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     """Replay the log and check that the result is bit-identical.
 
@@ -37,7 +43,7 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     verification = check(file, log, progress=not quiet, notify=notice)
     differences = "\n".join(f"  {difference.text}" for difference in verification.differences)
     if not verification:
-        raise NotPossible(f"{file}: is not what its log gives:\n{differences}")
+        raise Ended(f"{file}: is not what its log gives:\n{differences}", code=1)
     if is_log(file):
         lines = [
             ("events", f"{verification.events:,}, sound"),
@@ -53,24 +59,25 @@ def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
 
 
 @click.command()
-@click.argument("log", type=path_type)
-@click.option("--at", "moment", help='The time, as "12.5 s" or in s. [default: the end]')
+@options.log_argument
+@click.option(
+    "--at", type=options.QuantityType("s"), default=math.inf, help='The time, as "12.5 s". [default: the end]'
+)
 @click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
-@click.option("-o", "--output", type=path_type, help="Write all asperities (netCDF); with --asperity a picture.")
-@json_option
-@force_option
-def state(log: Path, moment: str | None, asperity: int | None, output: Path | None, as_json: bool, force: bool) -> None:
-    """Show the state at a time in LOG (NAME.history)."""
+@options.output_option("Write all asperities (netCDF); with --asperity a picture.")
+@options.json_option
+@options.force_option
+def state(log: Path, at: float, asperity: int | None, output: Path | None, as_json: bool, force: bool) -> None:
+    """Show the state of the contact at a time in LOG (NAME.history)."""
     if output is not None:
         check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
     from historysim.basics.units import duration_text, quantity_text
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events:
-        time = math.inf if moment is None else quantity_option("--at", moment, "s")
-        ensemble_state = events.state(at=time, notify=notice)
+        ensemble_state = events.state(at=at, notify=notice)
         last = events.events(len(events) - 1)[0].time if len(events) else math.inf
-        if last < time < math.inf:
+        if last < at < math.inf:
             notice(f"{log.name}: its last event is at {duration_text(last)}; this is the state that it left")
         if asperity is not None:
             from historysim.asperities.asperity import reversal_table, summary
@@ -83,45 +90,40 @@ def state(log: Path, moment: str | None, asperity: int | None, output: Path | No
         else:
             if output is not None:
                 with replacing(output) as unfinished:
-                    events.state_dataset(at=time).to_netcdf(unfinished)
-            answer = Answer(
-                [
-                    ("normal load", quantity_text(ensemble_state.normal_load, "N")),
-                    ("tangential load", quantity_text(ensemble_state.tangential_load, "N")),
-                    ("approach", quantity_text(ensemble_state.approach, "m")),
-                    ("tangential displacement", quantity_text(ensemble_state.tangential_displacement, "m")),
-                    ("dissipated energy", quantity_text(ensemble_state.dissipated_energy, "J")),
-                    ("stored energy", quantity_text(ensemble_state.stored_energy, "J")),
-                ],
-                data=lambda: events.state_dataset(at=time),
-            )
+                    events.state_dataset(at=at).to_netcdf(unfinished)
+            lines = [
+                (name.replace("_", " "), quantity_text(getattr(ensemble_state, name), unit))
+                for unit, names in TOTALS.items()
+                for name in names
+            ]
+            answer = Answer(lines, data=lambda: events.state_dataset(at=at))
         write_answer(answer._replace(files=[] if output is None else [output]), as_json=as_json)
 
 
 @click.command()
-@click.argument("log", type=path_type)
-@click.option("--at", "moment", required=True, help='The time, as "12.5 s" or in s.')
-@click.option("-o", "--output", type=path_type, required=True, help="The new log.")
-@force_option
-def fork(log: Path, moment: str, output: Path, force: bool) -> None:
+@options.log_argument
+@click.option("--at", type=options.QuantityType("s"), required=True, help='The time, as "12.5 s".')
+@options.output_option("The new log.", required=True)
+@options.force_option
+def fork(log: Path, at: float, output: Path, force: bool) -> None:
     """Copy the past of LOG (NAME.history) up to a time to a new log."""
     check_outputs([Output(output, (LOG,))], [log], force=force)
     from historysim.log.event_log import EventLog
 
-    with EventLog(log) as events, events.fork(quantity_option("--at", moment, "s"), output, notify=notice) as made:
+    with EventLog(log) as events, events.fork(at, output, notify=notice) as made:
         click.echo(f"{output}: {counted(len(made), 'event', 'events')}")
 
 
 @click.command()
-@click.argument("log", type=path_type)
-@click.argument("table", type=path_type)
-@text_options
+@options.log_argument
+@click.argument("table", type=options.path_type)
+@options.text_options
 def append(log: Path, table: Path, layout: "Format") -> None:
-    """Append the events in TABLE, a text, to LOG (NAME.history).
+    """Append the events in TABLE (CSV) to LOG (NAME.history).
 
     The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
     tangential_displacement, friction. Numbers are SI, or have a unit beside them or beside the name of their column;
-    where nothing stands, there is no event.
+    an empty cell is no event.
     """
     from historysim.loads.event_table import read_events
     from historysim.log.event_log import EventLog
@@ -136,22 +138,24 @@ def append(log: Path, table: Path, layout: "Format") -> None:
 
 
 @click.command("log")
-@click.argument("file", metavar="LOG", type=path_type)
+@click.argument("file", metavar="LOG", type=options.path_type)
 @click.option(
     "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
 )
-@click.option("--from", "begin", help='Only from this time on, as "12.5 s" or in s.')
-@click.option("--to", "end", help="Only up to this time.")
-@click.option("--first", type=click.IntRange(0), help="Only so many, the first ones.")
-@click.option("--last", type=click.IntRange(0), help="Only so many, the last ones.")
-@click.option("--csv", "table", type=path_type, help="Write them to this file instead, a table that append reads.")
-@json_option
-@force_option
+@click.option(
+    "--from", "begin", type=options.QuantityType("s"), default=-math.inf, help='Only from this time on, as "12.5 s".'
+)
+@click.option("--to", "end", type=options.QuantityType("s"), default=math.inf, help="Only up to this time.")
+@click.option("--first", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
+@click.option("--last", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
+@options.path_option("--csv", "table", help="Write them to this file instead, a table that append reads.")
+@options.json_option
+@options.force_option
 def list_log(
     file: Path,
     kind: tuple[str, ...],
-    begin: str | None,
-    end: str | None,
+    begin: float,
+    end: float,
     first: int | None,
     last: int | None,
     table: Path | None,
@@ -169,14 +173,13 @@ def list_log(
     for name in kind:
         if name not in EVENTS:
             raise InputError(f"--kind {name}: expected one of {', '.join(dict.fromkeys((*EVENTS.own(), *EVENTS)))}")
-    start, stop = quantity_option("--from", begin or "-inf", "s"), quantity_option("--to", end or "inf", "s")
     with EventLog(file) as log:
         chosen = [
             (number, event)
             for number, event in enumerate(log.events())
-            if start <= event.time <= stop and (not kind or event.name in kind)
+            if begin <= event.time <= end and (not kind or event.name in kind)
         ]
-    chosen = chosen[: len(chosen) if first is None else first]
+    chosen = chosen[:first]
     chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
     if table is not None:
         write_events(table, [event for _, event in chosen])

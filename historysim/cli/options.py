@@ -1,4 +1,4 @@
-"""What the commands take: files, how texts are written, and quantities with units."""
+"""What the commands take: files, the format of text files, and quantities with units."""
 
 import functools
 import re
@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from historysim.basics.system import processors
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,40 +41,66 @@ class PathType(click.Path):
         return path
 
 
-path_type = PathType(path_type=Path)
+class QuantityType(click.ParamType):  # type: ignore[type-arg]
+    """A number in SI, or a number with a unit."""
 
+    name = "quantity"
+
+    def __init__(self, unit: str) -> None:
+        self.unit = unit
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ARG002 - as click calls it
+        """Return the number in SI."""
+        from historysim.basics.units import quantity
+
+        try:
+            return float(value)
+        except ValueError:
+            pass
+        try:
+            return quantity(value, self.unit)
+        except InputError as error:
+            raise InputError(f"{param.opts[0] if param else ''}: {error}") from error
+
+
+path_type = PathType(path_type=Path)
+scenario_argument = click.argument("scenario", type=path_type)
+file_argument = click.argument("file", type=path_type)
+log_argument = click.argument("log", type=path_type)
 
 force_option = click.option(
     "--force",
     is_flag=True,
     help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
 )
-
-
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one object of JSON, with numbers in SI.")
+quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(1),
+    default=processors,
+    show_default="one for each processor",
+    help="Processes that compute.",
+)
+
+
+def path_option(*names: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return an option that names a file."""
+    return click.option(*names, type=path_type, help=help, **options)
+
+
+def output_option(help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return the option ``-o``."""
+    return path_option("-o", "--output", help=help, **options)
 
 
 def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
-    """Return the files that a command reads which is given a scenario, or another file."""
+    """Return the files that a command reads for a scenario, or another file."""
     if isinstance(what, Path) and what.suffix == ".toml":
         from historysim.scenario.scenario import load
 
         what = load(what)
     return (what,) if isinstance(what, Path) else what.files
-
-
-def quantity_option(option: str, text: str, unit: str) -> float:
-    """Return the value of an option in SI: a number, or a number with a unit."""
-    from historysim.basics.units import quantity
-
-    try:
-        return float(text)
-    except ValueError:
-        pass
-    try:
-        return quantity(text, unit)
-    except InputError as error:
-        raise InputError(f"{option}: {error}") from error
 
 
 def set_option(command: Callable[..., None]) -> Callable[..., None]:
@@ -93,7 +120,7 @@ def set_option(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _setting(text: str) -> tuple[str, Any]:
-    """Return the key and the value of an option: a value of TOML, or else a text without its quotation marks."""
+    """Return the key and the value of an option: a value of TOML, or else a string without its quotation marks."""
     import tomllib
 
     parts = _SETTING.fullmatch(text)
@@ -121,25 +148,23 @@ def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
 
 
 def text_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options that say how a text is written; it takes them as one ``layout``."""
+    """Give a command the options for the format of a text file; it takes them as one ``layout``."""
 
     @functools.wraps(command)
-    def with_layout(
-        *, delimiter: str | None, decimal: str, header: int | None, encoding: str | None, **others: object
-    ) -> None:
+    def with_layout(**others: Any) -> None:
         from historysim.tables import Format
 
         try:
-            layout = Format(delimiter=delimiter, decimal=decimal, header=header, encoding=encoding)
+            layout = Format(**{name: others.pop(name) for name in ("delimiter", "decimal", "header", "encoding")})
         except InputError as error:
             raise InputError(f"--{error}") from error
         command(layout=layout, **others)
 
     for option in (
-        click.option("--encoding", help="The encoding of a text.  [default: found]"),
-        click.option("--header", type=int, help="The line of a text that names the columns. [default: found]"),
-        click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text."),
-        click.option("--delimiter", help="The sign between two values of a text. [default: found]"),
+        click.option("--encoding", help="The encoding of a text file.  [default: found]"),
+        click.option("--header", type=int, help="The line of a text file with the column names. [default: found]"),
+        click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text file."),
+        click.option("--delimiter", help="The sign between two values of a text file. [default: found]"),
     ):
         with_layout = option(with_layout)
     return with_layout

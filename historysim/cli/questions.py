@@ -1,4 +1,4 @@
-"""Commands that answer questions: table, of a result; kinds, of what scenarios may name."""
+"""Commands that answer questions: table, about a result; kinds, about what scenarios may name."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -7,7 +7,7 @@ import click
 
 from historysim.basics.targets import Output, OutputFormat, check_outputs, csv_table, netcdf, unmarked
 from historysim.basics.wording import nearest
-from historysim.cli.options import force_option, json_option, path_type
+from historysim.cli import options
 from historysim.cli.output import Answer, save_dataset, write_answer
 from historysim.errors import InputError
 
@@ -24,11 +24,9 @@ class QuestionName(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name as it is in Python."""
-        from historysim.results.asking import asked
-
-        known = _tables()
-        if (name := asked(str(value))) not in known:
-            hint = nearest(str(value).replace("_", "-"), [each.replace("_", "-") for each in known])
+        known, name = _tables(), str(value).replace("-", "_")
+        if name not in known:
+            hint = nearest(name.replace("_", "-"), [each.replace("_", "-") for each in known])
             self.fail(f"{value!r} is no question; {hint}", param, ctx)
         return name
 
@@ -57,11 +55,9 @@ def _tables() -> "dict[str, Question]":
 
 
 @click.command(cls=TableCommand)
-@click.argument("result", type=path_type)
+@click.argument("result", type=options.path_type)
 @click.argument("question", type=QuestionName())
-@click.option(
-    "-o", "--output", type=path_type, help="The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]"
-)
+@options.output_option("The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="The asperity, for a question about one.")
 @click.option("--step", type=int, help="The step, for a question about one. [default: the last]")
 @click.option(
@@ -71,8 +67,8 @@ def _tables() -> "dict[str, Question]":
     metavar="NAME=VALUE",
     help="Another parameter of the question, such as first=0; may be given several times.",
 )
-@json_option
-@force_option
+@options.json_option
+@options.force_option
 def table(
     result: Path,
     question: str,
@@ -83,9 +79,9 @@ def table(
     as_json: bool,
     force: bool,
 ) -> None:
-    """Compute a QUESTION from RESULT and write the answer as CSV or netCDF.
+    """Compute a QUESTION from RESULT and write CSV or netCDF.
 
-    In Python the questions are methods of history.contact; their documentation says what the columns are.
+    In Python the questions are methods of history.contact; their documentation describes the columns.
     """
     asks, shown = _tables()[question], question.replace("_", "-")
     output = output or result.with_name(f"{result.stem}_{shown}.csv")
@@ -141,11 +137,12 @@ def _parameter(text: str) -> tuple[str, Any]:
 @click.command()
 @click.argument("what", required=False)
 @click.argument("name", required=False)
-@json_option
+@options.json_option
 def kinds(what: str | None, name: str | None, as_json: bool) -> None:
-    """List the groups of kinds (laws, surfaces, …), the kinds of one group, WHAT, or the keys of one kind, NAME.
+    """List laws, surfaces and other kinds, and their keys.
 
-    Kinds from plug-ins are listed with package and version.
+    Without arguments the groups of kinds, with WHAT the kinds of one group, with NAME the keys of one kind. Kinds
+    from plug-ins are listed with package and version.
     """
     from historysim.scenario.kinds import kinds as listed
 

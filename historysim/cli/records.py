@@ -1,4 +1,4 @@
-"""Commands that read records of an instrument: columns, loops, compare, fit."""
+"""Commands that read records of an instrument: columns, loops, sliding, compare, fit."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -7,16 +7,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, PICTURE, SUGGESTED, Output, check_outputs
-from historysim.cli.options import (
-    files_read,
-    force_option,
-    json_option,
-    path_type,
-    quantity_option,
-    scenario_or_file,
-    set_option,
-    text_options,
-)
+from historysim.cli import options
 from historysim.cli.output import (
     TABLES_OF_LEVELS,
     TABLES_OF_LOOPS,
@@ -33,24 +24,25 @@ if TYPE_CHECKING:
     from typing import TypeGuard
 
     from historysim.measured.loops import Loops
-    from historysim.measured.sliding import Over
     from historysim.scenario.each_run import Run
     from historysim.scenario.fit import Fit
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
+    Rows = Sequence[tuple[str, ...]]
+
 
 @click.command()
-@click.argument("file", type=path_type)
-@click.option("-o", "--output", type=path_type, help="Also write a whole scenario to start from to this file (.toml).")
-@json_option
-@text_options
+@options.file_argument
+@options.output_option("Also write a whole scenario to start from to this file (.toml).")
+@options.json_option
+@options.text_options
 def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") -> None:
-    """Show what FILE, a file of numbers, holds.
+    """Show the columns of FILE (numbers) and a [loading] to start from.
 
-    Its blocks, its columns as a scenario names them, and a [loading] section to start from.
+    Its blocks, its columns as a scenario names them, and a [loading] section.
 
-    What the section cannot tell from names and units is marked "?".
+    "?" marks what names and units do not show.
     """
     if output is not None:
         check_outputs([Output(output, (SUGGESTED,))], [file])
@@ -67,17 +59,17 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     if as_json:
         write_answer(Answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files), as_json=True)
         return
-    for line in seen:
-        click.echo(line)
+    click.echo("\n".join(seen), nl=bool(seen))
     write_answer(Answer(tables=[rows]))
     click.echo("\n".join(["", suggested, *(f"\n{path}" for path in files)]))
 
 
 @click.command()
-@click.argument("file", type=path_type)
+@options.file_argument
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @click.option(
     "--dead-band",
+    type=options.QuantityType("m"),
     help=(
         'Swings below which there is no reversal, as "5 nm". '
         "[default: the scenario's; else 5 % of the range, or six deviations of the noise]"
@@ -95,23 +87,17 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     type=float,
     help="Means are of the loops of this share of the largest amplitude or more. [default: 0.5]",
 )
-@click.option(
-    "-o", "--output", type=path_type, help="Also write all loops to this file (.nc, .csv), or draw them there."
-)
-@click.option(
-    "--levels", type=path_type, help="Also write the table over the normal load (.nc, .csv), or draw it there."
-)
+@options.output_option("Also write all loops to this file (.nc, .csv), or draw them there.")
+@options.path_option("--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there.")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
-@click.option("--picture", type=path_type, help="Also draw the loops to this file (PNG, PDF, SVG).")
+@options.path_option("--picture", help="Also draw the loops to this file (PNG, PDF, SVG).")
 @click.option("--model", "with_model", is_flag=True, help="Also draw the loops of the scenario's model, dashed.")
-@json_option
-@force_option
-@set_option
+@options.json_option
+@options.force_option
+@options.set_option
 def loops(
     file: Path,
-    skip: int,
-    dead_band: str | None,
-    skip_per_level: int,
+    dead_band: float | None,
     load_share: float | None,
     amplitude_share: float | None,
     output: Path | None,
@@ -122,126 +108,114 @@ def loops(
     as_json: bool,
     force: bool,
     values: dict[str, Any],
+    **skipped: int,
 ) -> None:
     """Evaluate the friction loops of FILE.
 
     FILE is a result, or a scenario with a measured record. At several normal loads a table has a row for each load.
     """
-    band = None if dead_band is None else quantity_option("--dead-band", dead_band, "m")
-    named = Path(f"{file.stem}_loops.png") if with_picture else None
-    pictures = [path for path in (named, picture) if path is not None]
+    pictures = [path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path]
     outputs = [
-        *(Output(path, (*TABLES_OF_LOOPS, PICTURE)) for path in (output,) if path is not None),
-        *(Output(path, (*TABLES_OF_LEVELS, PICTURE)) for path in (levels,) if path is not None),
+        *([Output(output, (*TABLES_OF_LOOPS, PICTURE))] if output else []),
+        *([Output(levels, (*TABLES_OF_LEVELS, PICTURE))] if levels else []),
         *(Output(path, (PICTURE,)) for path in pictures),
     ]
-    from historysim.measured.branches import DEFAULT, Definitions
-    from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
-    from historysim.scenario.record_search import loops as find_loops
-    from historysim.scenario.scenario import load
+    import attrs
 
-    definitions = Definitions(
-        load_share=DEFAULT.load_share if load_share is None else load_share,
-        amplitude_share=DEFAULT.amplitude_share if amplitude_share is None else amplitude_share,
-    )
-    measured = file.suffix == ".toml"
-    record = load(file, values) if measured else scenario_or_file(file, values)
-    check_outputs(outputs, files_read(record), force=force)
-    options: dict[str, Any] = {
-        "dead_band": band,
-        "skip": skip,
-        "skip_per_level": skip_per_level,
-        "definitions": definitions,
-    }
+    from historysim.measured.branches import DEFAULT
+    from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
+    from historysim.scenario.each_run import loop_rows
+    from historysim.scenario.record_search import loops as find_loops
+
+    shares = {"load_share": load_share, "amplitude_share": amplitude_share}
+    definitions = attrs.evolve(DEFAULT, **{name: share for name, share in shares.items() if share is not None})
+    record, measured = _record(file, values, outputs, force=force)
+
+    def find(what: "Scenario | Path") -> "Loops":
+        return find_loops(what, dead_band=dead_band, definitions=definitions, **skipped)
+
     if _is_each(record):
         _check_no_output(outputs)
-        from historysim.scenario.each_run import each_run, loop_rows
-
-        _tell_runs(each_run(record, lambda run: find_loops(run, **options)), loop_rows, as_json=as_json)
+        _write_runs(record, find, loop_rows, as_json=as_json)
         return
-    evaluation = find_loops(record, **options)
-    model = _model_loops(record, skip) if with_model else None
-    picture_of_loops = MeasuredLoopsPicture(model=model, title=file.name)
+    evaluation = find(record)
+    model = _model_loops(record, skipped["skip"]) if with_model else None
+    drawn = MeasuredLoopsPicture(model=model, title=file.name)
     by_load = evaluation.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
     if output is not None:
-        save_table(evaluation.to_dataset(), output, lambda _: picture_of_loops.figure(evaluation), measured=measured)
+        save_table(evaluation.to_dataset(), output, lambda _: drawn.figure(evaluation), measured=measured)
     if levels is not None:
         save_table(by_load.to_dataset(), levels, LoopLevelsPicture(title=file.name).figure, measured=measured)
     for path in pictures:
-        save(picture_of_loops.figure(evaluation), path)
-    several_loads = len(by_load) > 1
-    tables: list[Sequence[tuple[str, ...]]] = [by_load.rows() if several_loads else evaluation.rows()]
-    below: Sequence[tuple[str, str]] = ()
-    if several_loads:
-        below = [(label, both) for label, *_, both in evaluation.rows() if label.startswith(("largest", "loops"))]
-    if not evaluation.large.all():
-        (heading, *directions), *rows = evaluation.by_amplitude().rows()
-        tables.insert(several_loads, [(f"{heading}, all loads" if several_loads else heading, *directions), *rows])
+        save(drawn.figure(evaluation), path)
+    tables, below = _loop_tables(evaluation)
     files = [target.path for target in outputs]
     write_answer(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
 
 
+def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":
+    """Return the tables over normal load and amplitude, and the lines that stand below them."""
+    by_load = evaluation.by_load()
+    several_loads = len(by_load) > 1
+    tables: list[Rows] = [by_load.rows()]
+    below = []
+    if not several_loads:
+        tables = [evaluation.rows()]
+    else:
+        below = [(label, both) for label, *_, both in evaluation.rows() if label.startswith(("largest", "loops"))]
+    if not evaluation.large.all():
+        (heading, *directions), *rows = evaluation.by_amplitude().rows()
+        tables.insert(several_loads, [(f"{heading}, all loads" if several_loads else heading, *directions), *rows])
+    return tables, below
+
+
 @click.command()
-@click.argument("file", type=path_type)
+@options.file_argument
 @click.option("--over", type=click.Choice(["time", "distance"]), help="[default: distance, where it is known]")
 @click.option("--windows", default=50, show_default=True, help="Windows of equal length that friction is averaged in.")
-@click.option(
-    "-o", "--output", type=path_type, help="Also write the windows to this file (.nc, .csv), or draw them there."
-)
-@json_option
-@force_option
-@set_option
+@options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
+@options.json_option
+@options.force_option
+@options.set_option
 def sliding(
     file: Path,
-    over: "Over | None",
-    windows: int,
     output: Path | None,
     as_json: bool,
     force: bool,
     values: dict[str, Any],
+    **choices: Any,
 ) -> None:
     """Evaluate friction in a unidirectional sliding record.
 
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.record_pictures import SlidingPicture
+    from historysim.scenario.each_run import sliding_rows
     from historysim.scenario.record_search import sliding as find_sliding
-    from historysim.scenario.scenario import load
 
-    measured = file.suffix == ".toml"
-    record = load(file, values) if measured else scenario_or_file(file, values)
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
-    check_outputs(outputs, files_read(record), force=force)
+    record, measured = _record(file, values, outputs, force=force)
     if _is_each(record):
         _check_no_output(outputs)
-        from historysim.scenario.each_run import each_run, sliding_rows
-
-        runs = each_run(record, lambda run: find_sliding(run, over=over, windows=windows))
-        _tell_runs(runs, sliding_rows, as_json=as_json)
+        _write_runs(record, lambda run: find_sliding(run, **choices), sliding_rows, as_json=as_json)
         return
-    evaluation = find_sliding(record, over=over, windows=windows)
+    found = find_sliding(record, **choices)
     if output is not None:
-        save_table(
-            evaluation.to_dataset(),
-            output,
-            lambda _: SlidingPicture(title=file.name).figure(evaluation),
-            measured=measured,
-        )
-    write_answer(
-        Answer(evaluation.summary(), files=[target.path for target in outputs], data=evaluation.to_dataset),
-        as_json=as_json,
-    )
+        picture = SlidingPicture(title=file.name)
+        save_table(found.to_dataset(), output, lambda _: picture.figure(found), measured=measured)
+    files = [target.path for target in outputs]
+    write_answer(Answer(found.summary(), files=files, data=found.to_dataset), as_json=as_json)
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
+@options.scenario_argument
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
-@click.option("-o", "--output", type=path_type, help="The picture. [default: SCENARIO's name with _comparison.png]")
-@json_option
-@force_option
-@set_option
+@options.output_option("The picture. [default: SCENARIO's name with _comparison.png]")
+@options.json_option
+@options.force_option
+@options.set_option
 def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
     """Compare the model of SCENARIO with its measured record.
 
@@ -260,16 +234,12 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@click.option(
-    "-o", "--output", type=path_type, help="The fitted scenario. [default: SCENARIO's name with _fitted.toml]"
-)
-@click.option(
-    "--picture", type=path_type, help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]"
-)
-@json_option
-@force_option
-@set_option
+@options.scenario_argument
+@options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
+@options.path_option("--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]")
+@options.json_option
+@options.force_option
+@options.set_option
 def fit(
     scenario: Path,
     output: Path | None,
@@ -278,43 +248,57 @@ def fit(
     force: bool,
     values: dict[str, Any],
 ) -> None:
-    """Fit parameters of SCENARIO to its measured record, as [fit] says.
+    """Fit parameters of SCENARIO to its measured record.
 
-    Writes the fitted scenario and a picture.
+    [fit] names the parameters. Writes the fitted scenario and a picture.
     """
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
     from historysim.results.plots.record_pictures import ComparisonPicture
+    from historysim.scenario.each_run import fit_rows
     from historysim.scenario.fit import fit as fit_scenario
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
-    check_outputs([Output(output, (FITTED,)), Output(picture, (PICTURE,))], loaded.files, force=force)
 
-    def write(fitted: "Fit", output: Path, picture: Path) -> None:
+    def check(output: Path, picture: Path) -> None:
+        check_outputs([Output(output, (FITTED,)), Output(picture, (PICTURE,))], loaded.files, force=force)
+
+    def write(fitted: "Fit", output: Path, picture: Path) -> list[Path]:
         # both stand under their names, or neither
         with replacing(output) as unfinished:
             unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
             save(ComparisonPicture(title=loaded.title).figure(fitted.comparison), picture)
+        return [picture, output]
 
+    def of_run(number: int) -> list[Path]:
+        return [path.with_stem(f"{path.stem}_{number}") for path in (output, picture)]
+
+    check(output, picture)
     if _is_each(loaded):
-        from historysim.scenario.each_run import each_run, fit_rows
 
-        runs = each_run(loaded, lambda run: fit_scenario(run, progress=True))
-        named = {
-            run.number: [path.with_stem(f"{path.stem}_{run.number}") for path in (output, picture)] for run in runs
-        }
-        several = [place for one, two in named.values() for place in (Output(one, (FITTED,)), Output(two, (PICTURE,)))]
-        check_outputs(several, loaded.files, force=force)
-        for run in runs:
-            if run.result is not None:
-                write(run.result, *named[run.number])
-        files = [path for run in runs if run.result is not None for path in reversed(named[run.number])]
-        _tell_runs(runs, fit_rows, files, as_json=as_json)
+        def written(runs: "list[Run[Fit]]") -> list[Path]:
+            for run in runs:
+                check(*of_run(run.number))
+            return [path for run in runs if run.result is not None for path in write(run.result, *of_run(run.number))]
+
+        _write_runs(loaded, lambda run: fit_scenario(run, progress=True), fit_rows, written, as_json=as_json)
         return
     fitted = fit_scenario(loaded, progress=True)
-    write(fitted, output, picture)
-    write_answer(Answer(fitted.summary(), [fitted.comparison.rows()], [picture, output]), as_json=as_json)
+    files = write(fitted, output, picture)
+    write_answer(Answer(fitted.summary(), [fitted.comparison.rows()], files), as_json=as_json)
+
+
+def _record(
+    file: Path, values: dict[str, Any], outputs: list[Output], *, force: bool
+) -> "tuple[Scenario | Path, bool]":
+    """Return a scenario with a measured record, or a file, and whether it is the former; checks the outputs."""
+    from historysim.scenario.scenario import load
+
+    measured = file.suffix == ".toml"
+    record = load(file, values) if measured else options.scenario_or_file(file, values)
+    check_outputs(outputs, options.files_read(record), force=force)
+    return record, measured
 
 
 def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
@@ -324,24 +308,24 @@ def _is_each(record: "Scenario | Path") -> "TypeGuard[Scenario]":
 
 def _check_no_output(outputs: list[Output]) -> None:
     if outputs:
-        raise InputError(
-            f"{outputs[0].path}: holds what one run has; expected the number of one, as --set loading.run=1"
-        )
+        raise InputError(f"{outputs[0].path}: can be written for one run; expected its number, as --set loading.run=1")
 
 
-def _tell_runs(
-    runs: "list[Run[Any]]",
-    rows: "Callable[[list[Run[Any]]], list[tuple[str, ...]]]",
-    files: "Sequence[Path]" = (),
+def _write_runs(
+    scenario: "Scenario",
+    find: "Callable[[Scenario], Any]",
+    rows: "Callable[[list[Run[Any]]], Rows]",
+    write: "Callable[[list[Run[Any]]], Sequence[Path]]" = lambda _: (),
     *,
     as_json: bool,
 ) -> None:
+    """Print a table with a row for each run of a scenario's file, and why others cannot be used."""
+    from historysim.scenario.each_run import each_run
+
+    runs = each_run(scenario, find)
+    files = write(runs)
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
-    if as_json:
-        write_answer(Answer(problems, [rows(runs)], files), as_json=True)
-        return
-    write_answer(Answer(tables=[rows(runs)]))
-    write_answer(Answer(problems, files=files))
+    write_answer(Answer(tables=[rows(runs)], files=files, below=problems), as_json=as_json)
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":

@@ -1,23 +1,27 @@
 """Commands that replay a scenario: run, validate, sweep, design."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.system import processors
 from historysim.basics.targets import PICTURE, Output, check_outputs
-from historysim.cli.options import force_option, json_option, path_type, set_option
+from historysim.cli import options
 from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, write_answer
 from historysim.errors import InputError
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from historysim.scenario.grid import Axis
+
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@click.option("-o", "--output", type=path_type, help="The result (netCDF). [default: SCENARIO's name with .nc, here]")
+@options.scenario_argument
+@options.output_option("The result (netCDF). [default: SCENARIO's name with .nc, here]")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
-@click.option("--picture", type=path_type, help="Also draw the result to this file (PNG, PDF, SVG).")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
+@options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
+@options.quiet_option
 @click.option("--resume", is_flag=True, help="Go on where an earlier run stopped, from its log.")
 @click.option(
     "--snapshot-every",
@@ -31,9 +35,9 @@ from historysim.errors import InputError
     type=click.IntRange(1),
     help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
 )
-@json_option
-@force_option
-@set_option
+@options.json_option
+@options.force_option
+@options.set_option
 def run(
     scenario: Path,
     values: dict[str, Any],
@@ -41,12 +45,8 @@ def run(
     with_picture: bool,
     picture: Path | None,
     quiet: bool,
-    resume: bool,
-    snapshot_every: int | None,
-    compression: str,
-    threads: int | None,
     as_json: bool,
-    force: bool,
+    **choices: Any,
 ) -> None:
     """Replay SCENARIO (TOML) and write the history (netCDF).
 
@@ -60,8 +60,8 @@ def run(
     from historysim.scenario.run import source_of, write
 
     source = source_of(scenario, values)
-    options = RunOptions(not quiet, resume, snapshot_every, compression, threads, force, notice)
-    write(source, output, options, *(Output(path, (PICTURE,)) for path in pictures))
+    outputs = [Output(path, (PICTURE,)) for path in pictures]
+    write(source, output, RunOptions(progress=not quiet, notify=notice, **choices), *outputs)
     if pictures:
         from historysim.results.result_files import open_result
         from historysim.verbs import plot
@@ -81,9 +81,9 @@ def run(
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@json_option
-@set_option
+@options.scenario_argument
+@options.json_option
+@options.set_option
 def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names."""
     from historysim.studies.validation import validate as validated
@@ -94,25 +94,19 @@ def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@click.option(
-    "-o", "--output", type=path_type, help="The table (.nc or .csv). [default: SCENARIO's name with .nc, here]"
-)
-@click.option(
-    "--store",
-    type=path_type,
-    help="The folder in which cells are kept as they end. [default: NAME.cells beside it]",
-)
-@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
-@json_option
-@force_option
-@set_option
+@options.scenario_argument
+@options.output_option("The table (.nc or .csv). [default: SCENARIO's name with .nc, here]")
+@options.path_option("--store", help="The folder in which cells are kept as they end. [default: NAME.cells beside it]")
+@options.workers_option
+@options.quiet_option
+@options.json_option
+@options.force_option
+@options.set_option
 def sweep(
     scenario: Path,
     output: Path | None,
     store: Path | None,
-    workers: int | None,
+    workers: int,
     quiet: bool,
     as_json: bool,
     force: bool,
@@ -135,9 +129,8 @@ def sweep(
 
     loaded = load(scenario, values)
     grid, _ = sweep_of(loaded)
-    forms = TABLE_OF_SWEEP, csv_of_sweep(key for axis in grid.axes for key in axis.keys)
-    check_outputs([Output(output, forms)], loaded.files, force=force)
-    table = carry_out(loaded, store=store, workers=workers or processors(), progress=not quiet, notify=notice)
+    check_outputs([_table_over(output, grid.axes)], loaded.files, force=force)
+    table = carry_out(loaded, store=store, workers=workers, progress=not quiet, notify=notice)
     write_sweep(table, output)
     if not quiet:
         files = [("cells kept in", str(store)), ("result", str(output))]
@@ -145,19 +138,17 @@ def sweep(
 
 
 @click.command()
-@click.argument("scenario", type=path_type)
-@click.option(
-    "-o", "--output", type=path_type, help="Also write what was found at each point to this file (.nc or .csv)."
-)
-@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
-@click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
-@json_option
-@force_option
-@set_option
+@options.scenario_argument
+@options.output_option("Also write what was found at each point to this file (.nc or .csv).")
+@options.workers_option
+@options.quiet_option
+@options.json_option
+@options.force_option
+@options.set_option
 def design(
     scenario: Path,
     output: Path | None,
-    workers: int | None,
+    workers: int,
     quiet: bool,
     as_json: bool,
     force: bool,
@@ -167,7 +158,7 @@ def design(
 
     [design] of SCENARIO (TOML) names the key, its range, and the output.
     """
-    from historysim.results.tables import write_sweep as write
+    from historysim.results.tables import write_sweep
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out
     from historysim.studies.design import problem_of, summary
@@ -175,11 +166,16 @@ def design(
     loaded = load(scenario, values)
     if output is not None:
         problem, grid = problem_of(loaded)
-        forms = TABLE_OF_SWEEP, csv_of_sweep([*(key for axis in grid.axes for key in axis.keys), problem.key])
-        check_outputs([Output(output, forms)], loaded.files, force=force)
-    table = carry_out(loaded, workers=workers or processors(), progress=not quiet, notify=notice)
+        check_outputs([_table_over(output, grid.axes, problem.key)], loaded.files, force=force)
+    table = carry_out(loaded, workers=workers, progress=not quiet, notify=notice)
     if output is not None:
-        write(table, output)
+        write_sweep(table, output)
     if not quiet:
         files = [("result", str(output))] if output else []
         write_answer(Answer([*summary(table), *files], data=lambda: table), as_json=as_json)
+
+
+def _table_over(output: Path, axes: "Iterable[Axis]", *others: str) -> Output:
+    """Return a table with a row for each point of some axes, and columns of other keys."""
+    keys = [key for axis in axes for key in axis.keys]
+    return Output(output, (TABLE_OF_SWEEP, csv_of_sweep([*keys, *others])))

@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
-from historysim.basics.system import processors
 from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
-from historysim.cli.options import files_read, force_option, json_option, path_type, scenario_or_file, set_option
+from historysim.cli import options
 from historysim.cli.output import Answer, notice, save, write_answer
 from historysim.errors import InputError
 
@@ -48,20 +47,20 @@ NO_OPTIONS = {"what", "name", "picture", "place", "size", "figure", "ax"}
 
 
 def picture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of pictures; it takes those that were given as ``options``."""
+    """Give a command the options of pictures; it takes the given ones as ``choices``."""
 
     @functools.wraps(command)
     def with_options(*, given: tuple[str, ...], adhesion: bool, **others: object) -> None:
-        options: dict[str, object] = {name: others.pop(name) for name in SHORT}
-        options = {name: value for name, value in options.items() if value is not None}
+        choices: dict[str, object] = {name: others.pop(name) for name in SHORT}
+        choices = {name: value for name, value in choices.items() if value is not None}
         for text in given:
             name, equals, value = text.partition("=")
             if not (name.strip() and equals):
                 raise InputError(f"--with {text!r}: expected OPTION=VALUE, such as steps=K,L")
             if name.strip() in NO_OPTIONS:
                 raise InputError(f"--with {text!r}: is no option of a picture; see `historysim kinds plots`")
-            options[name.strip().replace("-", "_")] = value.strip()
-        command(options=options | ({"adhesion": True} if adhesion else {}), **others)
+            choices[name.strip().replace("-", "_")] = value.strip()
+        command(choices=choices | ({"adhesion": True} if adhesion else {}), **others)
 
     for option in (
         click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it."),
@@ -74,7 +73,7 @@ def picture_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that say what a height map leaves open."""
+    """Add the options for what the file of a height map does not say."""
     for option in (
         click.option("--form", help="What to take off a height map first. [default: plane]"),
         click.option("--channel", help="Channel of a height map, by its number from 0 or its name."),
@@ -87,39 +86,36 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @click.command()
-@click.argument("file", type=path_type)
-@json_option
-@set_option
+@options.file_argument
+@options.json_option
+@options.set_option
 @height_map_options
 def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
-    """Say in a few lines what FILE holds.
+    """Summarise FILE: a scenario, result, log, sweep or height map.
 
-    A scenario, a result, a log, a sweep, a height map, or what `loops -o` and `sliding -o` have written.
+    Also what `loops -o` and `sliding -o` have written.
     """
     from historysim.verbs import show as shown
 
-    write_answer(Answer(shown(scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
+    write_answer(Answer(shown(options.scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
 
 
 @click.command()
-@click.argument("files", type=path_type, nargs=-1, required=True, metavar="FILE…")
-@click.option(
-    "-o",
-    "--output",
-    type=path_type,
-    help="The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
-    "[default: FILE's name with .png]",
+@click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
+@options.output_option(
+    "The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
+    "[default: FILE's name with .png]"
 )
 @picture_options
 @click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
-@force_option
-@set_option
+@options.force_option
+@options.set_option
 @height_map_options
 def plot(
     files: tuple[Path, ...],
     output: Path | None,
     picture: str | None,
-    options: dict[str, Any],
+    choices: dict[str, Any],
     size: str | None,
     force: bool,
     values: dict[str, Any],
@@ -141,33 +137,33 @@ def plot(
     if output is None:
         # pictures of results stand beside them, others here
         folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
-        surface = "step" in options or kind in {"scenario", "height map"}
-        name = picture or ("adhesion" if "adhesion" in options else "surface" if surface else "")
+        surface = "step" in choices or kind in {"scenario", "height map"}
+        name = picture or ("adhesion" if "adhesion" in choices else "surface" if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     if len(files) > 1 and values:
         raise InputError("--set: belongs to one scenario; expected one FILE")
-    one = scenario_or_file(file, values)
-    check_outputs([Output(output, (PICTURE, MOVING))], [*files_read(one), *files], force=force)
+    one = options.scenario_or_file(file, values)
+    check_outputs([Output(output, (PICTURE, MOVING))], [*options.files_read(one), *files], force=force)
     what = one if len(files) == 1 else list(files)
     if output.suffix.lower() in MOVING.endings:
         if len(files) > 1:
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
-        if unused := [f"--{name}" for name in ("picture" if picture else "", *options) if name]:
+        if unused := [f"--{name}" for name in ("picture" if picture else "", *choices) if name]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, millimetres)
         return
     from historysim.verbs import plot as drawn
 
-    save(drawn(what, picture=picture, size=millimetres, **options, **_given(height_map)), output)
+    save(drawn(what, picture=picture, size=millimetres, **choices, **_given(height_map)), output)
     click.echo(output)
 
 
 @click.command()
-@click.argument("file", type=path_type)
-@click.option("-o", "--output", type=path_type, help="The page (HTML). [default: FILE's name with _report.html]")
-@force_option
+@options.file_argument
+@options.output_option("The page (HTML). [default: FILE's name with _report.html]")
+@options.force_option
 def report(file: Path, output: Path | None, force: bool) -> None:
     """Write a report of FILE, one HTML page that opens anywhere.
 
@@ -176,7 +172,7 @@ def report(file: Path, output: Path | None, force: bool) -> None:
     which is fitted or compared.
     """
     output = output or file.with_name(f"{file.stem}_report.html")
-    check_outputs([Output(output, (PAGE,))], files_read(file), force=force)
+    check_outputs([Output(output, (PAGE,))], options.files_read(file), force=force)
     from historysim.verbs import report as written
 
     written(file, output)
@@ -184,16 +180,16 @@ def report(file: Path, output: Path | None, force: bool) -> None:
 
 
 @click.command()
-@click.argument("folder", type=path_type, default="scenarios")
-@click.option("-o", "--output", type=path_type, default="gallery.html", show_default=True, help="The page (HTML).")
-@click.option("--workers", type=click.IntRange(1), help="Processes that compute. [default: one for each processor]")
+@click.argument("folder", type=options.path_type, default="scenarios")
+@options.output_option("The page (HTML).", default="gallery.html", show_default=True)
+@options.workers_option
 @click.option(
     "--scripts",
     is_flag=True,
     help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
 )
-@force_option
-def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, force: bool) -> None:
+@options.force_option
+def gallery(folder: Path, output: Path, workers: int, scripts: bool, force: bool) -> None:
     """Run all scenarios in FOLDER and draw them on one HTML page.
 
     Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
@@ -204,7 +200,7 @@ def gallery(folder: Path, output: Path, workers: int | None, scripts: bool, forc
     from historysim.studies.gallery import gallery as written
 
     check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
-    written(folder, output, workers=workers or processors(), scripts=scripts, progress=True, notify=notice)
+    written(folder, output, workers=workers, scripts=scripts, progress=True, notify=notice)
     click.echo(output)
 
 
@@ -228,7 +224,7 @@ def _millimetres(text: str) -> tuple[float, float]:
 
 
 def _given(height_map: dict[str, object]) -> dict[str, Any]:
-    """Return the options of a height map that were given, as `read_surface` takes them."""
+    """Return the given options of a height map, as `read_surface` takes them."""
     given: dict[str, Any] = {name: value for name, value in height_map.items() if value not in {None, ()}}
     if "pixel_size" in given:
         sizes = given["pixel_size"]

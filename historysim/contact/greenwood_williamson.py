@@ -9,7 +9,7 @@ Greenwood and Williamson, *Proc. R. Soc. Lond. A* 295 (1966) 300-319; Johnson, *
 """
 
 import math
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import attrs
 import numpy as np
@@ -58,11 +58,6 @@ class GreenwoodWilliamson:
         A0 [m²], > 0.
     mean_height : float
         Mean height of the summits over the datum from which separations count [m].
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range.
     """
 
     contact_modulus: float = _positive("contact_modulus")
@@ -74,19 +69,9 @@ class GreenwoodWilliamson:
 
     @classmethod
     def of_summits(cls, summits: Any, contact_modulus: float) -> Self:  # noqa: ANN401 - of a room below
-        """Return the surface with the parameters of given summits.
+        """Return the surface with the mean radius, and mean and deviation of the heights, of given `Summits`.
 
-        Parameters
-        ----------
-        summits : Summits
-            R is the mean of their radii, σ the root mean square of their heights about the mean.
-        contact_modulus : float
-            E* [Pa], > 0.
-
-        Raises
-        ------
-        InputError
-            Fewer than two summits, heights that are all equal, or an area that is not known.
+        Fewer than two, heights that are all equal, or an area that is not known are an InputError.
         """
         count = np.size(summits.height)
         if count < 2:
@@ -107,13 +92,7 @@ class GreenwoodWilliamson:
         )
 
     def contact_count(self, separation: npt.ArrayLike) -> Floats:
-        """Return the expected number of summits in contact [1]: A0 D F_0(h), h = (d - mean height)/σ.
-
-        Parameters
-        ----------
-        separation : array_like
-            d over the datum of the heights [m], of either sign.
-        """
+        """Return the expected number of summits in contact [1]: A0 D F_0(h), h = (d - mean height)/σ."""
         return self._summits * self._integral(0, separation)
 
     def contact_area(self, separation: npt.ArrayLike) -> Floats:
@@ -129,17 +108,7 @@ class GreenwoodWilliamson:
         return 1.5 * self._load / self.height_deviation * self._integral(0.5, separation)
 
     def separation_at(self, normal_load: npt.ArrayLike) -> Floats:
-        """Return the separation d over the datum of the heights [m].
-
-        Parameters
-        ----------
-        normal_load : array_like
-            N > 0 [N].
-
-        Notes
-        -----
-        Gaussian heights have no highest summit, so no separation is free of load.
-        """
+        """Return the separation d over the datum of the heights [m] at loads N > 0; there is none without load."""
         target = np.log(checked("normal_load", normal_load, above=0)) - math.log(self._load)
         h = np.zeros_like(target)
         step = np.full_like(target, np.inf)
@@ -169,26 +138,17 @@ class GreenwoodWilliamson:
         return height_integral(order, over_mean / self.height_deviation)
 
 
-@attrs.frozen(eq=False)
-class SummitContact:
-    """Totals over given summits under a rigid flat; each has the shape of the separations.
-
-    Attributes
-    ----------
-    contact_count : array
-        Number of summits in contact [1].
-    contact_area : array
-        Real contact area Σ π R δ [m²].
-    normal_load : array
-        Σ (4/3) E* √R δ^(3/2) [N].
-    normal_stiffness : array
-        -dN/dd = Σ 2 E* √(R δ) [N/m].
-    """
+class SummitContact(NamedTuple):
+    """Totals over given summits under a rigid flat; each has the shape of the separations."""
 
     contact_count: Floats
+    """Number of summits in contact [1]."""
     contact_area: Floats
+    """Real contact area Σ π R δ [m²]."""
     normal_load: Floats
+    """Σ (4/3) E* √R δ^(3/2) [N]."""
     normal_stiffness: Floats
+    """-dN/dd = Σ 2 E* √(R δ) [N/m]."""
 
 
 def summit_contact(
@@ -200,16 +160,8 @@ def summit_contact(
 ) -> SummitContact:
     """Return what given summits carry under a rigid flat: the sums that `GreenwoodWilliamson` has as integrals.
 
-    Parameters
-    ----------
-    summit_height : array_like (summit)
-        Heights z over any datum [m].
-    summit_radius : array_like (summit)
-        Radii R [m], > 0, one for all or one per summit.
-    separation : array_like
-        d over the same datum [m]. A summit touches where z > d, with the approach δ = z - d.
-    contact_modulus : float
-        E* [Pa], > 0.
+    Heights (summit) and separations [m] are over one datum, radii [m] one for all or one per summit, E* [Pa]. A summit
+    touches where z > d, with the approach δ = z - d.
     """
     height = np.atleast_1d(checked("summit_height", summit_height))
     radius = checked("summit_radius", summit_radius, above=0)
@@ -225,8 +177,7 @@ def summit_contact(
     for column, d in enumerate(distance.flat):
         touches = height > d
         totals[:, column] = _carried(height[touches] - d, radius[touches], modulus)
-    count, area, load, stiffness = totals.reshape(4, *distance.shape)
-    return SummitContact(count[()], area[()], load[()], stiffness[()])
+    return SummitContact(*(total[()] for total in totals.reshape(4, *distance.shape)))
 
 
 def _carried(approach: Floats, summit_radius: Floats, contact_modulus: float) -> tuple[float, float, float, float]:
@@ -240,18 +191,9 @@ def _carried(approach: Floats, summit_radius: Floats, contact_modulus: float) ->
 def height_integral(order: float, separation: npt.ArrayLike) -> Floats:
     """Return the height integral F_n(h) = ∫_h^∞ (x - h)^n φ(x) dx [1], with φ the standard normal density.
 
-    Parameters
-    ----------
-    order : float
-        n, from 0 to 10 and not necessarily whole: 0 counts contacts, 1 goes with their area, 3/2 with their load and
-        1/2 with their stiffness.
-    separation : array_like
-        h = d/σ [1], of either sign.
-
-    Notes
-    -----
-    Accurate to 1e-13 relative, 1e-14 up to order 5/2 and h = 10; from h = 20 the h²/2 roundings of the exponent count.
-    The result is 0 where the integral is less than the smallest float (h > 38), and goes as (-h)^n far below 0.
+    The order n is from 0 to 10: 0 counts contacts, 1 goes with their area, 3/2 with their load and 1/2 with their
+    stiffness; h = d/σ [1]. Accurate to 1e-13 relative, 1e-14 up to order 5/2 and h = 10; 0 where the integral is less
+    than the smallest float (h > 38).
     """
     power = scalar("order", order, least=0)
     if power > HIGHEST_ORDER:

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Final, Self
 import attrs
 import numpy as np
 import numpy.typing as npt
+from attrs.converters import optional
 
 from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
@@ -38,10 +39,12 @@ def _is_finite(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], None]:
-    """Return the validator of a number greater than 0 in a unit."""
+def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float | None], None]:
+    """Return the validator of a number greater than 0 in a unit; what is optional may be None."""
 
-    def check(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+    def check(owner: object, attribute: "attrs.Attribute[float]", value: float | None) -> None:
+        if value is None:
+            return
         if not (_is_finite(value) and value > 0):
             raise InputError(
                 f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, "
@@ -132,33 +135,19 @@ class Material:
     name: str = attrs.field(validator=_text)
     youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_positive("Pa"))
     poissons_ratio: Number = attrs.field(converter=as_float, validator=_poisson)
-    shear_modulus: Pressure = attrs.field(
-        default=_ISOTROPIC,
-        converter=attrs.converters.optional(pascals),
-        validator=attrs.validators.optional(_positive("Pa")),
-    )
+    shear_modulus: Pressure = attrs.field(default=_ISOTROPIC, converter=optional(pascals), validator=_positive("Pa"))
     surface_energy: SurfaceEnergy | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(joules_per_area),
-        validator=attrs.validators.optional(_positive("J/m²")),
+        default=None, converter=optional(joules_per_area), validator=_positive("J/m²")
     )
     roughness: Annotated[tuple[float, float], Quantity("m")] | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_floats), validator=attrs.validators.optional(_range)
+        default=None, converter=optional(_floats), validator=attrs.validators.optional(_range)
     )
-    ball_radius: Length | None = attrs.field(
-        default=None, converter=attrs.converters.optional(metres), validator=attrs.validators.optional(_positive("m"))
-    )
+    ball_radius: Length | None = attrs.field(default=None, converter=optional(metres), validator=_positive("m"))
     source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
-    hardness: Pressure | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
-    )
-    yield_stress: Pressure | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
-    )
+    hardness: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
+    yield_stress: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
     fracture_toughness: FractureToughness | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(pascals_root_metre),
-        validator=attrs.validators.optional(_positive("Pa √m")),
+        default=None, converter=optional(pascals_root_metre), validator=_positive("Pa √m")
     )
 
     @property
@@ -229,17 +218,9 @@ _BY_KEY = MappingProxyType({_key(name): row for name, row in MATERIALS.items()})
 
 
 def material(name: str) -> Material:
-    """Return a built-in material.
+    """Return a built-in material; an unknown name is an InputError.
 
-    Parameters
-    ----------
-    name : str
-        One of `MATERIALS`. Case does not matter; underscores and hyphens stand for spaces.
-
-    Raises
-    ------
-    InputError
-        An unknown name; the message gives the close matches and all names.
+    Case does not matter; underscores and hyphens stand for spaces.
 
     Examples
     --------
@@ -262,19 +243,9 @@ def material(name: str) -> Material:
 def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Floats:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
 
-    Parameters
-    ----------
-    first, second : array_like
-        Surface energies γ1, γ2 [J/m²], > 0.
-    interfacial : array_like, optional
-        Energy γ12 [J/m²] of the interface between them, ≥ 0 and less than γ1 + γ2 (Dupré). Where it is not known, the
-        geometric mean of the works of cohesion 2γ1 and 2γ2 is taken, which is good for dispersion forces (Girifalco
-        and Good, *J. Phys. Chem.* 61 (1957) 904-909, with Φ = 1). Both give 2γ for one material on itself.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range; an interface with more energy than the surfaces.
+    γ1, γ2 > 0 [J/m²] are surface energies, γ12 that of the interface (Dupré). Where it is not known, the geometric mean
+    of the works of cohesion 2γ1 and 2γ2 is taken, which is good for dispersion forces (Girifalco and Good, *J. Phys.
+    Chem.* 61 (1957) 904-909, with Φ = 1). An interface with more energy than the surfaces is an InputError.
     """
     energies = checked("first", first, above=0), checked("second", second, above=0)
     if interfacial is None:
@@ -295,19 +266,15 @@ def _least(*values: float | None) -> float | None:
 
 @attrs.frozen(init=False, repr=False)
 class MaterialPair:
-    """The elastic constants of two materials in contact.
-
-    Made as ``MaterialPair(first, second)``, or from its moduli with `from_moduli`.
+    """The elastic constants of two materials in contact; `from_moduli` makes a pair without materials.
 
     Parameters
     ----------
     first, second : Material
-        The two materials; the order does not change the moduli.
+        The order does not change the moduli. None where the pair is made from its moduli.
 
     Attributes
     ----------
-    first, second : Material or None
-        The two materials; None where the pair was made from its moduli.
     contact_modulus : float
         E* [Pa], > 0, with 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
     shear_modulus : float
@@ -319,11 +286,6 @@ class MaterialPair:
         The lower one of the two materials (`Material.cracking_load`) [N].
     work_of_adhesion : float or None
         W = 2√(γ1 γ2) [J/m²] (Girifalco and Good); None where a surface energy is not known. The replay has no adhesion.
-
-    Raises
-    ------
-    InputError
-        Something that is not a `Material`.
 
     Notes
     -----
@@ -341,20 +303,12 @@ class MaterialPair:
     second: Material | None
     contact_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
     shear_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
-    hardness: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
-    )
-    yield_stress: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(pascals), validator=attrs.validators.optional(_positive("Pa"))
-    )
+    hardness: float | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
+    yield_stress: float | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
     work_of_adhesion: float | None = attrs.field(
-        default=None,
-        converter=attrs.converters.optional(joules_per_area),
-        validator=attrs.validators.optional(_positive("J/m²")),
+        default=None, converter=optional(joules_per_area), validator=_positive("J/m²")
     )
-    cracking_load: float | None = attrs.field(
-        default=None, converter=attrs.converters.optional(newtons), validator=attrs.validators.optional(_positive("N"))
-    )
+    cracking_load: float | None = attrs.field(default=None, converter=optional(newtons), validator=_positive("N"))
 
     def __init__(self, first: Material, second: Material) -> None:
         for name, value in (("first", first), ("second", second)):
@@ -388,26 +342,7 @@ class MaterialPair:
         work_of_adhesion: float | None = None,
         cracking_load: float | None = None,
     ) -> Self:
-        """Return the pair that has these moduli.
-
-        Parameters
-        ----------
-        contact_modulus : float
-            E* [Pa], > 0.
-        shear_modulus : float
-            G* [Pa], > 0, in the convention k_t = 8 G* a.
-        hardness, yield_stress : float, optional
-            H and Y [Pa], > 0, of the softer material.
-        work_of_adhesion : float, optional
-            W [J/m²], > 0.
-        cracking_load : float, optional
-            At which median cracks begin in one of them [N], > 0.
-
-        Raises
-        ------
-        InputError
-            A number that is not finite and positive.
-        """
+        """Return the pair that has these moduli and limits, all > 0, in the units and conventions of the class."""
         pair = cls.__new__(cls)
         known = (hardness, yield_stress, work_of_adhesion, cracking_load)
         pair.__attrs_init__(None, None, contact_modulus, shear_modulus, *known)
@@ -459,10 +394,9 @@ class MaterialPair:
         return f"{name}: E* = {contact}, G* = {shear}"
 
     def _repr_html_(self) -> str:
-        lines = (
-            [] if self.first is None or self.second is None else [("pair", f"{self.first.name} on {self.second.name}")]
-        )
-        lines += [
+        name, _, _ = str(self).partition(":")
+        lines = [
+            *([("pair", name)] if self.first else []),
             ("contact modulus E*", quantity_text(self.contact_modulus, "Pa")),
             ("shear modulus G*", quantity_text(self.shear_modulus, "Pa")),
         ]

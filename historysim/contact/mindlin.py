@@ -18,6 +18,8 @@ Cattaneo, *Rend. Accad. Naz. Lincei* 27 (1938); Mindlin, *J. Appl. Mech.* 16 (19
 follows Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*, University of Twente.
 """
 
+from typing import TypedDict, Unpack
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -25,6 +27,20 @@ from historysim.basics.arguments import checked
 from historysim.basics.array_types import Floats
 from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
+
+
+class Slipping(TypedDict):
+    """Normal load N [N], contact radius a [m] and friction μ [1] of a contact."""
+
+    normal_load: ArrayLike
+    contact_radius: ArrayLike
+    friction: ArrayLike
+
+
+class Contact(Slipping):
+    """A contact with the shear modulus G* [Pa] of the pair."""
+
+    shear_modulus: ArrayLike
 
 
 def stick_radius(
@@ -38,18 +54,11 @@ def stick_radius(
     return _utilisation(tangential_load, normal_load, friction)[3] * radius
 
 
-def counter_slip_radius(
-    tangential_load: ArrayLike,
-    *,
-    reversal_load: ArrayLike,
-    normal_load: ArrayLike,
-    contact_radius: ArrayLike,
-    friction: ArrayLike,
-) -> Floats:
+def counter_slip_radius(tangential_load: ArrayLike, *, reversal_load: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
     """Return the radius b [m] that slip has reached after a reversal: b = a (1 - |T* - T|/(2μN))^(1/3)."""
     _, half = _since_reversal(tangential_load, reversal_load)
-    _utilisation(reversal_load, normal_load, friction, "reversal_load")
-    return stick_radius(half, normal_load=normal_load, contact_radius=contact_radius, friction=friction)
+    _utilisation(reversal_load, contact["normal_load"], contact["friction"], "reversal_load")
+    return stick_radius(half, **contact)
 
 
 def preliminary_displacement(
@@ -82,13 +91,7 @@ def tangential_displacement(
 
 
 def displacement_after_reversal(
-    tangential_load: ArrayLike,
-    *,
-    reversal_load: ArrayLike,
-    normal_load: ArrayLike,
-    contact_radius: ArrayLike,
-    shear_modulus: ArrayLike,
-    friction: ArrayLike,
+    tangential_load: ArrayLike, *, reversal_load: ArrayLike, **contact: Unpack[Contact]
 ) -> Floats:
     """Return the tangential displacement after the load has turned back at T* [m].
 
@@ -98,17 +101,7 @@ def displacement_after_reversal(
     A.3 print T and T* exchanged in the last term.
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
-
-    def virgin(load: Floats) -> Floats:
-        return tangential_displacement(
-            load,
-            normal_load=normal_load,
-            contact_radius=contact_radius,
-            shear_modulus=shear_modulus,
-            friction=friction,
-        )
-
-    return virgin(turned) + 2 * virgin(half)
+    return tangential_displacement(turned, **contact) + 2 * tangential_displacement(half, **contact)
 
 
 def tangential_stiffness(radius: ArrayLike, *, shear_modulus: ArrayLike) -> Floats:
@@ -139,13 +132,7 @@ def traction(
 
 
 def traction_after_reversal(
-    r: ArrayLike,
-    *,
-    tangential_load: ArrayLike,
-    reversal_load: ArrayLike,
-    normal_load: ArrayLike,
-    contact_radius: ArrayLike,
-    friction: ArrayLike,
+    r: ArrayLike, *, tangential_load: ArrayLike, reversal_load: ArrayLike, **contact: Unpack[Slipping]
 ) -> Floats:
     """Return the traction τ(r) after the load has turned back at T* [Pa], and 0 outside the contact.
 
@@ -154,13 +141,7 @@ def traction_after_reversal(
     traction of T* plus twice that of (T - T*)/2. Its integral over the contact is T, and |τ| ≤ μ p(r).
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
-
-    def virgin(load: Floats) -> Floats:
-        return traction(
-            r, tangential_load=load, normal_load=normal_load, contact_radius=contact_radius, friction=friction
-        )
-
-    return virgin(turned) + 2 * virgin(half)
+    return traction(r, tangential_load=turned, **contact) + 2 * traction(r, tangential_load=half, **contact)
 
 
 def dissipated_energy_per_loop(

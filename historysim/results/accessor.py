@@ -14,7 +14,7 @@ import xarray as xr
 from historysim.basics.findings import Finding
 from historysim.basics.wording import listed, nearest
 from historysim.errors import InputError
-from historysim.results.asking import EARLIER, Question, questions
+from historysim.results.asking import Question, questions
 
 
 def _is_one_step(history: xr.Dataset) -> bool:
@@ -64,11 +64,6 @@ class Questions:
 
     def __init__(self, history: xr.Dataset) -> None:
         self.history = history
-
-    def __getattr__(self, name: str) -> Any:
-        if name in EARLIER:
-            return getattr(self, EARLIER[name])
-        raise AttributeError(f"a history has no question {name!r}; dir(history.contact) lists them")
 
 
 for _name, _question in questions().items():

@@ -11,10 +11,8 @@ from typing import Any, TypeVar
 import attrs
 
 F = TypeVar("F", bound=Callable[..., Any])
+# modules, and packages of modules, that may declare questions
 HOMES = tuple(f"historysim.results.{name}" for name in ("analysis", "history_drift", "rebuilt", "point_maps"))
-"""Modules, and packages of modules, that may declare questions."""
-EARLIER = {"telling_step": "representative_step", "seen_at_rest": "apparent_shift"}
-"""Names of questions up to version 0.3."""
 
 
 @attrs.frozen
@@ -79,9 +77,3 @@ def questions() -> Mapping[str, Question]:
     """Return all questions by name."""
     _import_homes()
     return dict(sorted(_declared.items()))
-
-
-def asked(name: str) -> str:
-    """Return the name of a question as it is written in Python, an earlier name as the present one."""
-    written = name.replace("-", "_")
-    return EARLIER.get(written, written)

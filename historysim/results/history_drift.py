@@ -36,8 +36,7 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-REST_TOLERANCE = 1e-9
-"""Part of its range by which a channel may move and count as at rest."""
+REST_TOLERANCE = 1e-9  # part of its range by which a channel may move and count as at rest
 
 
 @question(unit="m")
@@ -129,17 +128,12 @@ def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     changed = {name: _changes(history[source].values) for name, (source, _) in sources.items()}
     still = (changed["tangential_load"] == 0) | (_changes(history[driven].values) == 0)
     where = np.flatnonzero(still & (changed["normal_load"] != 0))
-    return xr.Dataset(
-        {
-            name: (
-                "step",
-                changed[name][where],
-                {"units": unit, "long_name": f"change of the {name.replace('_', ' ')}"},
-            )
-            for name, (_, unit) in sources.items()
-        },
-        coords={"step": where + 1, "time": ("step", history["time"].values[where + 1], {"units": "s"})},
-    )
+    variables = {}
+    for name, (_, unit) in sources.items():
+        attributes = {"units": unit, "long_name": f"change of the {name.replace('_', ' ')}"}
+        variables[name] = ("step", changed[name][where], attributes)
+    time = ("step", history["time"].values[where + 1], {"units": "s"})
+    return xr.Dataset(variables, {"step": where + 1, "time": time})
 
 
 @attrs.frozen

@@ -20,8 +20,7 @@ from historysim.results.origin import Origin, ask_origin
 Answer = TypeVar("Answer")
 
 SEPARATED, STICKS, SLIPS = 0, 1, 2
-SOLVED = "solved_pressure"
-"""What the surface of a result holds where its asperities press on one another."""
+SOLVED = "solved_pressure"  # what the surface of a result holds where its asperities press on one another
 
 
 @attrs.frozen(eq=False)
@@ -46,7 +45,7 @@ def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:
     zone = np.where(first_touch <= found.stick_approach, STICKS, SLIPS)
     maps[2, point] = np.where(first_touch <= found.approach, zone, SEPARATED)
     pressure, traction, contact_state = maps.reshape(3, *shape)
-    # a point comes in between two solutions, whose pressures are blended there
+    # a point begins to touch between two solutions, whose pressures are blended there
     return PointMaps(pressure, traction, contact_state.astype(np.int8))
 
 

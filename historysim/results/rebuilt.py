@@ -22,8 +22,8 @@ from historysim.results.analysis.recorded import check_recorded, column_of, posi
 from historysim.results.asking import question
 from historysim.results.origin import ask_origin
 
+# difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
-"""Difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history."""
 
 
 @question(per_step=True, table=None, name="asperity")
@@ -73,13 +73,11 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset
     displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity_at`.
     """
     points = asperity_at(history, asperity, step).reversal_points
-    return xr.Dataset(
-        {
-            "radius": ("reversal", points.radius, {"units": "m", "long_name": "stick radius at the reversal"}),
-            "displacement": ("reversal", points.displacement, {"units": "m", "long_name": "displacement U there"}),
-        },
-        coords={"reversal": np.arange(points.size)},
-    )
+    variables = {
+        "radius": ("reversal", points.radius, {"units": "m", "long_name": "stick radius at the reversal"}),
+        "displacement": ("reversal", points.displacement, {"units": "m", "long_name": "displacement U there"}),
+    }
+    return xr.Dataset(variables, {"reversal": np.arange(points.size)})
 
 
 @question(per_step=True, table="radius,pressure")
@@ -116,24 +114,21 @@ def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], poi
     positions = [position_of(step, history) for step in chosen]
     radius = np.linspace(0.0, max(one.contact_radius for one in found), points)
     pressure = np.array([one.pressure(radius) for one in found])
-    both = {
-        "pressure": (pressure, "normal pressure"),
-        "traction": (np.array([one.traction(radius) for one in found]), "tangential traction"),
-        "friction_limit": (pressure * np.array([[one.friction] for one in found]), "friction limit of the traction"),
-    }
-    each = {
-        "contact_radius": np.array([one.contact_radius for one in found]),
-        "stick_radius": np.array([one.stick_radius for one in found]),
-    }
+    traction = np.array([one.traction(radius) for one in found])
+    limit = pressure * np.array([[one.friction] for one in found])
+    along = ("step", "radius")
     return xr.Dataset(
         {
+            "pressure": (along, pressure, {"units": "Pa", "long_name": "normal pressure"}),
+            "traction": (along, traction, {"units": "Pa", "long_name": "tangential traction"}),
+            "friction_limit": (along, limit, {"units": "Pa", "long_name": "friction limit of the traction"}),
             **{
-                name: (("step", "radius"), values, {"units": "Pa", "long_name": text})
-                for name, (values, text) in both.items()
-            },
-            **{
-                name: ("step", values, {"units": "m", "long_name": name.replace("_", " ")})
-                for name, values in each.items()
+                name: (
+                    "step",
+                    [getattr(one, name) for one in found],
+                    {"units": "m", "long_name": name.replace("_", " ")},
+                )
+                for name in ("contact_radius", "stick_radius")
             },
         },
         coords={

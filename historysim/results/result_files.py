@@ -224,8 +224,8 @@ STRINGS = (
 )
 MODULI = ("contact_modulus", "shear_modulus")
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
+# variables that every result has; a contact that is given by its loads alone has no area
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
-"""Variables that every result has; a contact that is given by its loads alone has no area."""
 
 Layout = Mapping[str, tuple[tuple[Any, ...], Any]]
 """The dimensions and the type of each variable."""

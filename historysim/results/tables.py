@@ -26,22 +26,17 @@ from historysim.measured.loop_values import OF_SLIP
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 
-TABLE, SWEEP = "table", "sweep"
-"""The attribute ``content`` of a table without one of its own, and of a sweep."""
-CELLS_AT_ONCE = 1 << 20
-"""Values that are read and written at a time."""
-LINE_END = "\r\n"
-"""Of a table in CSV, as RFC 4180 has it."""
-ALONG_THE_HISTORY = ("step", "elapsed_time")
-"""Dimensions that may be too long for memory."""
+TABLE, SWEEP = "table", "sweep"  # the attribute content of a table without one of its own, and of a sweep
+CELLS_AT_ONCE = 1 << 20  # values that are read and written at a time
+LINE_END = "\r\n"  # of a table in CSV, as RFC 4180 has it
+ALONG_THE_HISTORY = ("step", "elapsed_time")  # dimensions that may be too long for memory
+# attributes that say nothing of the numbers
 FOR_CATALOGUES = ("Conventions", "summary", "keywords", "source", "history")
-"""Attributes that say nothing of the numbers."""
-CALCULATED, MEASURED = "modelResult", "physicalMeasurement"
-"""Where numbers come from, in the words of ACDD."""
+CALCULATED, MEASURED = "modelResult", "physicalMeasurement"  # where numbers come from, in the words of ACDD
+# beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n")
-"""Beginnings of strings that a spreadsheet takes for a formula (OWASP, "CSV Injection")."""
+# a name, the member of a second dimension, a unit
 HEADING = re.compile(r"(?P<name>[a-z]\w*(?: [\w.+-]+)?)(?: \[(?P<unit>[^\]]+)\])?")
-"""A name, the member of a second dimension, a unit."""
 MOST_VARIABLES_LISTED = 40
 
 

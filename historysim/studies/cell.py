@@ -132,15 +132,14 @@ SUMMARIES = {
 }
 """Numbers that sum a history up, by name."""
 
+# those that are of all summits, whether they touch or not
 OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)
-"""Those that are of all summits, whether they touch or not."""
+# outputs of a sweep that names none: all that any contact has, also one of patches, or without areas
 DEFAULT_OUTPUTS = tuple(SUMMARIES)[: tuple(SUMMARIES).index("presliding_work")]
-"""Outputs of a sweep that names none: all that any contact has, also one of patches, or without areas."""
 
+# variables of each asperity along step, by name
 OF_EACH = frozenset(variable.name for variable in known() if "asperity" in variable.dimensions)
-"""Variables of each asperity along ``step``, by name."""
-ROWS = frozenset(variable.name for variable in known()) - OF_EACH
-"""Totals along ``step``, by name."""
+ROWS = frozenset(variable.name for variable in known()) - OF_EACH  # totals along step, by name
 
 
 def chosen_outputs(names: Iterable[str]) -> tuple[str, ...]:
@@ -158,8 +157,7 @@ def asks_for_each(outputs: Sequence[str]) -> bool:
     return not OF_EACH.isdisjoint(outputs)
 
 
-SURFACES_KEPT = 2
-"""Surfaces that a process keeps, so that cells which stand on the same one do not make it again."""
+SURFACES_KEPT = 2  # surfaces that a process keeps, so that cells which stand on the same one do not make it again
 
 
 def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> "xr.Dataset":

@@ -29,15 +29,11 @@ from historysim.studies.workers import AHEAD, executor_for, outcomes
 if TYPE_CHECKING:
     import xarray as xr
 
-SCANNED_VALUES = 9
-"""Values from one end to the other at which the output is computed before a root is sought."""
-ROOT_TOLERANCE = 1e-9
-"""Relative accuracy of the value that is found."""
-LARGEST_JUMP = 1e-3
-"""Difference of the output at a root from the target, over the target, beyond which it jumps there."""
+SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
+ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
+LARGEST_JUMP = 1e-3  # difference of the output at a root from the target, over the target, beyond which it jumps there
 MOST_NOTICES = 10
-DEFAULT_QUANTILE = 0.95
-"""Fraction of the points at which an output is below, or above, a limit."""
+DEFAULT_QUANTILE = 0.95  # fraction of the points at which an output is below, or above, a limit
 Limit = Literal["below", "above"]
 T = TypeVar("T")
 

@@ -26,12 +26,10 @@ if TYPE_CHECKING:
 
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
-EXAMPLE = "# historysim gallery: example"
-"""The line of a script that says that it may be carried out."""
-CALCULATED = "calculated"
-"""The function of a script that returns what is drawn."""
+EXAMPLE = "# historysim gallery: example"  # the line of a script that says that it may be carried out
+CALCULATED = "calculated"  # the function of a script that returns what is drawn
+# functions of a script that take it, and return a figure or several, and the rows of a table
 DRAWN, ROWS = "drawn", "rows"
-"""Functions of a script that take it, and return a figure or several, and the rows of a table."""
 
 
 def gallery(

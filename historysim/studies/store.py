@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 FORM = 2
 ENDING = ".cell"
 _UNFINISHED = re.compile(rf"\.([0-9a-f]{{64}}){re.escape(ENDING)}{UNFINISHED.pattern}")
+# errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know
 DAMAGE = (ValueError, KeyError, EOFError, TypeError, NotImplementedError, RuntimeError, zipfile.BadZipFile, zlib.error)
-"""Errors of a damaged cell: of its parts, of the archive, and of forms of it that Python does not know."""
 HEADER = "header"
+# sections that do not change the content of a cell
 IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
-"""Sections that do not change the content of a cell."""
 
 
 Stamp = tuple[str, int, int]

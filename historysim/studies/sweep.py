@@ -27,10 +27,8 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-MOST_CELLS_IN_A_BATCH = 16
-"""A task costs some tenths of a millisecond beside its cells."""
-FEWEST_BATCHES_OF_A_WORKER = 8
-"""So that all workers end at about the same time."""
+MOST_CELLS_IN_A_BATCH = 16  # a task costs some tenths of a millisecond beside its cells
+FEWEST_BATCHES_OF_A_WORKER = 8  # so that all workers end at about the same time
 MOST_NOTICES = 10
 KILLED = "the process that computed it was killed, perhaps for lack of memory"
 
@@ -118,14 +116,14 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
             f"{store} keeps {there}, and the same sweep goes on there" if store else f"{there} are lost without a store"
         )
         raise KeyboardInterrupt(f"interrupted; {kept}") from error
-    plan.leave_out(unlike(plan.cells))
-    for number, (index, reason) in enumerate(plan.reasons.items()):
-        if number == MOST_NOTICES:
-            notify(f"… and {len(plan.reasons) - MOST_NOTICES:,} more cells have failed")
-            break
+    reasons = dict(sorted((plan.reasons | unlike(plan.cells)).items()))
+    for index, reason in list(reasons.items())[:MOST_NOTICES]:
         point = ", ".join(f"{key} = {value}" for key, value in plan.points[index].items())
         notify(f"cell {index} ({point}) failed: {reason}")
-    return gathered(scenario, grid, [plan.cells.get(index) for index in range(len(grid))], plan.reasons)
+    if len(reasons) > MOST_NOTICES:
+        notify(f"… and {len(reasons) - MOST_NOTICES:,} more cells have failed")
+    cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
+    return gathered(scenario, grid, cells, reasons)
 
 
 def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
@@ -228,24 +226,15 @@ class _Plan:
         with progress_bar(progress, "cell", total, initial=there) as done:
             passed_over = self._run(self._batches(workers), executor, workers, done)
             self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
-        self.reasons = dict(sorted(self.reasons.items()))
-
-    def leave_out(self, reasons: Mapping[int, str]) -> None:
-        """Count cells as failed, each for its reason."""
-        self.cells = {index: cell for index, cell in self.cells.items() if index not in reasons}
-        self.reasons = dict(sorted([*self.reasons.items(), *reasons.items()]))
 
     def _batches(self, workers: int) -> list[Batch]:
         left = [index for index in range(len(self.points)) if index not in self.cells]
         # cells on one surface follow one another
-        surfaces: dict[str, int] = {}
-        rank = {
-            index: surfaces.setdefault(
-                repr([item for item in self.points[index].items() if item[0].startswith("surface.")]), len(surfaces)
-            )
-            for index in left
-        }
-        left.sort(key=lambda index: (rank[index], index))
+        surfaces: dict[str, list[int]] = {}
+        for index in left:
+            keys = [item for item in self.points[index].items() if item[0].startswith("surface.")]
+            surfaces.setdefault(repr(keys), []).append(index)
+        left = [index for indices in surfaces.values() for index in indices]
         size = max(1, min(MOST_CELLS_IN_A_BATCH, len(left) // (workers * FEWEST_BATCHES_OF_A_WORKER)))
         return [self._batch(left[first : first + size]) for first in range(0, len(left), size)]
 
@@ -281,14 +270,11 @@ class _Plan:
                 batches = []
             except BrokenError as broken:
                 batches = broken.waiting
-                for one in [one for batch in broken.suspects for one in _single(batch)]:
-                    take(one, _alone(one))
+                for batch in broken.suspects:
+                    for cell_alone in batch.cells:
+                        one = attrs.evolve(batch, cells=(cell_alone,))
+                        take(one, _alone(one))
         return passed_over
-
-
-def _single(batch: Batch) -> list[Batch]:
-    """Return a batch cell by cell."""
-    return [attrs.evolve(batch, cells=(one,)) for one in batch.cells]
 
 
 def _alone(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":

@@ -25,8 +25,7 @@ from historysim.scenario.sections import Sections
 
 FAILURE = "failure"
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
-LABELS = ("critical_asperity",)
-"""Numbers of a sweep that only name something, so that a mean of them says nothing."""
+LABELS = ("critical_asperity",)  # numbers of a sweep that only name something, so that a mean of them says nothing
 
 
 def gathered(

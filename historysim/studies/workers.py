@@ -17,8 +17,7 @@ from historysim.errors import HistorySimError, InputError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-AHEAD = 2
-"""Tasks that each worker is given before it has ended its first, so that none ever waits."""
+AHEAD = 2  # tasks that each worker is given before it has ended its first, so that none ever waits
 
 
 @final
@@ -81,8 +80,7 @@ def _end_with(*sentinels: "int | multiprocessing.connection.Connection") -> None
     os._exit(1)
 
 
-WORKERS_OF_ANY = 256
-"""Workers that are assumed for an executor without a number of them."""
+WORKERS_OF_ANY = 256  # workers that are assumed for an executor without a number of them
 
 
 def check_workers(workers: int) -> None:

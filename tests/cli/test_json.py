@@ -9,6 +9,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
+from historysim.cli.ending import GROUPS
 
 SCENARIO = """
 title = "two"
@@ -96,7 +97,18 @@ def test_what_is_done_is_said_when_it_is_asked_for(caplog):
     assert any(line.startswith("v.nc: written, ") for line in said)
 
 
-def test_exit_codes_stand_in_the_help():
-    assert (
-        "Exit codes: 0 done, 1 the loads cannot be carried out, 2 bad input" in CliRunner().invoke(main, ["-h"]).output
-    )
+def test_the_program_alone_says_where_to_begin():
+    done = CliRunner().invoke(main, [])
+    assert done.exit_code == 0
+    assert "a measured record      historysim columns record.csv" in done.output
+
+
+def test_help_lists_the_commands_in_the_order_of_use():
+    lines = CliRunner().invoke(main, ["-h"]).output.splitlines()
+    assert "  Exit codes: 0 done, 1 the loads cannot be carried out, 2 bad input, 130" in lines
+    titles = [line for line in lines if line and not line.startswith(" ") and line.endswith(":")]
+    assert titles == [f"{title}:" for title in ("Options", *GROUPS)]
+    listed = [line for line in lines[lines.index("Begin:") :] if line.startswith("  ")][:-2]
+    # one whole line each
+    assert len(listed) == len(main.found)
+    assert all(line.endswith(".") for line in listed)

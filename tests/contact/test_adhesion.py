@@ -30,8 +30,8 @@ from historysim.contact.adhesion import (
     regime,
     rigid_boundary,
     tabor_parameter,
-    work_of_adhesion,
 )
+from historysim.contact.materials import work_of_adhesion
 from historysim.errors import InputError, LoadError
 
 

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 import historysim as hs
-from historysim.results import rebuilt
 from historysim.results.accessor import Questions
 from historysim.results.asking import questions
 
@@ -24,16 +23,6 @@ def test_every_question_is_a_method_and_a_function_of_one_text():
         assert function is asked.function
         assert method.__doc__ == function.__doc__
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(function).parameters)[1:]
-
-
-def test_methods_answer_as_the_functions_do():
-    history = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
-    xr.testing.assert_identical(history.contact.first_slips(), hs.analysis.first_slips(history))
-    xr.testing.assert_identical(history.contact.profiles(1, [2, 5]), rebuilt.profiles(history, 1, [2, 5]))
-    assert history.contact.drift(0, -1) == 0
-    assert history.contact.tangential_stiffness(direction="reversed").equals(
-        hs.analysis.tangential_stiffness(history, "reversed")
-    )
 
 
 def test_the_accessor_comes_with_the_names_that_give_histories():
@@ -72,9 +61,3 @@ def test_one_step_holds_its_asperities(history):
 def test_one_step_is_not_enough_for_some_questions(history, name):
     with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
         getattr(history.isel(step=-1).contact, name)()
-
-
-def test_earlier_names_still_answer(history):
-    assert history.contact.telling_step() == history.contact.representative_step()
-    with pytest.raises(AttributeError, match="a history has no question 'slips_first'"):
-        history.contact.slips_first()

@@ -113,8 +113,8 @@ def test_the_summary_is_readable(history):
     assert summary["steps"] == "3 over 2 s"
     assert summary["asperities touched"] == "3 of 4"
     assert summary["peak normal load"] == f"{normal * 1e3:.4g} mN"
-    told = f"{by_hand(60e-9).max() * 1e9:.4g} nm under {normal * 1e3:.4g} mN, loaded from rest"
-    assert summary["preliminary displacement"] == told
+    expected = f"{by_hand(60e-9).max() * 1e9:.4g} nm under {normal * 1e3:.4g} mN, loaded from rest"
+    assert summary["preliminary displacement"] == expected
     assert summary["critical asperity"] == "1, the last to slide"
     assert summary["dissipated energy"].endswith("J")
 
@@ -124,8 +124,10 @@ def test_the_summary_has_the_preliminary_displacement_at_each_friction():
     history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.2), events)
     approach = (HEIGHTS.max() - history.separation.values)[[0, 2]]
     virgin = [RATIO * mu * own * 1e9 for mu, own in zip((0.2, 0.5), approach, strict=True)]
-    told = f"{virgin[0]:.4g} nm at μ = 0.2 under 200 mN, {virgin[1]:.4g} nm at μ = 0.5 under 210 mN, loaded from rest"
-    assert dict(analysis.summary(history))["preliminary displacement"] == told
+    expected = (
+        f"{virgin[0]:.4g} nm at μ = 0.2 under 200 mN, {virgin[1]:.4g} nm at μ = 0.5 under 210 mN, loaded from rest"
+    )
+    assert dict(analysis.summary(history))["preliminary displacement"] == expected
 
 
 def test_the_summary_tells_of_loads_held_at_the_limit(history):

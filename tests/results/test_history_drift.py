@@ -17,17 +17,9 @@ ONE = {"summit_radius": RADIUS}
 def forward_and_back(loads, friction=(0.5, 0.5)):
     """One contact: slides forward at the first load, which then changes, and comes back by small steps."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
-    reach = 2e-6
-    events = [
-        hs.NormalLoad(0.0, loads[0]),
-        hs.TangentialDisplacement(1.0, reach),
-        hs.NormalLoad(1.0, loads[0]),
-        hs.NormalLoad(2.0, loads[1]),
-        hs.TangentialDisplacement(2.0, reach),
-        hs.FrictionChange(2.0, friction[1]),
-        hs.TangentialDisplacement(3.0, -reach),
-    ]
-    return hs.replay(ensemble, events)
+    events = [hs.NormalLoad(float(time), load) for time, load in enumerate((loads[0], *loads))]
+    events += [hs.TangentialDisplacement(time, way) for time, way in ((1.0, 2e-6), (2.0, 2e-6), (3.0, -2e-6))]
+    return hs.replay(ensemble, sorted([*events, hs.FrictionChange(2.0, friction[1])], key=lambda event: event.time))
 
 
 @pytest.mark.parametrize(
@@ -155,15 +147,9 @@ def test_a_controller_sees_a_falling_load_and_no_rising_one():
 
 
 def test_the_apparent_shift_is_read_off_a_history():
-    events = [
-        hs.NormalLoad(0.0, 50e-3),
-        hs.TangentialLoad(0.0, 0.0),
-        hs.NormalLoad(1.0, 50e-3),
-        hs.TangentialLoad(1.0, 12e-3),
-        hs.NormalLoad(2.0, 30e-3),
-        hs.TangentialLoad(2.0, 12e-3),
-        hs.NormalLoad(3.0, 60e-3),
-    ]
+    loads = [(50e-3, 0.0), (50e-3, 12e-3), (30e-3, 12e-3)]
+    each = [(hs.NormalLoad(float(at), n), hs.TangentialLoad(float(at), t)) for at, (n, t) in enumerate(loads)]
+    events = [*(event for both in each for event in both), hs.NormalLoad(3.0, 60e-3)]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, 0.5), events)
     seen = history_drift.apparent_shift(history)
     assert seen.step.values.tolist() == [2, 3]

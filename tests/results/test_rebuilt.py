@@ -24,7 +24,7 @@ EVENTS = [
     hs.NormalLoad(4.0, 6 * LOAD),
 ]
 AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
-"""What happens at one time is one step, which does not tell that there was more."""
+"""What happens at one time is one step, which does not show that there was more."""
 
 
 def test_the_tractions_are_those_of_cattaneo_and_mindlin():
@@ -75,7 +75,7 @@ def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
 
 @pytest.fixture
 def result(tmp_path):
-    """A result whose steps do not tell all, with its log beside it."""
+    """A result of which the steps do not hold all, with its log beside it."""
     path = tmp_path / "r.nc"
     with EventLog.create(tmp_path / "r.history", hs.Ensemble(PAIR, 0.0, RADIUS, MU), AT_ONCE) as log:
         log.append([hs.TangentialLoad(2.0, 0.01 * LOAD)])

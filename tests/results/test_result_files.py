@@ -101,20 +101,6 @@ def test_the_summary_of_a_file_is_that_of_its_dataset(tmp_path, job):
         assert history_summary.summary(recorded) == history_summary.summary(history)
 
 
-def test_parts_of_a_variable_are_those_of_the_dataset(tmp_path):
-    job = JOBS["one friction"]
-    job.write(tmp_path / "out.nc")
-    history = job.dataset()
-    with open_recorded(tmp_path / "out.nc") as recorded:
-        for step in (0, -1, slice(1, 3)):
-            part, expected = recorded["normal_load"].isel(step=step), history["normal_load"].isel(step=step)
-            assert part.dims == expected.dims
-            assert np.array_equal(part.values, expected.values)
-        assert "normal_load" in recorded
-        assert "nothing" not in recorded
-        assert recorded.sizes == dict(history.sizes)
-
-
 def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     path = tmp_path / "out.nc"
     job = JOBS["one friction"]

@@ -75,8 +75,8 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     (folder / "bad.toml").write_text(BALL.replace("sphere", "spere"), encoding="utf-8")
     (folder / "none.py").write_text("# historysim gallery: example\nX = 1\n", encoding="utf-8")
     (folder / "wrong.py").write_text("# historysim gallery: example\n1 / 0\n", encoding="utf-8")
-    told = []
-    text = hs.gallery(folder, scripts=True, notify=told.append)
+    notices = []
+    text = hs.gallery(folder, scripts=True, notify=notices.append)
     found = sections(text)
     assert list(found) == ["01_ball.toml", "02_sweep.toml", "bad.toml", "none.py", "wrong.py", "below/03_script.py"]
     # loop, loads and states; traction
@@ -91,8 +91,8 @@ def test_all_are_run_swept_or_carried_out_and_what_fails_is_named(folder):
     for name, reason in (("bad.toml", "sphere"), ("none.py", "calculated"), ("wrong.py", "division by zero")):
         assert "No picture" in found[name]
         assert reason in found[name]
-        assert any(name in note and reason in note for note in told)
-    assert len(told) == 3
+        assert any(name in note and reason in note for note in notices)
+    assert len(notices) == 3
     # every link leads to a section, and nothing is fetched
     assert set(re.findall(r'href="#([^"]+)"', text)) == set(found)
     assert not re.search(r'(src|href)="(?!data:|#)', text)
@@ -145,6 +145,16 @@ def rows(found):
     return [["length", "square"], *([str(x), str(y)] for x, y in zip(found.length.values, found.square.values))]
 """
 )
+MAP = f'''"""A surface."""
+
+{EXAMPLE}
+
+import historysim as hs
+
+
+def calculated():
+    return hs.Surface([[0.0, 1e-9], [2e-9, 0.0]], 1e-6)
+'''
 PICTURE = """
 [[picture]]
 kind = "curve"
@@ -156,27 +166,11 @@ def test_pictures_and_tables_of_their_own(tmp_path):
     (tmp_path / "1_script.py").write_text(DRAWN, encoding="utf-8")
     (tmp_path / "2_sweep.toml").write_text(SWEPT + PICTURE, encoding="utf-8")
     (tmp_path / "3_run.toml").write_text(BALL + '[picture]\nkind = "loops"\nloads = true\n', encoding="utf-8")
-    told = []
-    found = sections(hs.gallery(tmp_path, scripts=True, notify=told.append))
-    assert told == []
-    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1]
+    # whatever has a picture
+    (tmp_path / "4_map.py").write_text(MAP, encoding="utf-8")
+    notices = []
+    found = sections(hs.gallery(tmp_path, scripts=True, notify=notices.append))
+    assert notices == []
+    assert [body.count("data:image/webp;base64,") for body in found.values()] == [2, 1, 1, 1]
     assert re.search(r"<th[^>]*>length</th>", found["1_script.py"])
     assert "4.0" in found["1_script.py"]
-
-
-MAP = '''"""A surface."""
-
-# historysim gallery: example
-
-import historysim as hs
-
-
-def calculated():
-    return hs.Surface([[0.0, 1e-9], [2e-9, 0.0]], 1e-6)
-'''
-
-
-def test_a_script_may_return_whatever_has_a_picture(tmp_path):
-    (tmp_path / "1_script.py").write_text(MAP, encoding="utf-8")
-    found = sections(hs.gallery(tmp_path, scripts=True))
-    assert found["1_script.py"].count("data:image/webp;base64,") == 1

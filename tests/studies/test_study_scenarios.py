@@ -54,8 +54,8 @@ def test_19_one_large_asperity():
         heights[0], radii[0] = found.surface_height_0[height], found.surface_radius_0[radius]
         assert value == pytest.approx(displacement(10e-3, heights, radii, 0.5, HARD), rel=1e-8)
     # equal ones; a large one at their level; half balls on one ground
-    told = {(0.5, 0): 6.63, (2, 0): 6.56, (0.55, 0.05): 37.7, (0.75, 0.25): 92.6, (2, 1.5): 66.8}
-    for (radius, height), value in told.items():
+    expected = {(0.5, 0): 6.63, (2, 0): 6.56, (0.55, 0.05): 37.7, (0.75, 0.25): 92.6, (2, 1.5): 66.8}
+    for (radius, height), value in expected.items():
         one = found.sel(surface_radius_0=1e-6 * radius, surface_height_0=1e-6 * height, method="nearest")
         assert 1e9 * one == pytest.approx(value, rel=2e-3)
 

@@ -11,9 +11,9 @@ import historysim as hs
 def found():
     values = np.random.Generator(np.random.PCG64(1)).normal(size=(3, 7))
     values[1, 2], values[2, 1:] = np.nan, np.nan
-    told = {"units": "m", "long_name": "a length"}
+    attributes = {"units": "m", "long_name": "a length"}
     data = {
-        "drift": (("load", "surface_seed"), values, told),
+        "drift": (("load", "surface_seed"), values, attributes),
         "failure": (("load", "surface_seed"), values.astype(str)),
     }
     return xr.Dataset(data, {"surface_seed": np.arange(7), "load": [1.0, 2.0, 3.0]})
@@ -34,9 +34,9 @@ def test_spread_is_that_of_numpy_over_what_is_there(found):
 
 
 def test_a_label_has_no_mean(found):
-    told = hs.spread(found.assign(critical_asperity=found.drift))
-    assert "drift_mean" in told
-    assert not [name for name in told if str(name).startswith("critical_asperity")]
+    spread = hs.spread(found.assign(critical_asperity=found.drift))
+    assert "drift_mean" in spread
+    assert not [name for name in spread if str(name).startswith("critical_asperity")]
 
 
 def test_its_picture_has_means_with_their_deviation(found):

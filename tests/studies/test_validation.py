@@ -21,7 +21,22 @@ radius = "2.5 mm"
 coefficient = 0.2
 """
 PRESSED = '{ time = 0, normal_load = "50 mN" }'
-
+PUSHED = f'{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}'
+BLOCK = '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN" }]\n[[loading.blocks]]\n'
+TURNS = """
+each = { after = 1, normal_load = ["90 mN", "50 mN"] }
+repeat = 3
+waypoints = [
+    { after = 1, tangential_load = "5 mN" },
+    { after = 1, tangential_load = "-18 mN" },
+    { after = 1, tangential_load = 0 },
+]
+"""
+LOWER = """
+each = { after = 1, normal_load = ["90 mN", "10 mN"] }
+waypoints = [{ after = 1, normal_load = "95 mN", tangential_load = "8 mN" }]
+"""
+DEEP = '{ time = 0, normal_displacement = "200 nm" }, { time = 1, tangential_load = "8 mN" }'
 REFUSED = {
     "beyond the limit": (
         f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "18 mN" }}]',
@@ -29,61 +44,31 @@ REFUSED = {
     ),
     "never pressed": ('waypoints = [{ time = 0, tangential_load = "18 mN" }]', "waypoints[0]: event 0"),
     "held while friction falls": (
-        (
-            f'hold = true\nwaypoints = [{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}, '
-            '{ after = 1, normal_load = "60 mN" }, { after = 1, friction = 0.1 }, { after = 1, normal_load = "70 mN" }]'
-        ),
-        "waypoints[3]: event 5",
+        f'hold = true\nwaypoints = [{PUSHED}, {{ after = 1, friction = 0.1 }}, {{ after = 1, normal_load = "70 mN" }}]',
+        "waypoints[2]: event 3",
     ),
     "held while friction goes down": (
-        (
-            f'waypoints = [{PRESSED}, {{ after = 1, tangential_load = "8 mN" }}, {{ after = 1, friction_ramp = 0.2 }}, '
-            "{ after = 1, friction_ramp = 0.1 }]"
-        ),
+        f"waypoints = [{PUSHED}, {{ after = 1, friction_ramp = 0.2 }}, {{ after = 1, friction_ramp = 0.1 }}]",
         "waypoints[3]: event 3",
     ),
     "held while unloaded": (
-        (
-            f'hold = true\nwaypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, '
-            '{ time = 2, normal_load = "10 mN" }]'
-        ),
+        f'hold = true\nwaypoints = [{PUSHED}, {{ time = 2, normal_load = "10 mN" }}]',
         "waypoints[2]: event 4",
     ),
     "on the way to a lower load": (
-        f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, {{ time = 2, normal_load = "10 mN" }}]',
+        f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "10 mN" }}]',
         "waypoints[1]: event 1",
     ),
     "lifted by displacement": (
-        (
-            f'hold = true\nwaypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, '
-            '{ time = 2, normal_displacement = "-1 nm" }]'
-        ),
+        f'hold = true\nwaypoints = [{PUSHED}, {{ time = 2, normal_displacement = "-1 nm" }}]',
         "waypoints[2]: event 4",
     ),
     "other summits": (
-        (
-            'waypoints = [{ time = 0, normal_displacement = "200 nm" }, { time = 1, tangential_load = "8 mN" }, '
-            '{ time = 2, geometry = { summit_radius = "1 nm" } }]'
-        ),
+        f'waypoints = [{DEEP}, {{ time = 2, geometry = {{ summit_radius = "1 nm" }} }}]',
         "waypoints[2]: event 2",
     ),
-    "a turn of a block": (
-        (
-            '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN" }]\n[[loading.blocks]]\n'
-            'each = { after = 1, normal_load = ["90 mN", "50 mN"] }\nrepeat = 3\n'
-            'waypoints = [{ after = 1, tangential_load = "5 mN" }, { after = 1, tangential_load = "-18 mN" }, '
-            "{ after = 1, tangential_load = 0 }]"
-        ),
-        "blocks[1].waypoints[1]: event 15",
-    ),
-    "each of a block": (
-        (
-            '[[loading.blocks]]\nwaypoints = [{ after = 0, normal_load = "50 mN", tangential_load = "8 mN" }]\n'
-            '[[loading.blocks]]\neach = { after = 1, normal_load = ["90 mN", "10 mN"] }\n'
-            'waypoints = [{ after = 1, normal_load = "95 mN" }]'
-        ),
-        "blocks[1].each: event 7",
-    ),
+    "a turn of a block": (f"{BLOCK}{TURNS}", "blocks[1].waypoints[1]: event 15"),
+    "each of a block": (f"{BLOCK}{LOWER}", "blocks[1].each: event 5"),
     "a line of a file": (
         'file = "loads.csv"\ncolumns = { time = "t", normal_load = "N", tangential_load = "T" }',
         "file: loads.csv: line 4: event 5",
@@ -118,15 +103,8 @@ def test_what_cannot_be_carried_is_named_where_it_stands(folder, loading, place)
 
 
 def test_a_course_of_friction_is_named(folder):
-    loading = (
-        f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}, {{ time = 2, normal_load = "60 mN" }}]'
-    )
-    path = scenario(folder, loading)
-    text = path.read_text(encoding="utf-8").replace(
-        "coefficient = 0.2",
-        "coefficient = 0.2\n[friction.course]\ntime = [0, 1, 2]\ncoefficient = [0.2, 0.2, 0.05]",
-    )
-    path.write_text(text, encoding="utf-8")
+    course = "[friction.course]\ntime = [0, 1, 2]\ncoefficient = [0.2, 0.2, 0.05]"
+    path = scenario(folder, f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "60 mN" }}]', course)
     for ask in (hs.validate, hs.run):
         with pytest.raises(hs.LoadError, match=r"^s\.toml: (friction\.course|loading\.waypoints\[2\]): event \d at"):
             ask(path)
@@ -151,18 +129,13 @@ def test_long_loads_are_walked_as_far_as_the_time_goes(folder, monkeypatch):
         hs.validate(path)
     monkeypatch.setattr("historysim.scenario.built.monotonic", iter(range(0, 100, 2)).__next__)
     notes = [text for label, text in hs.validate(path) if label == "note"]
-    assert notes == [
-        (
-            "the loads were walked up to t = 511 s within 3 s, and not beyond; the environment variable "
-            "HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
-        )
-    ]
+    assert len(notes) == 1
+    assert notes[0].startswith("the loads were walked up to t = 511 s within 3 s, and not beyond; the environment")
 
 
 def test_the_ends_of_a_sweep_are_walked(folder):
-    loading = f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "8 mN" }}]'
     over = '[sweep.over]\n"friction.coefficient" = [0.1, 0.2, 0.3]'
-    path = scenario(folder, loading, over)
+    path = scenario(folder, f"waypoints = [{PUSHED}]", over)
     warnings = [text for label, text in hs.validate(path) if label == "warning"]
     assert len(warnings) == 1
     place = "s.toml: loading.waypoints[1]: event 1 at t = 1 s: "

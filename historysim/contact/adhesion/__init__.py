@@ -6,75 +6,487 @@ The approach δ [m] is 0 where the undeformed surfaces touch. A contact has ``su
 E* [Pa], ``work_of_adhesion`` W [J/m²] and ``equilibrium_separation`` z0 [m], all > 0; W may be 0 in JKR and DMT, where
 the contact is then Hertz's. Contact radii a [m] are ≥ 0. Maugis is solved for parameters λ from 1e-12 to 1e12.
 
-In JKR adhesion acts inside the contact only, in DMT outside it only. In Maugis a constant attraction acts outside it up
-to a certain gap. That holds for any Maugis parameter λ, with DMT at λ → 0 and JKR at λ → ∞.
+In JKR adhesion acts inside the contact only, in DMT outside it only. In Maugis a constant attraction σ0 acts outside
+it, 16 W/(9√3 z0), up to a gap of W/σ0. That holds for any Maugis parameter λ, with DMT at λ → 0 and JKR at λ → ∞.
 
 Every function raises `InputError` for a number that is not finite or out of its range, and `LoadError` for a load
 beyond pull-off.
+
+Johnson, Kendall and Roberts, *Proc. R. Soc. A* 324 (1971) 301-313; Derjaguin, Muller and Toporov, *J. Colloid Interface
+Sci.* 53 (1975) 314-326; Maugis, *J. Colloid Interface Sci.* 150 (1992) 243-269; Tabor, *J. Colloid Interface Sci.* 58
+(1977) 2-13; Johnson and Greenwood, *J. Colloid Interface Sci.* 192 (1997) 326-333.
 """
 
-from historysim.contact.adhesion.equilibria import (
-    DMT_BELOW,
-    JKR_ABOVE,
-    NEGLIGIBLE,
-    Branch,
-    Point,
-    Regime,
-    branch,
-    hertz_boundary,
-    regime,
-    rigid_boundary,
-)
-from historysim.contact.adhesion.theories import (
-    MAUGIS_OVER_TABOR,
-    Control,
-    dmt_approach,
-    dmt_contact_radius,
-    dmt_normal_load,
-    dmt_pull_off_load,
-    jkr_approach,
-    jkr_contact_radius,
-    jkr_normal_load,
-    jkr_pull_off_load,
-    load_parameter,
-    maugis_adhesive_zone_radius,
-    maugis_approach,
-    maugis_contact_radius,
-    maugis_normal_load,
-    maugis_parameter,
-    maugis_pull_off_load,
-    tabor_parameter,
-)
-from historysim.contact.materials import work_of_adhesion
+import enum
+import math
+from typing import Literal, NamedTuple, TypedDict, Unpack
 
-__all__ = [
-    "DMT_BELOW",
-    "JKR_ABOVE",
-    "MAUGIS_OVER_TABOR",
-    "NEGLIGIBLE",
-    "Branch",
-    "Control",
-    "Point",
-    "Regime",
-    "branch",
-    "dmt_approach",
-    "dmt_contact_radius",
-    "dmt_normal_load",
-    "dmt_pull_off_load",
-    "hertz_boundary",
-    "jkr_approach",
-    "jkr_contact_radius",
-    "jkr_normal_load",
-    "jkr_pull_off_load",
-    "load_parameter",
-    "maugis_adhesive_zone_radius",
-    "maugis_approach",
-    "maugis_contact_radius",
-    "maugis_normal_load",
-    "maugis_parameter",
-    "maugis_pull_off_load",
-    "regime",
-    "rigid_boundary",
-    "tabor_parameter",
-    "work_of_adhesion",
-]
+import attrs
+import numpy as np
+import numpy.typing as npt
+from numpy.typing import ArrayLike
+
+from historysim.basics.arguments import checked
+from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.contact import hertz
+from historysim.contact.adhesion import dugdale
+from historysim.contact.adhesion.dugdale import State
+from historysim.errors import InputError, LoadError
+
+MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
+"""λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3)."""
+
+Control = Literal["load", "displacement"]
+"""What is controlled while a contact is pulled apart."""
+
+
+class Elastic(TypedDict):
+    """Radius R [m], contact modulus E* [Pa] and work of adhesion W [J/m²] of a contact."""
+
+    summit_radius: ArrayLike
+    contact_modulus: ArrayLike
+    work_of_adhesion: ArrayLike
+
+
+class Adhesive(Elastic):
+    """A contact with its equilibrium separation z0 [m]."""
+
+    equilibrium_separation: ArrayLike
+
+
+class Units(NamedTuple):
+    """SI units of the dimensionless radius A [m], load P [N] and approach Δ [m]."""
+
+    length: Floats
+    load: Floats
+    approach: Floats
+
+
+def units(**contact: Unpack[Elastic]) -> Units:
+    """Return the units (πWR²/K)^(1/3), πWR and (π²W²R/K²)^(1/3) of a contact, with K = 4 E*/3."""
+    radius, modulus, work = _elastic(**contact)
+    load = np.pi * work * radius
+    length = np.cbrt(0.75 * load * radius / modulus)
+    return Units(length, load, length**2 / radius)
+
+
+def tabor_parameter(*, equilibrium_separation: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the Tabor parameter μ_T [1]: (R W²/(E*² z0³))^(1/3), the elastic neck over the range of the attraction."""
+    radius, modulus, work = _elastic(**contact)
+    separation = checked("equilibrium_separation", equilibrium_separation, above=0)
+    return np.cbrt(radius * (work / modulus) ** 2) / separation
+
+
+def maugis_parameter(**contact: Unpack[Adhesive]) -> Floats:
+    """Return the Maugis parameter λ [1]: σ0 (9R/(2πWE*²))^(1/3), which is 1.157 μ_T."""
+    return MAUGIS_OVER_TABOR * tabor_parameter(**contact)
+
+
+def load_parameter(normal_load: ArrayLike, *, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
+    """Return the load parameter N/(πWR) [1], negative where the load pulls; W > 0."""
+    work = checked("work_of_adhesion", work_of_adhesion, above=0)
+    return checked("normal_load", normal_load) / (np.pi * work * checked("summit_radius", summit_radius, above=0))
+
+
+def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the contact radius a [m] of JKR that is stable under a load N ≥ -1.5 πWR; Hertz at W = 0.
+
+    a³ = (3R/(4E*)) (N + 3πWR + √(6πWRN + (3πWR)²)).
+    """
+    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    pull_off = jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work)
+    load = carried("normal_load", normal_load, pull_off, "N")
+    root = np.sqrt(-4 * pull_off * (load - pull_off))
+    return np.cbrt(0.75 * radius / modulus * (load - 2 * pull_off + root))
+
+
+def jkr_normal_load(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the normal load N [N] of JKR: 4E*a³/(3R) - √(8πWE*a³), on the unstable part too."""
+    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    a = checked("contact_radius", contact_radius, least=0)
+    return 4 / 3 * modulus * a**3 / radius - np.sqrt(8 * np.pi * work * modulus * a) * a
+
+
+def jkr_approach(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the approach δ [m] of JKR: a²/R - √(2πWa/E*), on the unstable part too."""
+    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    a = checked("contact_radius", contact_radius, least=0)
+    return a**2 / radius - np.sqrt(2 * np.pi * work * a / modulus)
+
+
+def jkr_pull_off_load(*, summit_radius: ArrayLike, work_of_adhesion: ArrayLike, control: Control = "load") -> Floats:
+    """Return the normal load N [N], ≤ 0, at which a JKR contact that is pulled apart becomes unstable.
+
+    -(3/2) πWR where the load is controlled; -(5/6) πWR, further down the curve, where the displacement is.
+    """
+    work = checked("work_of_adhesion", work_of_adhesion, least=0)
+    share = 3 / 2 if _is_load(control) else 5 / 6
+    return -share * np.pi * work * checked("summit_radius", summit_radius, above=0)
+
+
+def dmt_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the contact radius a [m] of DMT: Hertz under N + 2πWR, N ≥ -2πWR."""
+    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    pull_off = dmt_pull_off_load(summit_radius=radius, work_of_adhesion=work)
+    load = carried("normal_load", normal_load, pull_off, "N") - pull_off
+    depth = hertz.approach(load, summit_radius=radius, contact_modulus=modulus)
+    return hertz.contact_radius(depth, summit_radius=radius)
+
+
+def dmt_normal_load(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
+    """Return the normal load N [N] of DMT: 4E*a³/(3R) - 2πWR."""
+    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    a = checked("contact_radius", contact_radius, least=0)
+    return 4 / 3 * modulus * a**3 / radius - 2 * np.pi * work * radius
+
+
+def dmt_approach(contact_radius: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
+    """Return the approach δ [m] of DMT, which is that of Hertz: a²/R."""
+    return checked("contact_radius", contact_radius, least=0) ** 2 / checked("summit_radius", summit_radius, above=0)
+
+
+def dmt_pull_off_load(*, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
+    """Return the normal load N [N], ≤ 0, at which a DMT contact comes apart: -2πWR."""
+    work = checked("work_of_adhesion", work_of_adhesion, least=0)
+    return -2 * np.pi * work * checked("summit_radius", summit_radius, above=0)
+
+
+def maugis_contact_radius(normal_load: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
+    """Return the contact radius a [m] of Maugis that is stable under a load no less than `maugis_pull_off_load`."""
+    unit, own = _units_and_parameter(**contact)
+    load, parameter = np.broadcast_arrays(checked("normal_load", normal_load) / unit.load, own)
+    turn = dugdale.load_turn(parameter)
+    least = dugdale.state_at(turn, parameter).load
+    carried("normal_load", normal_load, least * unit.load, "N")
+    # no less than the load found at the turn, which rounding may have put above the load asked for
+    target = np.maximum(load, least)
+    t = dugdale.crossing(lambda t: dugdale.state_at(t, parameter).load - target, turn)
+    return dugdale.radius_at(t, parameter) * unit.length
+
+
+def maugis_normal_load(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
+    """Return the normal load N [N] of Maugis, on the unstable part too.
+
+    At a = 0 surfaces that attract each other across the gap around first touch.
+    """
+    unit, parameter = _units_and_parameter(**contact)
+    return dugdale.state_at(_t_at(contact_radius, unit, parameter), parameter).load * unit.load
+
+
+def maugis_approach(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
+    """Return the approach δ [m] of Maugis, on the unstable part too: a²/R - 2σ0√(c² - a²)/E*."""
+    unit, parameter = _units_and_parameter(**contact)
+    return dugdale.state_at(_t_at(contact_radius, unit, parameter), parameter).approach * unit.approach
+
+
+def maugis_adhesive_zone_radius(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
+    """Return the outer radius c [m] of Maugis's adhesive zone, > a."""
+    unit, parameter = _units_and_parameter(**contact)
+    t = _t_at(contact_radius, unit, parameter)
+    return np.hypot(1, t) * dugdale.radius_at(t, parameter) * unit.length
+
+
+def maugis_pull_off_load(*, control: Control = "load", **contact: Unpack[Adhesive]) -> Floats:
+    """Return the normal load N [N], < 0, at which a Maugis contact that is pulled apart becomes unstable.
+
+    Where the load is controlled it is the least load of the curve, between -2πWR (λ → 0) and -1.5πWR (λ → ∞).
+
+    Where the displacement is controlled it is the load at the least approach: -(5/6) πWR for λ → ∞, -0.93 πWR at
+    λ = 0.938. For smaller λ that point lies beyond contact, since the surfaces part and still attract each other
+    across a gap as in `branch`; the load there, -(32/(9π)) λ³ πWR, goes to 0.
+    """
+    unit, parameter = _units_and_parameter(**contact)
+    if _is_load(control):
+        return dugdale.state_at(dugdale.load_turn(parameter), parameter).load * unit.load
+    fold = dugdale.gap_fold(parameter)
+    in_gap = fold < dugdale.first_touch(parameter)
+    # the contact part of a curve that folds in the gap has no turn: any λ beyond stands in for it
+    stand_in = np.where(in_gap, 1.0, parameter)
+    in_contact = dugdale.state_at(dugdale.approach_turn(stand_in), stand_in).load
+    return np.where(in_gap, dugdale.gap_at(fold, parameter)[0], in_contact)[()] * unit.load
+
+
+def carried(name: str, load: ArrayLike, pull_off: ArrayLike, unit: str) -> Floats:
+    """Return a load as floats; one a few roundings below the pull-off load is put on it, one below is a LoadError."""
+    asked, limit = np.broadcast_arrays(checked(name, load), pull_off)
+    beyond = asked < limit * (1 + 16 * np.finfo(np.float64).eps)
+    if beyond.any():
+        raise LoadError(
+            f"{name} of {asked[beyond][0]:.9g} {unit} pulls harder than the contact can carry, so there is no "
+            f"equilibrium; expected no less than the pull-off load of {limit[beyond][0]:.9g} {unit}"
+        )
+    carried: Floats = np.maximum(asked, limit)
+    return carried
+
+
+def _is_load(control: Control) -> bool:
+    if control not in {"load", "displacement"}:
+        raise InputError(f"control is {control!r}; expected 'load' or 'displacement'")
+    return control == "load"
+
+
+def _elastic(
+    summit_radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike, *, may_be_zero: bool = False
+) -> tuple[Floats, Floats, Floats]:
+    """Return R, E* and W as floats; W may be 0 on request."""
+    return (
+        checked("summit_radius", summit_radius, above=0),
+        checked("contact_modulus", contact_modulus, above=0),
+        checked("work_of_adhesion", work_of_adhesion, **({"least": 0} if may_be_zero else {"above": 0})),
+    )
+
+
+def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[Units, Floats]:
+    elastic = Elastic(**{name: contact[name] for name in Elastic.__annotations__})  # type: ignore[literal-required,typeddict-item]
+    return units(**elastic), dugdale.solvable(maugis_parameter(**contact))
+
+
+def _t_at(contact_radius: ArrayLike, unit: Units, parameter: Floats) -> Floats:
+    radius = checked("contact_radius", contact_radius, least=0) / unit.length
+    return dugdale.t_at(np.maximum(radius, dugdale.SMALLEST_RADIUS), parameter)
+
+
+# -- all equilibria of one contact ------------------------------------------------------------------
+
+DMT_BELOW, JKR_ABOVE = 0.1, 5.0
+"""The Maugis parameters below which `regime` takes DMT, and above which it takes JKR, for Maugis."""
+
+NEGLIGIBLE = 0.05
+"""The share that `regime` neglects: of adhesion in the load, of the elastic compression in z0."""
+
+
+class Regime(enum.StrEnum):
+    """A zone of the adhesion map, and the theory that holds in it."""
+
+    HERTZ = "hertz"
+    DMT = "dmt"
+    MAUGIS = "maugis"
+    JKR = "jkr"
+    RIGID = "rigid"
+
+    @property
+    def label(self) -> str:
+        """The name as it is written: ``"Hertz"``, ``"JKR"``."""
+        return self.value.upper() if self in {Regime.DMT, Regime.JKR} else self.value.capitalize()
+
+
+@attrs.frozen
+class Point:
+    """A point on an equilibrium curve: approach δ [m], normal load N [N] and contact radius a [m]."""
+
+    approach: float
+    normal_load: float
+    contact_radius: float
+
+
+def _read_only(values: Floats) -> Floats:
+    copy = np.array(values, dtype=np.float64)
+    copy.flags.writeable = False
+    return copy
+
+
+@attrs.frozen(eq=False, getstate_setstate=False)
+class Branch(FrozenArrays):
+    """The equilibria of one contact, in order from first attraction to the greatest load.
+
+    Along the curve both load and approach fall to one minimum, at different points, and rise after it. From its
+    minimum on the curve is stable under control of that quantity; a contact that is pulled apart jumps there.
+
+    Attributes
+    ----------
+    model : Regime
+        The theory.
+    approach, normal_load, contact_radius : array (point)
+        δ [m], N [N], a [m]; read-only. The contact radius is 0 where surfaces attract each other across a gap.
+    """
+
+    model: Regime
+    approach: Floats = attrs.field(converter=_read_only)
+    normal_load: Floats = attrs.field(converter=_read_only)
+    contact_radius: Floats = attrs.field(converter=_read_only)
+
+    @property
+    def stable_under_load(self) -> Booleans:
+        """Which points are stable where the load is controlled; the pull-off point is the first."""
+        return np.arange(self.normal_load.size) >= self.normal_load.argmin()
+
+    @property
+    def stable_under_displacement(self) -> Booleans:
+        """Which points are stable where the displacement is controlled; the pull-off point is the first."""
+        return np.arange(self.approach.size) >= self.approach.argmin()
+
+    @property
+    def pull_off_under_load(self) -> Point:
+        """The last stable point of a contact that is pulled apart by its load: the least load."""
+        return self._point(int(self.normal_load.argmin()))
+
+    @property
+    def pull_off_under_displacement(self) -> Point:
+        """The last stable point of a contact that is pulled apart by displacement: the least approach."""
+        return self._point(int(self.approach.argmin()))
+
+    @property
+    def jump_in(self) -> Point:
+        """The last point of surfaces that approach each other unloaded, before they attract."""
+        return Point(float(self.approach[0]), 0.0, 0.0)
+
+    def _point(self, index: int) -> Point:
+        return Point(float(self.approach[index]), float(self.normal_load[index]), float(self.contact_radius[index]))
+
+
+def branch(
+    model: Regime | str,
+    *,
+    summit_radius: float,
+    contact_modulus: float,
+    work_of_adhesion: float,
+    max_load: float,
+    equilibrium_separation: float | None = None,
+    points: int = 400,
+) -> Branch:
+    """Return all equilibria of one contact up to a load.
+
+    Parameters
+    ----------
+    model : Regime or str
+        ``"jkr"``, ``"dmt"``, ``"maugis"``, or ``"hertz"`` for a contact without adhesion.
+    summit_radius, contact_modulus, work_of_adhesion : float
+        R [m], E* [Pa], W [J/m²], > 0. Hertz does not use W.
+    max_load : float
+        The greatest N [N], > 0.
+    equilibrium_separation : float, optional
+        z0 [m], > 0; only Maugis uses it, and needs it.
+    points : int
+        Contact radii from 0 to that of the greatest load, evenly spaced in √a, ≥ 2. The pull-off points are added,
+        and for Maugis as many points again across the gap.
+
+    Notes
+    -----
+    Maugis begins before contact, where the surfaces come within the range W/σ0 of the attraction. Over a circle of
+    radius c they then attract each other, N = -πc²σ0 and δ = c²/(2R) - 4σ0c/(πE*) - W/σ0, until their middle touches
+    (the uniform pressure of Johnson, *Contact Mechanics* (1985), section 3.4). JKR has no range: its curve begins at
+    N = δ = 0. DMT begins at contact with the whole attraction and does not say how this fades across the gap, so
+    that both its pull-off points are where contact is lost.
+    """
+    theory = _theory(model)
+    radius, modulus = _single("summit_radius", summit_radius), _single("contact_modulus", contact_modulus)
+    work, top = _single("work_of_adhesion", work_of_adhesion), _single("max_load", max_load)
+    if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 2:
+        raise InputError(f"points is {points!r}; expected an integer of 2 or more")
+    unit = units(summit_radius=radius, contact_modulus=modulus, work_of_adhesion=work)
+    steps = np.linspace(0, 1, points) ** 2
+    if theory is Regime.MAUGIS:
+        if equilibrium_separation is None:
+            raise InputError("equilibrium_separation is missing; expected z0 [m] of the surfaces: Maugis needs it")
+        parameter = maugis_parameter(
+            summit_radius=radius,
+            contact_modulus=modulus,
+            work_of_adhesion=work,
+            equilibrium_separation=_single("equilibrium_separation", equilibrium_separation),
+        )
+        curve = dugdale.curve(dugdale.solvable(parameter), top / unit.load, steps)
+    else:
+        curve = _CLOSED_FORMS[theory](top / unit.load, steps)
+    return Branch(theory, curve.approach * unit.approach, curve.load * unit.load, curve.radius * unit.length)
+
+
+def _hertz_curve(top: Floats, steps: Floats) -> State:
+    radius = np.cbrt(top) * steps
+    return State(radius, radius**3, radius**2)
+
+
+def _dmt_curve(top: Floats, steps: Floats) -> State:
+    radius = np.cbrt(top + 2) * steps
+    return State(radius, radius**3 - 2, radius**2)
+
+
+def _jkr_curve(top: Floats, steps: Floats) -> State:
+    radius = np.cbrt(top + 3 + np.sqrt(6 * top + 9)) * steps
+    # both turns, of the load and of the approach
+    radius = np.union1d(radius, np.cbrt([1 / 6, 3 / 2]))
+    return State(radius, radius**3 - np.sqrt(6 * radius) * radius, radius**2 - 2 / 3 * np.sqrt(6 * radius))
+
+
+_CLOSED_FORMS = {Regime.HERTZ: _hertz_curve, Regime.DMT: _dmt_curve, Regime.JKR: _jkr_curve}
+
+
+def _theory(model: Regime | str) -> Regime:
+    expected = f"expected one of {', '.join(sorted(map(str, [*_CLOSED_FORMS, Regime.MAUGIS])))}"
+    try:
+        theory = Regime(model)
+    except ValueError:
+        raise InputError(f"model is {model!r}; {expected}") from None
+    if theory is Regime.RIGID:
+        raise InputError(f"model is {theory!r}, where spheres do not deform in contact; {expected}")
+    return theory
+
+
+def _single(name: str, value: npt.ArrayLike) -> Floats:
+    number = checked(name, value, above=0)
+    if number.ndim:
+        raise InputError(f"{name} is an array; expected one number: a branch is that of one contact")
+    return number
+
+
+def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Regime | npt.NDArray[np.object_]:
+    """Return the zone of the adhesion map in which a contact lies, a `Regime` for scalars.
+
+    The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5 %. The zone is the
+    first of these that holds:
+
+    - Hertz, above `hertz_boundary`: adhesion is at most 5 % of the load. This includes contacts that are rigid, too,
+      since Hertz gives their contact radius.
+    - JKR for λ > 5, and Maugis for λ ≥ 0.1. At these limits, which are commonly quoted and a choice, the pull-off load
+      of Maugis differs by 0.4 % from that of JKR and by 2.5 % from that of DMT.
+    - rigid (Bradley) below `rigid_boundary`: the elastic compression is less than 5 % of z0.
+    - DMT for the rest.
+
+    Parameters
+    ----------
+    maugis_parameter : array_like
+        λ [1], between 1e-12 and 1e12.
+    load_parameter : array_like
+        N/(πWR) [1], negative where it pulls, and no less than the pull-off load: -2 for λ < 0.1, that of Maugis
+        beyond.
+    """
+    parameter = dugdale.solvable(maugis_parameter)
+    pull_off = np.where(parameter < DMT_BELOW, -2.0, dugdale.state_at(dugdale.load_turn(parameter), parameter).load)
+    load = carried("load_parameter", load_parameter, pull_off, "πWR")
+    zone = np.select(
+        [
+            load >= hertz_boundary(parameter),
+            parameter > JKR_ABOVE,
+            parameter >= DMT_BELOW,
+            load < rigid_boundary(parameter),
+        ],
+        [0, 3, 2, 4],
+        default=1,
+    )
+    found: Regime | npt.NDArray[np.object_] = np.array(list(Regime), dtype=object)[zone]
+    return found
+
+
+def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
+    """Return the load parameter N/(πWR) [1] from which on adhesion is at most 5 % of the load.
+
+    Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with Maugis, is 40 for
+    λ → 0 (DMT, with an adhesion of 2πWR) and 2520 for λ → ∞ (JKR).
+    """
+    parameter = dugdale.solvable(maugis_parameter)
+
+    def excess(t: Floats) -> Floats:
+        state = dugdale.state_at(t, parameter)
+        return (1 + NEGLIGIBLE) * state.load - state.radius**3
+
+    return dugdale.state_at(dugdale.crossing(excess, dugdale.load_turn(parameter)), parameter).load
+
+
+def rigid_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
+    """Return the load parameter N/(πWR) [1] below which the elastic compression is less than 5 % of z0; λ > 0.
+
+    The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is
+    (9√3 π/32) λ (N/(πWR) + 2)^(2/3), so that λ > 0.0206 leaves only loads that pull.
+    """
+    unit_over_separation = 9 * math.sqrt(3) * math.pi / 32 * checked("maugis_parameter", maugis_parameter, above=0)
+    return (NEGLIGIBLE / unit_over_separation) ** 1.5 - 2

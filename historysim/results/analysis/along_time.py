@@ -11,10 +11,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.loops import Loops
 
-CONTENT = "history over time"
-"""The attribute ``content`` of a history over time."""
-OF_THE_RESULT = ("complete", "id", "log_digest")
-"""Attributes that hold for the result alone."""
+CONTENT = "history over time"  # the attribute content of a history over time
+OF_THE_RESULT = ("complete", "id", "log_digest")  # attributes that hold for the result alone
 
 
 @question(table="loop,start_time")
@@ -54,25 +52,8 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
     It is the rise of the dissipated energy from the beginning of a friction loop to its end. ∮ T dU of `friction_loops`
     differs from it by the elastic energy between the two, unless the loop is closed.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        One of totals alone, or of patches, has the total energy only.
-    dead_band : float, optional
-        The smallest swing of the tangential displacement that counts [m]; by default 5 % of its range.
-    skip : int
-        How many loops at the start are left out.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times of beginning
-        and end [s] as coordinates.
-
-    Raises
-    ------
-    InputError
-        A history without a whole loop.
+    ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times of beginning and
+    end [s] as coordinates. ``dead_band`` [m], ``skip`` and errors: `friction_loops`.
     """
     import xarray as xr
 
@@ -83,15 +64,13 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
     ends = loops.ends[:, [0, 2]]
     time = history["time"].values[ends]
     variables = {}
-    names = {"total_energy": "total_dissipated_energy", "energy": "dissipated_energy"}
-    for name, source in names.items():
-        if source not in history:
-            continue
-        # only the steps at which loops begin and end are read
-        first, last = (history[source].isel(step=column).values for column in ends.T)
-        label = f"energy per cycle{', all asperities' if name == 'total_energy' else ''}"
-        dims = ("loop", *history[source].dims[1:])
-        variables[name] = xr.Variable(dims, last - first, {"units": "J", "long_name": label})
+    sources = {"total_energy": ("total_dissipated_energy", ", all asperities"), "energy": ("dissipated_energy", "")}
+    for name, (source, of) in sources.items():
+        if source in history:
+            # only the steps at which loops begin and end are read
+            first, last = (history[source].isel(step=column).values for column in ends.T)
+            attributes = {"units": "J", "long_name": f"energy per cycle{of}"}
+            variables[name] = xr.Variable(("loop", *history[source].dims[1:]), last - first, attributes)
     beside: dict[str, Any] = {
         "loop": ("loop", loops.number, {"long_name": "loop of the history, from 0"}),
         "start_time": ("loop", time[:, 0], {"units": "s", "long_name": "start of the loop"}),
@@ -109,22 +88,8 @@ def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Datas
     CDO and other tools take for the axis of time what is a dimension. It is called ``elapsed_time`` here, since what CF
     calls ``time`` counts from a date.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    asperity : int, optional
-        Its label: what is recorded of it stands beside the totals.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables of the history along ``elapsed_time`` [s], and ``asperity`` where none is chosen. Nothing is read
-        yet.
-
-    Raises
-    ------
-    InputError
-        An asperity that is not recorded, or a Dataset that is no history.
+    The variables of the history along ``elapsed_time`` [s], and ``asperity`` where none is chosen by its label. Nothing
+    is read yet. InputError: an asperity that is not recorded, or a Dataset that is no history.
     """
     check_recorded(history)
     chosen = history

@@ -18,10 +18,9 @@ from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.asking import question
 
-PEAK_OVER_MEAN = 1.5
-"""Greatest over mean pressure of a Hertz contact."""
+PEAK_OVER_MEAN = 1.5  # greatest over mean pressure of a Hertz contact
+# what sticks while the displacement goes on, and as it turns round
 RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
-"""What sticks while the displacement goes on, and as it turns round."""
 
 
 @question(per_step=True)
@@ -72,23 +71,9 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
 
 @question(per_step=True)
 def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
-    """Return the normal load over the nominal area [Pa].
+    """Return the normal load over the nominal area [Pa]; of an area [m²], by default that of the surface.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    nominal_area : float, optional
-        [m²]; by default that of the surface of the history.
-
-    Returns
-    -------
-    xarray.DataArray
-        Along ``step``.
-
-    Raises
-    ------
-    InputError
-        An area that is not positive, or none where the history has none.
+    Along ``step``. InputError: an area that is not positive, or none where the history has none.
     """
     check_recorded(history)
     if nominal_area is None and "nominal_area" not in history.attrs:
@@ -108,32 +93,19 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
     touch is the recorded ``tangential_stiffness`` (onward), except where a fall of friction lets discs inside a stick
     zone slide.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities.
-    direction : {"onward", "reversed"}
-        Whether the displacement goes on as it does, or turns round.
-
-    Returns
-    -------
-    xarray.DataArray
-        Along ``step`` and ``asperity``, computed where it is read; 0 where an asperity does not touch.
-
-    Raises
-    ------
-    InputError
-        Another direction, or a history without asperities or of patches.
+    ``direction`` is "onward" or "reversed". Along ``step`` and ``asperity``, computed where it is read; 0 where an
+    asperity does not touch. InputError: another direction, or a history without asperities or of patches.
     """
     if direction not in RADIUS:
         raise InputError(f"direction is {direction!r}; expected 'onward' or 'reversed'")
     check_recorded(history, RADIUS[direction])
     factor = 8 * float(history.attrs["shear_modulus"])
+
+    def stiffness(radius: Floats) -> Floats:
+        return factor * radius
+
     text = f"tangential stiffness of the asperity, displacement {direction}"
-    sources = [RADIUS[direction]]
-    return _derived(
-        history, "tangential_stiffness", lambda radius: factor * radius, sources, units="N m-1", long_name=text
-    )
+    return _derived(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
 
 
 def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) -> xr.DataArray:

@@ -19,10 +19,8 @@ from historysim.results.asking import question
 if TYPE_CHECKING:
     from historysim.results.origin import Traceable
 
-MOST_COEFFICIENTS = 4
-"""Friction coefficients that a summary names."""
-NOTABLE_TRACTION_RATIO = 1.05
-"""Ratio of traction to friction limit from which a summary has it."""
+MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
+NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
 @question(per_step=True, table="name,value")
@@ -74,17 +72,11 @@ def summary(history: "Traceable") -> list[tuple[str, str]]:
     lines += _evolved(history)
     if held := int(history["saturated"].values.sum()):
         lines.append(("held at the limit", f"{held:,} steps"))
-    if (
-        "largest_traction_ratio" in history
-        and (largest := history["largest_traction_ratio"].values.max()) > NOTABLE_TRACTION_RATIO
-    ):
+    if "largest_traction_ratio" in history:
+        largest = history["largest_traction_ratio"].values.max()
         condition = ", if the contact were round" if of_patches(history) else ""
-        lines.append(
-            (
-                "traction",
-                f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{condition}",
-            )
-        )
+        far = f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{condition}"
+        lines += [("traction", far)] if largest > NOTABLE_TRACTION_RATIO else []
     lines += [("warning", finding.text) for finding in validity(history)]
     note = slip_note(history)
     return [*lines, ("note", note)] if note else lines
@@ -107,9 +99,8 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
         of_it = np.flatnonzero(friction == coefficient)
         at = of_it[normal[of_it].argmax()]
         where = f" at μ = {coefficient:.4g}" if coefficients.size > 1 else ""
-        lines.append(
-            f"{quantity_text(float(displacement[at]), 'm')}{where} under {quantity_text(float(normal[at]), 'N')}"
-        )
+        reach, load = quantity_text(float(displacement[at]), "m"), quantity_text(float(normal[at]), "N")
+        lines.append(f"{reach}{where} under {load}")
     return f"{', '.join(lines)}, loaded from rest"
 
 
@@ -123,17 +114,12 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))
     if "total_yielding_energy" in history:
         share = float(history["yielded_load_share"].values[int(history["total_normal_load"].values.argmax())])
-        energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
-        depth = ""
+        text = f"{100 * share:.0f} % of the peak normal load on asperities that have yielded"
         if "yielded_depth" in history:
             most = float(history["yielded_depth"].isel(step=-1).values.max())
-            depth = f", flattened by up to {quantity_text(most, 'm', 3)}"
-        lines.append(
-            (
-                "yielding",
-                f"{100 * share:.0f} % of the peak normal load on asperities that have yielded{depth}; took {energy}",
-            )
-        )
+            text += f", flattened by up to {quantity_text(most, 'm', 3)}"
+        energy = quantity_text(float(history["total_yielding_energy"].values[-1]), "J")
+        lines.append(("yielding", f"{text}; took {energy}"))
     if "erased_memories" in history and (erased := int(history["erased_memories"].values[-1])):
         energy = quantity_text(history["erased_energy"].values[-1], "J")
         lines.append(("erased memories", f"{erased:,}, with an elastic energy of {energy}"))

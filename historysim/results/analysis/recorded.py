@@ -44,10 +44,8 @@ class Recorded(Protocol):
         """Return a variable."""
 
 
-SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)
-"""Flag values of ``slip_state``."""
-STATES = ("full_stick", "partial_slip", "gross_slip")
-"""Those of asperities in contact, from 1 on."""
+SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of slip_state
+STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
 
 
 def of_patches(history: Recorded) -> bool:
@@ -106,8 +104,7 @@ def is_complete(history: Recorded) -> bool:
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
 
 
-CHANGING_HEIGHT = "present_summit_height"
-"""Variable of a history in which the geometry of asperities changes."""
+CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
 
 
 def shape_of(history: Recorded, name: str, steps: object) -> Floats:
@@ -164,8 +161,7 @@ def present_friction(history: Recorded) -> Friction:
     return Friction(changes=False, source=history["friction"])
 
 
-CELLS_AT_ONCE = 1 << 19
-"""Steps times asperities of one variable that are held in memory at a time."""
+CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time
 
 
 def parts(history: Recorded) -> Iterator[slice]:

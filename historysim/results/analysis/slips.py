@@ -6,7 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.array_types import Floats, Integers
-from historysim.errors import InputError
 from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, Recorded, check_recorded, parts
 from historysim.results.asking import question
 
@@ -32,22 +31,9 @@ def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     what happens between two recorded steps counts at the second one. A contact *slides* when nothing of it sticks: the
     instant is that of the replay, also between steps, and where the contact is lost before the next one.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities or patches.
-
-    Returns
-    -------
-    xarray.Dataset
-        Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or after that, -1 for
-        never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that
-        come first, 1 more for every asperity before, -1 for never.
-
-    Raises
-    ------
-    InputError
-        A history without asperities, or of a version that did not record when they slide.
+    Along ``asperity``: ``slip_step`` and ``slide_step``, the positions of the first steps at or after that, -1 for
+    never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that come
+    first, 1 more for every asperity before, -1 for never. InputError: a history without asperities.
     """
     import xarray as xr
 
@@ -68,9 +54,7 @@ def first_slips(history: "xr.Dataset") -> "xr.Dataset":
 
 def slide_times(history: Recorded) -> Floats:
     """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
-    check_recorded(history, "slip_state")
-    if "slide_time" not in history:
-        raise InputError("the history is of a version that did not record when asperities slide; replay its log again")
+    check_recorded(history, "slip_state", "slide_time")
     found, last = history["slide_time"].values, history["time"].values[-1]
     return np.where(found <= last, found, np.nan)
 
@@ -79,20 +63,7 @@ def slide_times(history: Recorded) -> Floats:
 def slides_first(history: "xr.Dataset") -> Integers:
     """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities.
-
-    Returns
-    -------
-    array (asperity that slides) of int
-        Labels; the first is that of the asperity that slides first. Empty where none slides.
-
-    Raises
-    ------
-    InputError
-        As for `first_slips`.
+    Empty where none slides. InputError: as for `first_slips`.
     """
     return order_of_sliding(history, slide_times(history))
 
@@ -125,24 +96,11 @@ def _ranks(moment: Floats) -> Integers:
 def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities or patches; where only some are recorded, the fractions are of those.
-
-    Returns
-    -------
-    xarray.Dataset
-        Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0
-        where nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
-        ``share_of_tangential_load``, the last by the magnitude of each asperity's. Along ``step`` alone:
-        ``slipping_area``, the fraction of the contact area outside the stick radii, also inside contacts in partial
-        slip.
-
-    Raises
-    ------
-    InputError
-        A history without asperities, or of patches without areas.
+    Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0 where
+    nothing touches: ``share_of_contacts``, ``share_of_area``, ``share_of_normal_load`` and
+    ``share_of_tangential_load``, the last by the magnitude of each asperity's. Along ``step`` alone: ``slipping_area``,
+    the fraction of the contact area outside the stick radii, also inside contacts in partial slip. Where only some
+    asperities are recorded, the fractions are of those. InputError: no asperities, or patches without areas.
     """
     import xarray as xr
 

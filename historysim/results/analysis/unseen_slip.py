@@ -16,12 +16,9 @@ from historysim.results.analysis.recorded import Recorded
 if TYPE_CHECKING:
     from historysim.results.origin import Traceable
 
-FEWEST, SHOWN = 3, 10
-"""Steps between a reversal and sliding from which on slip is seen, and those that show it."""
-SLIDES = 0.99
-"""Tangential load over the friction limit from which on a contact is as good as sliding."""
-SWING = 0.1
-"""Part of the range of the displacement by which it turns round."""
+FEWEST, SHOWN = 3, 10  # steps between a reversal and sliding from which on slip is seen, and those that show it
+SLIDES = 0.99  # tangential load over the friction limit from which on a contact is as good as sliding
+SWING = 0.1  # part of the range of the displacement by which it turns round
 
 
 def slip_note(history: "Traceable") -> str:
@@ -37,11 +34,7 @@ def slip_note(history: "Traceable") -> str:
 def unseen_slip(history: Recorded, substeps: int | None = None) -> str:
     """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    substeps : int, optional
-        Those that it was recorded with; then the text says how many would show it, else how many times as many.
+    With the substeps that it was recorded with the text says how many would show it, else how many times as many.
     """
     names = ("tangential_displacement", "total_tangential_load", "friction_limit")
     if not all(name in history for name in names):

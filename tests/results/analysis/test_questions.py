@@ -52,13 +52,13 @@ def springs():
     """What a row of springs says at each step: stick radius, slid or not, dissipated energy, all of each asperity."""
     row = SpringRow(Contact.build(E, G, HEIGHTS, RADII, FRICTION), DEPTH, 800)
     row.apply(("displacement", DEPTH), ("displacement", 0.0))
-    told = {"stick_radius": [row.stick_radius], "dissipated_energy": [row.dissipated_energy]}
+    rows = {"stick_radius": [row.stick_radius], "dissipated_energy": [row.dissipated_energy]}
     for start, end in zip([0.0, *TURNS], TURNS, strict=False):
         for share in np.arange(1, SUBSTEPS + 1) / SUBSTEPS:
             row.apply(("displacement", DEPTH), ("displacement", start + share * (end - start)), 1)
-            told["stick_radius"].append(row.stick_radius)
-            told["dissipated_energy"].append(row.dissipated_energy)
-    return {name: np.array(values) for name, values in told.items()} | {"row": row}
+            rows["stick_radius"].append(row.stick_radius)
+            rows["dissipated_energy"].append(row.dissipated_energy)
+    return {name: np.array(values) for name, values in rows.items()} | {"row": row}
 
 
 def test_displacements_under_each_definition_are_those_of_a_sphere(ball):
@@ -74,16 +74,10 @@ def test_displacements_under_each_definition_are_those_of_a_sphere(ball):
 
 def test_displacements_of_an_ensemble_are_those_of_its_loop(history):
     """Between its extremes the branch is in full slip, so that the recorded curve itself says where zero load is."""
-    fine = hs.replay(
-        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION),
-        [
-            hs.NormalDisplacement(0.0, DEPTH),
-            hs.TangentialDisplacement(1.0, SWING),
-            hs.TangentialDisplacement(2.0, -SWING),
-        ],
-        substeps=2000,
-        record="totals",
-    )
+    swing = [hs.TangentialDisplacement(1.0, SWING), hs.TangentialDisplacement(2.0, -SWING)]
+    pressed = hs.NormalDisplacement(0.0, DEPTH)
+    rough = hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION)
+    fine = hs.replay(rough, [pressed, *swing], substeps=2000, record="totals")
     found = analysis.preliminary_displacements(history).isel(step=-1)
     u, load, limit = (
         fine[name].values[2000:] for name in ("tangential_displacement", "total_tangential_load", "friction_limit")
@@ -146,10 +140,8 @@ def test_energy_per_cycle_of_each_asperity_is_that_of_its_springs(history, sprin
     work = springs["dissipated_energy"][end] - springs["dissipated_energy"][start]
     assert np.abs(found["energy"].values[0] - work).max() <= 2 * springs["row"].dissipated_energy_error.max()
     assert found["total_energy"].values[0] == pytest.approx(found["energy"].values.sum(), rel=1e-12)
-    totals = history[
-        ["total_normal_load", "total_tangential_load", "tangential_displacement", "total_dissipated_energy"]
-    ]
-    assert list(analysis.energy_per_cycle(totals).data_vars) == ["total_energy"]
+    names = ["total_normal_load", "total_tangential_load", "tangential_displacement", "total_dissipated_energy"]
+    assert list(analysis.energy_per_cycle(history[names]).data_vars) == ["total_energy"]
 
 
 def test_shares_are_counted_asperity_by_asperity(history):
@@ -200,16 +192,13 @@ def test_the_order_of_sliding_is_that_of_the_springs(history, springs):
     )
 
 
-def test_within_one_step_the_instants_say_which_slides_first(events):
+def test_within_one_step_the_instants_say_which_slides_first(events, ball):
     coarse = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events)
     order = np.argsort((HEIGHTS + DEPTH)[:4] * FRICTION[:4])
     assert slips.slides_first(coarse).tolist() == order.tolist()
     assert slips.first_slips(coarse)["slide_rank"].values.tolist() == np.argsort(order).tolist()
     few = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record=[1])
     assert dict(history_summary.summary(few))["first to slide"].endswith("(of those recorded)")
-
-
-def test_where_nothing_slides_the_summary_says_so(ball):
     assert slips.slides_first(ball).size == 0
     assert dict(history_summary.summary(ball))["first to slide"] == "none"
 

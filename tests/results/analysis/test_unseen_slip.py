@@ -1,4 +1,4 @@
-"""Slip that begins and ends between recorded steps is said to, with the substeps that show it."""
+"""Slip that begins and ends between recorded steps is reported, with the substeps that show it."""
 
 import re
 

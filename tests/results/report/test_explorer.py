@@ -166,7 +166,7 @@ def test_a_notebook_shows_it_and_what_cannot_be_explored_is_told(history, tmp_pa
         inside.get_by_label("time", exact=True).press("ArrowRight")
         inside.get_by_text(f"step {history.contact.representative_step() + 1}").wait_for()
     totals = hs.replay(ENSEMBLE, EVENTS, record="totals")
-    for wrong, told in ((totals, "of totals alone"), (history[["slip_state"]], "came a Dataset; expected a history")):
+    for wrong, told in ((totals, "of totals alone"), (history[["slip_state"]], "explore: Dataset; expected a history")):
         with pytest.raises(InputError, match=told):
             hs.explore(wrong)
 
