@@ -100,14 +100,10 @@ class Replay(FieldsAsHtml):
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
-        from historysim.recording.netcdf import FileRecorder, check_room
+        from historysim.recording.netcdf import FileRecorder
 
-        attributes = self.attributes()
-        with (
-            replacing(Path(path)) as unfinished,
-            self.recorder(FileRecorder, path=unfinished, attributes=attributes) as target,
-        ):
-            check_room(unfinished.parent, target.size)
+        made_of = self.attributes()
+        with replacing(Path(path)) as file, self.recorder(FileRecorder, path=file, attributes=made_of) as target:
             self.walk(target, progress=progress)
             target.finish()
 
@@ -145,8 +141,7 @@ class Replay(FieldsAsHtml):
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
-        bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
-        with bar as done:
+        with progress_bar(progress, "step", target.steps, initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
                 state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)

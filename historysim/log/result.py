@@ -24,7 +24,7 @@ from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
 from historysim.recording import surface_group
-from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression, check_room
+from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression
 
 if TYPE_CHECKING:
     import netCDF4
@@ -98,7 +98,6 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             beside=partial(_write_beside, head=head, content=content),
         )
         with made(path=unfinished.path, go_on=start.rows) as target:
-            check_room(output.parent, target.size - 512 * getattr(unfinished.path.stat(), "st_blocks", 0))
             if target.size > LARGE and options.compression == "none":
                 notify(_size_notice(output, target))
             every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))

@@ -101,6 +101,9 @@ class FileRecorder(Recorder):
         import netCDF4
 
         self.rows, self._filled = self.new_rows(0), self.go_on
+        if self.compression == "none":
+            there = self.path.stat() if self.path.exists() else None
+            check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))
         with _reported():
             self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
             self._file.set_fill_off()
