@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -164,26 +164,28 @@ class _Snapshots:
 
 def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    found = _attributes(unfinished)
-    own = found.get("log_digest") == link["log_digest"] and "date_created" in found
-    return f"{unfinished.name} {found['date_created']}" if own else ""
+    found = _attributes(unfinished, "log_digest", "date_created")
+    return f"{unfinished.name} {found['date_created']}" if found.get("log_digest") == link["log_digest"] else ""
 
 
 def _is_result_of(output: Path, link: Mapping[str, str]) -> bool:
     """Return whether a complete result of a log, as it is now, is there already."""
-    found = _attributes(output)
-    return found.get("log_digest") == link["log_digest"] and bool(found.get("complete"))
+    with suppress(InputError):
+        check_contained(output)
+        found = _attributes(output, "log_digest", "complete")
+        return found.get("log_digest") == link["log_digest"] and bool(found["complete"])
+    return False
 
 
-def _attributes(path: Path) -> dict[str, Any]:
-    """Return the attributes of a netCDF file; none of what cannot be read."""
+def _attributes(path: Path, *names: str) -> dict[str, Any]:
+    """Return these attributes of a netCDF file; none where one of them cannot be read."""
     import netCDF4
 
     try:
-        check_contained(path)
+        # no more than these: what reads further in a damaged file may leave it open, so that it cannot be written anew
         with netCDF4.Dataset(path) as file:
-            return {name: file.getncattr(name) for name in file.ncattrs()}
-    except (OSError, RuntimeError, AttributeError, InputError):
+            return {name: file.getncattr(name) for name in names}
+    except (OSError, RuntimeError, AttributeError):
         return {}
 
 
