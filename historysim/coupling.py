@@ -49,28 +49,24 @@ TURN_TOLERANCE, AT_BEGINNING = 1e-6, 1e-4
 
 @attrs.frozen(eq=False)
 class CoupledSolution:
-    """What a solver has found, at the ends of its accepted steps.
-
-    Attributes
-    ----------
-    t, y
-        Times (step) [s], from the beginning on, and the variables of the motion (variable, step).
-    normal_load, tangential_load, dissipated_energy
-        Totals of the contact (step) [N], and the energy that friction has taken since it was unloaded [J].
-    state : EnsembleState
-        The contact at the end.
-    turns, evaluations : int
-        Steps that were cut where the contact turned round, and how often the equations were evaluated.
-    """
+    """What a solver has found, at the ends of its accepted steps."""
 
     t: Floats
+    """(step) Times from the beginning on [s]."""
     y: Floats
+    """(variable, step) The variables of the motion."""
     normal_load: Floats
+    """(step) Of the contact [N]."""
     tangential_load: Floats
+    """(step) Of the contact [N]."""
     dissipated_energy: Floats
+    """(step) What friction has taken since the contact was unloaded [J]."""
     state: "EnsembleState"
+    """The contact at the end."""
     turns: int
+    """Steps that were cut where the contact turned round."""
     evaluations: int
+    """How often the equations were evaluated."""
 
 
 def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
@@ -88,12 +84,14 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
 ) -> CoupledSolution:
     """Integrate equations of motion that a contact is part of, and commit the accepted steps alone.
 
+    A step in which the contact turns round is cut there, since its forces have a kink: so a method keeps its order, and
+    each piece of the motion is one straight path of the contact.
+
     Parameters
     ----------
     motion : callable
-        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `EnsembleState` that the contact would be in, which
-        has ``tangential_load``, ``normal_load`` [N] and stiffnesses. The contact opposes the motion: its force on a
-        body that moves by the tangential displacement is minus the tangential load.
+        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `EnsembleState` that the contact would be in. Its
+        force on a body that moves by the tangential displacement is minus its ``tangential_load`` [N].
     t_span : (float, float)
         Beginning and end [s].
     y0 : array_like (variable)
@@ -119,69 +117,91 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         A load beyond the friction limit, also of a trial.
     LoadError
         The solver cannot go on; the message says where, and why.
-
-    Notes
-    -----
-    The stages of a step, and the steps that a solver rejects, are trials from the end of the last accepted step. The
-    forces of a contact have a kink where it turns round. A step with such a turn is cut there, so that a method keeps
-    its order, and each piece of the motion is one straight path of the contact.
     """
-    span = checked("t_span", t_span)
-    if span.shape != (2,):
-        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
-    begin, end = (float(time) for time in span)
+    begin, end = _times(t_span)
     make = _solver_class(method)
     _check_options(make, options)
-    given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
     start = checked("y0", y0)
     if start.ndim != 1:
         raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
-    where = place(begin, start)
-    _check_targets(where)
-
-    def moved(contact: "EnsembleState", targets: Mapping[str, float]) -> "EnsembleState":
-        chosen: dict[str, Any] = {**targets, **given}
-        return ensemble.advance(contact, **chosen)
-
-    present = moved(state or ensemble.initial_state(), where)
-
-    def rate(t: float, y: Floats) -> Floats:
-        # `present` is that of the last accepted step, whatever has been tried since
-        found = checked("dy/dt of motion", motion(t, y, moved(present, place(t, y))))
-        if found.shape != y.shape:
-            # one number would pass for all
-            raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
-        return found
-
-    solver = make(rate, begin, start, end, **options)
-    times, values, states, turns, evaluations = [begin], [solver.y.copy()], [present], 0, 0
+    _check_targets(place(begin, start))
+    given = {"saturate": saturate, "instrument": instrument}
+    contact = _CarriedContact(ensemble, place, given, [state or ensemble.initial_state()])
+    contact.accept(begin, start)
+    rate = contact.rate(motion)
+    solver, turns, evaluations = make(rate, begin, start, end, **options), 0, 0
     while solver.status == "running":
         message = solver.step()
         if solver.status == "failed":
             raise LoadError(f"the integration fails at t = {solver.t:.6g} s: {message}; expected smoother equations")
-        time, value = solver.t, solver.y
         dense = solver.dense_output()
-        turn = _first_turn(dense, solver.t_old, time, place)
-        if turn is not None:
-            time, value, turns = turn, dense(turn), turns + 1
-            evaluations += solver.nfev
-            step = min(abs(solver.t - solver.t_old), abs(end - turn))
-        present = moved(present, place(time, value))
-        times.append(time)
-        values.append(np.array(value))
-        states.append(present)
-        if turn is not None:
-            solver = make(rate, time, np.array(value), end, **{**options, "first_step": step})
-    return CoupledSolution(
-        t=np.array(times),
-        y=np.array(values).T,
-        normal_load=np.array([one.normal_load for one in states]),
-        tangential_load=np.array([one.tangential_load for one in states]),
-        dissipated_energy=np.array([one.dissipated_energy for one in states]),
-        state=present,
-        turns=turns,
-        evaluations=evaluations + solver.nfev,
-    )
+        turn = _first_turn(dense, solver.t_old, solver.t, place)
+        if turn is None:
+            contact.accept(solver.t, solver.y)
+            continue
+        turns, evaluations = turns + 1, evaluations + solver.nfev
+        step = min(abs(solver.t - solver.t_old), abs(end - turn))
+        contact.accept(turn, dense(turn))
+        solver = make(rate, turn, np.array(dense(turn)), end, **{**options, "first_step": step})
+    return contact.solution(turns, evaluations + solver.nfev)
+
+
+@attrs.define(eq=False)
+class _CarriedContact:
+    """A contact at the end of the last accepted step, from which all that a solver tries begins."""
+
+    ensemble: "Ensemble"
+    place: Place
+    given: dict[str, Any]
+    states: "list[EnsembleState]"
+    """That of the beginning, and those at the ends of the accepted steps."""
+    times: list[float] = attrs.field(factory=list)
+    values: list[Floats] = attrs.field(factory=list)
+
+    def tried(self, time: float, y: Floats) -> "EnsembleState":
+        """Return the contact carried to its place at a time."""
+        targets: dict[str, Any] = {**self.place(time, y), **self.given}
+        return self.ensemble.advance(self.states[-1], **targets)
+
+    def accept(self, time: float, y: Floats) -> None:
+        """Carry the contact to its place at a time."""
+        self.states.append(self.tried(time, y))
+        self.times.append(time)
+        self.values.append(np.array(y))
+
+    def rate(self, motion: Motion) -> Callable[[float, Floats], Floats]:
+        """Return dy/dt of a motion with the contact."""
+
+        def rate(t: float, y: Floats) -> Floats:
+            found = checked("dy/dt of motion", motion(t, y, self.tried(t, y)))
+            if found.shape != y.shape:
+                # one number would pass for all
+                raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
+            return found
+
+        return rate
+
+    def solution(self, turns: int, evaluations: int) -> CoupledSolution:
+        """Return what was accepted."""
+        loads = {
+            name: np.array([getattr(state, name) for state in self.states[1:]])
+            for name in ("normal_load", "tangential_load", "dissipated_energy")
+        }
+        return CoupledSolution(
+            t=np.array(self.times),
+            y=np.array(self.values).T,
+            **loads,
+            state=self.states[-1],
+            turns=turns,
+            evaluations=evaluations,
+        )
+
+
+def _times(t_span: tuple[float, float]) -> tuple[float, float]:
+    span = checked("t_span", t_span)
+    if span.shape != (2,):
+        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
+    return float(span[0]), float(span[1])
 
 
 def _solver_class(method: str | type[Any]) -> type[Any]:
@@ -265,34 +285,23 @@ def contact_system(
     saturate: bool = False,
     instrument: Instrument = RIGID,
 ) -> "control.NonlinearIOSystem":
-    """Return a contact as a discrete-time system of python-control.
+    """Return a contact as a discrete-time system of python-control, with direct feedthrough.
 
-    At each sample the contact goes straight to its inputs, and its outputs are those there (direct feedthrough). What
-    it remembers is no vector of numbers: the one state of the system is the number of the sample, and outputs that are
-    asked for more than once in a sample, as interconnected systems are, are tried from the state at its beginning. Each
-    simulation begins at 0, with `state`.
+    What a contact remembers is no vector of numbers: the one state of the system is the number of the sample. Outputs
+    are tried from the contact at the beginning of the sample. Each simulation begins at 0, with `state`.
 
     Parameters
     ----------
-    ensemble : Ensemble
-    state : EnsembleState, optional
-        The contact at the beginning; the unloaded one by default.
+    ensemble, state, saturate, instrument
+        As for `solve_ivp`.
     dt : float
-        Sampling time [s].
+        Sampling time [s], > 0.
     inputs : sequence of str
         What drives it, of `INPUTS`, at most one of each channel; the other channel is held as `state` has it.
     outputs : sequence of str
         What is read, of `OUTPUTS`.
     name : str
         Of the system; its signals are ``name.signal``.
-    saturate, instrument
-        As for `Ensemble.advance`.
-
-    Raises
-    ------
-    InputError
-        Signals that a contact does not have, both of one channel, a sampling time that is not positive, or
-        python-control is not installed.
     """
     try:
         import control
@@ -305,8 +314,8 @@ def contact_system(
         if sum(each.startswith(channel) for each in inputs) > 1:
             raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
     given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
-    start = state or ensemble.initial_state()
-    sampled = _SampledContact(ensemble, start, inputs=tuple(inputs), outputs=tuple(outputs), given=given)
+    states = {0: state or ensemble.initial_state()}
+    sampled = _SampledContact(ensemble, states, tuple(inputs), tuple(outputs), given)
     return control.nlsys(
         sampled.update,
         sampled.output,
@@ -318,20 +327,15 @@ def contact_system(
     )
 
 
+@attrs.define(eq=False)
 class _SampledContact:
     """States of a contact by the number of the sample: the first one, the present, and the one before."""
 
-    def __init__(
-        self,
-        ensemble: "Ensemble",
-        state: "EnsembleState",
-        *,
-        inputs: tuple[str, ...],
-        outputs: tuple[str, ...],
-        given: dict[str, Any],
-    ) -> None:
-        self.ensemble, self.inputs, self.outputs, self.given = ensemble, inputs, outputs, given
-        self.states = {0: state}
+    ensemble: "Ensemble"
+    states: "dict[int, EnsembleState]"
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    given: dict[str, Any]
 
     def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
         """Return the outputs of a trial from the state at the beginning of the sample."""
@@ -361,28 +365,26 @@ class _SampledContact:
 
 @attrs.frozen(eq=False)
 class StageMotion:
-    """How a stage has moved.
-
-    Attributes
-    ----------
-    time, place, contact_force, motor_force : array (sample)
-        When the controller was asked [s]; place of the stage [m] and tangential load of the contact [N] at the end of
-        the sample; force of the motor during it [N].
-    work, kinetic, stored, dissipated : float
-        Work of the motor, and energies at the end [J]: of the motion, in the tractions, and lost to friction.
-    state : EnsembleState
-        The contact at the end.
-    """
+    """How a stage has moved."""
 
     time: Floats
+    """(sample) When the controller was asked [s]."""
     place: Floats
+    """(sample) Of the stage at the end of the sample [m]."""
     contact_force: Floats
+    """(sample) Tangential load of the contact at the end of the sample [N]."""
     motor_force: Floats
+    """(sample) During the sample [N]."""
     work: float
+    """Of the motor [J]."""
     kinetic: float
+    """Energy of the motion at the end [J]."""
     stored: float
+    """Energy in the tractions at the end [J]."""
     dissipated: float
+    """Energy lost to friction [J]."""
     state: "EnsembleState"
+    """The contact at the end."""
 
 
 def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
@@ -400,42 +402,24 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
     """Move a stage on a contact by a motor, with a force that a controller sets at each sample.
 
     The stage begins at rest where `state` is, which is place 0. Between samples it is integrated by the leap-frog
-    method. Its one force per step is that of the contact carried to the new place: nothing is tried, and all places
-    are ones that the stage was at.
+    method, which tries no place that the stage does not reach.
 
     Parameters
     ----------
-    ensemble : Ensemble
+    ensemble, saturate, instrument
+        As for `solve_ivp`.
     state : EnsembleState
         The contact at the beginning, pressed. Its normal channel is held as it is: a load, or an approach.
     controller : callable
-        ``controller(time, place)`` returns the force of the motor [N] until the next sample; it is called once for each
-        sample, in their order, so it may remember, too.
-    mass : float
-        Of the stage [kg].
-    sample_time, duration : float
-        [s].
+        ``controller(time, place)`` returns the force of the motor [N] until the next sample; called once a sample.
+    mass, sample_time, duration : float
+        [kg], [s], > 0.
     substeps : int
         Steps of the integration per sample, each much shorter than √(mass / stiffness).
-    saturate, instrument
-        As for `Ensemble.advance`.
-
-    Raises
-    ------
-    InputError
-        Numbers that are not positive, steps too long to be stable, or a force that is no number.
     """
     mass, sample_time = scalar("mass", mass, above=0), scalar("sample_time", sample_time, above=0)
     samples = round(scalar("duration", duration, above=0) / sample_time)
-    if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
-        raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
-    pause = sample_time / substeps
-    longest = 2.0 * (mass / state.stiffness(1)) ** 0.5 if state.stiffness(1) > 0.0 else np.inf
-    if pause >= longest:
-        raise InputError(
-            f"substeps is {substeps}: steps of {pause:.3g} s are unstable, as the mass on the contact swings faster; "
-            f"expected {int(sample_time / longest) + 1} or more, and ten times that to follow it well"
-        )
+    pause = _step_of_stage(state.stiffness(1), mass, sample_time, substeps)
     stepper = ensemble.stepper(state, saturate=saturate, instrument=instrument)
     origin = stepper.tangential_displacement
     before = stepper.dissipated_energy
@@ -464,3 +448,17 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
         dissipated=end.dissipated_energy - before,
         state=end,
     )
+
+
+def _step_of_stage(stiffness: float, mass: float, sample_time: float, substeps: int) -> float:
+    """Return the step of the integration [s]; one that is not stable is an InputError."""
+    if isinstance(substeps, bool) or not isinstance(substeps, int) or substeps < 1:
+        raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
+    pause = sample_time / substeps
+    longest = 2.0 * (mass / stiffness) ** 0.5 if stiffness > 0.0 else np.inf
+    if pause >= longest:
+        raise InputError(
+            f"substeps is {substeps}: steps of {pause:.3g} s are unstable, as the mass on the contact swings faster; "
+            f"expected {int(sample_time / longest) + 1} or more, and ten times that to follow it well"
+        )
+    return pause

@@ -13,8 +13,8 @@ from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
 from historysim.basics.files import replacing
-from historysim.basics.processors import threads_of
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import progress_bar
+from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
@@ -121,21 +121,11 @@ class Replay(FieldsAsHtml):
         progress: bool = False,
         after: "Callable[[schedule.Cursor, EnsembleState], None] | None" = None,
     ) -> "EnsembleState":
-        """Walk the events, record their rows, and return the last state.
+        """Walk the events up to a time [s], record their rows, and return the last state.
 
-        Parameters
-        ----------
-        target : Recorder
-        start : Start, optional
-            The beginning by default.
-        until : float
-            Time [s] at which to stop; between two event times a row is recorded there.
-        most_rows : int, optional
-            Rows after which a segment is broken, where that shall be earlier than the recorder asks for.
-        progress : bool
-            Show a progress bar on standard error where that is a terminal and the replay is long.
-        after : callable, optional
-            Called with where the schedule stands, and the state there, when a segment ends with a time.
+        Between two event times a row is recorded where it stops. A segment is broken after ``most_rows``, where that is
+        earlier than the recorder asks for. ``after`` is called with where the schedule stands, and the state there,
+        when a segment ends with a time. A bar shows the progress on standard error where that is a terminal.
         """
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities

@@ -78,17 +78,9 @@ class AdheringAsperities:
 def adhering_asperities(
     ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
 ) -> AdheringAsperities:
-    """Return how adhesive each asperity is that touches at an approach.
+    """Return how adhesive each asperity is that touches at an approach > 0 of the highest summit [m], without adhesion.
 
-    Parameters
-    ----------
-    ensemble : Ensemble
-    approach : float
-        Approach of the highest summit from first touch [m], > 0, without adhesion.
-    work_of_adhesion : float
-        W [J/m²], > 0.
-    equilibrium_separation : float
-        z0 [m], > 0.
+    The work of adhesion W is in J/m², > 0; the equilibrium separation z0 in m, > 0.
     """
     modulus = ensemble.pair.contact_modulus
     separation = ensemble.highest_summit - scalar("approach", approach, above=0)

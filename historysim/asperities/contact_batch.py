@@ -8,9 +8,8 @@ import numpy.typing as npt
 from historysim.asperities.friction import coulomb
 from historysim.basics.arguments import checked, one_per, workable
 from historysim.basics.array_types import Floats
-from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.library import OneAtATime, ffi, lib, pointer
 from historysim.basics.limits import LARGEST, SMALLEST
-from historysim.basics.one_at_a_time import OneAtATime
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check
@@ -131,13 +130,7 @@ class ContactBatch:
         return places if _takes(self._batch, *places, LARGEST) else None
 
     def forget(self, contacts: npt.ArrayLike) -> None:
-        """Make contacts new, such as where grains have new neighbours: unloaded, at δ = U = 0.
-
-        Raises
-        ------
-        InputError
-            What are no indices of contacts.
-        """
+        """Make contacts new, by index, such as where grains have new neighbours: unloaded, at δ = U = 0."""
         chosen = np.atleast_1d(np.asarray(contacts))
         if not np.issubdtype(chosen.dtype, np.integer) or not np.all((chosen >= 0) & (chosen < len(self))):
             raise InputError(f"contacts is {contacts!r}; expected indices from 0 to {len(self) - 1}")
@@ -153,13 +146,7 @@ class ContactBatch:
         return saved
 
     def restore(self, saved: Self) -> None:
-        """Go on from what `save` has returned.
-
-        Raises
-        ------
-        InputError
-            Another number of contacts, or other radii, friction or materials.
-        """
+        """Go on from what `save` has returned; InputError for a batch of other contacts."""
         if len(saved) != len(self):
             raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
         if saved._of != self._of:

@@ -18,10 +18,10 @@ from historysim.asperities.curve_fitting import (
     through,
 )
 from historysim.basics.arguments import checked
-from historysim.basics.array_types import Array, Floats, Integers
+from historysim.basics.array_types import Array, Booleans, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError
-from historysim.memory.binding import LOAD, check
+from historysim.memory.binding import LOAD, check, fill
 from historysim.memory.paths import Paths
 from historysim.memory.rows import Rows
 
@@ -57,28 +57,25 @@ class NormalCurves:
     rounding. A patch, or a point of the surface, has its part of what all carry more from row to row: pressures
     grow with the approach everywhere, so that no traction is beyond the friction limit at any point (Jäger; Ciavarella:
     tangential loads are superpositions of normal ones, whatever the contact).
-
-    Attributes
-    ----------
-    approach, load, area, noise
-        Of the table: approaches of the whole contact from first touch (row) [m], loads N_i (row, patch) [N], contact
-        areas A_i (row, patch) [m²], and standard deviations of the noise of the total (row) [N], where there is any.
-    label, stiffness, weight
-        Of the curve: approaches of the knots (element) [m], 0 of a Hertzian contact; dP/da there (element) [N/m]; or k
-        of P(a) = k a^(3/2) (element) [N/m^1.5], of a Hertzian contact.
-    x, y
-        Positions (patch) [m].
     """
 
     approach: Floats
+    """Of the table: approaches of the whole contact from first touch (row) [m]."""
     load: Floats = attrs.field(repr=False)
+    """Loads (row, patch) [N]."""
     label: Floats = attrs.field(repr=False)
+    """Of the curve: approaches of its knots (element) [m]; 0 of a Hertzian contact."""
     stiffness: Floats | None = attrs.field(default=None, repr=False)
+    """dP/da at the knots (element) [N/m]."""
     weight: Floats | None = attrs.field(default=None, repr=False)
+    """Of a Hertzian contact: k of P(a) = k a^(3/2) (element) [N/m^1.5]."""
     area: Floats | None = attrs.field(default=None, repr=False)
+    """Contact areas (row, patch) [m²]."""
     noise: Floats | None = attrs.field(default=None, repr=False)
+    """Standard deviations of the noise of the total (row) [N], where there is any."""
     x: Floats | None = attrs.field(default=None, repr=False)
     y: Floats | None = attrs.field(default=None, repr=False)
+    """Positions (patch) [m]."""
 
     @classmethod
     def from_table(
@@ -94,10 +91,9 @@ class NormalCurves:
         """Return the curves of a table; see `Ensemble.from_normal_curves`."""
         rows, loads, areas = _table(approach, load, area)
         deviation = None if noise is None else _noise(noise, rows.size)
-        places = {
-            name: None if place is None else np.atleast_1d(checked(name, place)) for name, place in (("x", x), ("y", y))
-        }
-        known: dict[str, Any] = {"area": areas, **places}
+        known: dict[str, Any] = {"area": areas}
+        places = ("x", x), ("y", y)
+        known |= {name: np.atleast_1d(checked(name, place)) for name, place in places if place is not None}
         total = loads.sum(axis=1)
         exact = deviation is None and rows.size <= MOST_ROWS and is_convex(rows, total)
         if exact and loads.shape[1] == 1 and (found := hertzian(rows, total)):
@@ -198,29 +194,23 @@ class NormalCurves:
         table = np.append(0.0, self.approach)
         known = np.zeros_like(self.load) if self.area is None else self.area
         rows.totals["real_contact_area"] = np.interp(approach, table, np.append(0.0, known.sum(axis=1)))
-        if patches.size:
-            rise = self.load.sum(axis=1)
-            gain = np.diff(self.load[:, patches].T, prepend=0.0) / np.diff(rise, prepend=0.0)
-            row = np.searchsorted(self.approach, self.label, side="right").clip(max=self.approach.size - 1)
-            if self.weight is not None:
-                # one contact is one patch, and carries what it does over all rows
-                row, gain = np.zeros_like(row), np.ones((patches.size, self.approach.size))
-            arrays = {
-                "row": row.astype(np.int64),
-                "gain": gain,
-                "approach": table,
-                "area": np.vstack([np.zeros(patches.size), known[:, patches]]),
-                "first_touch": first[patches],
-            }
-            struct = ffi.new("hs_patches *")
-            struct.count, struct.rows = patches.size, self.approach.size
-            arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-            for name, array in arrays.items():
-                setattr(struct, name, pointer(array))
-            everything = np.arange(self.label.size)
-            given = pointer(np.ascontiguousarray(approach)), pointer(stick)
-            projected = elements.as_struct(everything), approach.size, *given, friction, rows.as_struct(patches)
-            check(lib.hs_record_patches(struct, *projected))
+        if not patches.size:
+            return
+        # part of the rise of the total from row to row that each patch carries, and the row of each element
+        gain = np.diff(self.load[:, patches].T, prepend=0.0) / np.diff(self.load.sum(axis=1), prepend=0.0)
+        row = np.searchsorted(self.approach, self.label, side="right").clip(max=self.approach.size - 1)
+        if self.weight is not None:
+            # one contact is one patch, and carries what it does over all rows
+            row, gain = np.zeros_like(row), np.ones((patches.size, self.approach.size))
+        struct = ffi.new("hs_patches *", {"count": patches.size, "rows": self.approach.size})
+        areas = np.vstack([np.zeros(patches.size), known[:, patches]])
+        arrays = {"gain": gain, "approach": table, "area": areas, "first_touch": first[patches]}
+        # what the struct points to has to live as long as it does
+        kept = fill(struct, arrays), row.astype(np.int64)
+        struct.row = pointer(kept[1])
+        written = elements.as_struct(np.arange(self.label.size)), rows.as_struct(patches)
+        given = pointer(np.ascontiguousarray(approach)), pointer(stick)
+        check(lib.hs_record_patches(struct, written[0], approach.size, *given, friction, written[1]))
 
     def check_reach(self, paths: Paths) -> None:
         """Check that paths, with targets in N and m, stay within the table; a CurveEndError has the path's position."""
@@ -283,24 +273,30 @@ def _table(
         if values is None:
             continue
         if values.min() < 0:
-            row, patch = (int(index) for index in np.unravel_index(values.argmin(), values.shape))
+            row, patch = _first(values == values.min())
             raise InputError(f"{name} is {values.min():.6g} in row {row} of patch {patch}; expected 0 or more")
         reached = np.maximum.accumulate(values, axis=0)
         falls = (reached - values)[1:] / np.maximum(values.max(axis=0), 1e-300)
         # the load of one patch is the total, and its noise is smoothed
         if (name == "area" or values.shape[1] > 1) and falls.max() > NOT_CONVEX:
-            row, patch = (int(index) for index in np.unravel_index(falls.argmax(), falls.shape))
+            row, patch = _first(falls == falls.max())
             raise InputError(
                 f"{name} of patch {patch} falls from {reached[row, patch]:.6g} to {values[row + 1, patch]:.6g} while "
                 "the approach grows; expected it to rise: contact areas and pressures do everywhere"
             )
     if areas is not None and (without := (areas == 0) & (loads > 0)).any():
-        row, patch = (int(index) for index in np.unravel_index(without.argmax(), without.shape))
+        row, patch = _first(without)
         raise InputError(
             f"area is 0 in row {row} of patch {patch}, which carries {loads[row, patch]:.6g} N; expected more than 0 "
             "where there is a load, or no areas"
         )
     return rows, loads, areas
+
+
+def _first(where: Booleans) -> tuple[int, int]:
+    """Return row and patch of the first place where something is so."""
+    row, patch = np.argwhere(where)[0]
+    return int(row), int(patch)
 
 
 def _columns(name: str, values: npt.ArrayLike, count: int) -> Floats:

@@ -44,22 +44,15 @@ from historysim.memory.binding import (
     view,
 )
 from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.rows import PROJECTED, Rows, blank_rows
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
     from historysim.interaction.solutions import NormalSolutions
 
 
-EVOLVED = {
-    "slid_distance",
-    "worn_volume",
-    "summit_height",
-    "summit_radius",
-    "yielded_depth",
-    "yielding_load",
-    "yielding_energy",
-}
+_ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
+EVOLVED = {name for name, _ in ffi.typeof("hs_rows").fields} - _ALWAYS
 """What is recorded of asperities that evolve, beside what always is."""
 
 
@@ -432,14 +425,7 @@ class Ensemble:
         return Stepper(state, self._driven(saturate, instrument, heeds=False), self.curves, walk)
 
     def load_state(self, path: str | Path) -> EnsembleState:
-        """Return a state of this ensemble from a file that `EnsembleState.save` has written.
-
-        Raises
-        ------
-        InputError
-            Another file, or a state of other materials, summits, friction or laws; positions and the tolerance may be
-            others.
-        """
+        """Return a state of this ensemble from a file of `EnsembleState.save`; any other one is an InputError."""
         try:
             return EnsembleState.from_bytes(Path(path).read_bytes(), self.initial_state())
         except InputError as error:
@@ -553,30 +539,13 @@ class Ensemble:
     ) -> EnsembleState:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
-        Parameters
-        ----------
-        state : EnsembleState
-        paths : Paths
-            With targets in N and m.
-        rows : Rows, optional
-            Where the rows that the paths record are written, in SI (see `blank_rows`).
-        asperities : array_like (column)
-            Indices of the asperities to record, in the order of the columns of ``rows``.
-        saturate, instrument
-            As for `advance`.
-        until : float
-            Share of each path that is walked.
-        friction : FrictionGoal, optional
-            Where friction goes on each path, straight with the channels.
-        threads : int
-            Threads that share the work on many asperities; the bits do not depend on it.
+        Targets are in N and m. Rows of asperities, by index in the order of their columns, are written to ``rows`` in
+        SI (see `blank_rows`). A share ``until`` of each path is walked; ``friction`` goes straight with the channels.
+        Threads share the work on many asperities; the bits do not depend on them. `saturate` and `instrument` as for
+        `advance`.
 
-        Raises
-        ------
-        FrictionLimitError, CurveEndError
-            With the position of the path that cannot be walked.
-        InputError
-            A state of another ensemble, or friction of patches that changes along a path.
+        Raises FrictionLimitError, CurveEndError: with the position of the path that cannot be walked. InputError: a
+        state of another ensemble, or friction of patches that changes along a path.
         """
         columns = np.asarray(asperities, dtype=np.int64)
         memory = copied(self._memory_of(state))

@@ -1,12 +1,11 @@
 """The instrument that moves the contact: a drive, and the spring between it and the contact."""
 
 import math
-from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
-from historysim.basics.fields import Force, Length, Stiffness
+from historysim.basics.fields import Force, Length, Stiffness, at_least
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
@@ -17,23 +16,12 @@ if TYPE_CHECKING:
 Values = TypeVar("Values", float, "Floats")
 
 
-def _stiff(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
+def _stiff(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     if not (is_number(value) and value > 0 and (is_workable(value, SMALLEST) or value == math.inf)):
         raise InputError(
-            f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a number greater than 0, from "
-            f"{SMALLEST:g} to {LARGEST:g} or infinite, in N/m"
+            f"Instrument: {attribute.name} is {value!r}; expected a number greater than 0, from {SMALLEST:g} to "
+            f"{LARGEST:g} or infinite, in N/m"
         )
-
-
-def _resolution(unit: str) -> Callable[[object, "attrs.Attribute[float]", float], None]:
-    def check(instrument: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-        if not (is_number(value) and is_workable(value) and value >= 0):
-            raise InputError(
-                f"{type(instrument).__name__}: {attribute.name} is {value!r}; expected a finite number, 0 or more, "
-                f"up to {LARGEST:g}, in {unit}"
-            )
-
-    return check
 
 
 @attrs.frozen
@@ -70,8 +58,8 @@ class Instrument:
     """
 
     lateral_stiffness: Stiffness = attrs.field(default=math.inf, converter=newtons_per_metre, validator=_stiff)
-    displacement_resolution: Length = attrs.field(default=0.0, converter=metres, validator=_resolution("m"))
-    load_resolution: Force = attrs.field(default=0.0, converter=newtons, validator=_resolution("N"))
+    displacement_resolution: Length = attrs.field(default=0.0, converter=metres, validator=at_least(0.0))
+    load_resolution: Force = attrs.field(default=0.0, converter=newtons, validator=at_least(0.0))
 
     @property
     def rigid(self) -> bool:
@@ -79,13 +67,7 @@ class Instrument:
         return self.lateral_stiffness == math.inf
 
     def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
-        """Return the displacement of the drive, U + T/k_s [m].
-
-        Parameters
-        ----------
-        tangential_displacement, tangential_load : float or array
-            U [m] and T [N] of the contact, of one shape.
-        """
+        """Return the displacement of the drive, U + T/k_s [m]; U [m] and T [N] of the contact have one shape."""
         return tangential_displacement + tangential_load / self.lateral_stiffness
 
 

@@ -37,28 +37,22 @@ class Pass:
 
 
 class PassRecord(NamedTuple):
-    """How a map meets the flat before a pass.
-
-    Attributes
-    ----------
-    normal_load, preliminary_displacement : float
-        Of the pass [N], and θμδ of the highest summit under it [m].
-    contact_count, real_contact_area, rms_height
-        Summits that touch, their area [m²], and Rq of the map [m].
-    summits, touching
-        All of them, and the indices of those that touch.
-    removed_volume : float
-        That the pass has cut off [m³], whether it was lost or put back.
-    """
+    """How a map meets the flat before a pass."""
 
     normal_load: float
+    """[N]"""
     preliminary_displacement: float
+    """θμδ of the highest summit under it [m]."""
     contact_count: int
     real_contact_area: float
+    """Of the summits that touch [m²]."""
     rms_height: float
+    """Rq of the map [m]."""
     summits: Summits
     touching: Integers
+    """Indices of those that touch."""
     removed_volume: float
+    """That the pass has cut off [m³], whether it was lost or put back."""
 
 
 def run_in(
@@ -74,32 +68,14 @@ def run_in(
 ) -> tuple[Surface, list[PassRecord]]:
     """Return a map after passes of a flat over it, and how it met the flat before each.
 
-    In each pass the summits of the map are found, pressed on, and those that yield are flattened: within the circle of
-    contact the map is cut down to the paraboloid that is left. Then the flat slides, all of them wear, with the load
-    shared as they do, and the cap that each loses is cut off the map. With that the map goes into the next pass, in
-    which its summits are others. Hardness stays what it was. A contact smaller than a pixel changes the point of its
-    summit alone: radii then follow from that point and its neighbours.
+    In each pass the summits of the map are found (by ``find``, or the 9-point rule), pressed on, and those that yield
+    are flattened: within the circle of contact the map is cut down to the paraboloid that is left. Then the flat
+    slides, all of them wear, with the load shared as they do, and the cap that each loses is cut off the map. Hardness
+    stays what it was. A contact smaller than a pixel changes the point of its summit alone: radii then follow from that
+    point and its neighbours. What is cut off is "lost", or "conserved": it raises all points that were not cut by one
+    height, as displaced material does (Pullen and Williamson 1972).
 
-    Parameters
-    ----------
-    surface : Surface
-    pair : MaterialPair
-    passes : sequence of Pass
-    friction : float
-        Coulomb coefficient μ.
-    yielding : YieldingLaw or str, optional
-    wear : WearLaw, optional
-        With it passes need a sliding distance to wear.
-    volume : {"lost", "conserved"}
-        What becomes of what is cut off: it is lost, or raises all points that were not cut by one height, as displaced
-        material does (Pullen and Williamson 1972).
-    find : callable, optional
-        Finds the summits of a map; by default by the 9-point rule.
-
-    Raises
-    ------
-    InputError
-        Numbers out of range, another word, a map without summits, or neither yielding nor wear.
+    Raises InputError: numbers out of range, another word, a map without summits, or neither yielding nor wear.
     """
     if volume not in VOLUMES:
         raise InputError(f"volume is {volume!r}; {nearest(str(volume), VOLUMES)}")
@@ -112,9 +88,8 @@ def run_in(
             raise InputError("the map has no summit left to press on; expected fewer passes, or less wear")
         ensemble = Ensemble.from_summits(pair, summits, friction, yielding=yielding)
         state = ensemble.advance(ensemble.initial_state(), normal_load=one.normal_load)
-        height, radius = summits.height, summits.radius
-        if (left := state.yielded) is not None:
-            height, radius = left.summit_height, left.summit_radius
+        left = state.yielded
+        height, radius = (left.summit_height, left.summit_radius) if left else (summits.height, summits.radius)
         own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
         heights = surface.heights.copy()
         for i in np.flatnonzero(height < summits.height):

@@ -81,24 +81,11 @@ class _Contact:
 
 
 def findings(ensemble: Ensemble, approach: float, instrument: Instrument = RIGID) -> tuple[Finding, ...]:
-    """Return which assumptions of the model do not hold at an approach, with what can be done.
+    """Return which assumptions of the model do not hold at an approach [m], with what can be done.
 
-    The page of this room lists all of them. What is not known of an ensemble (hardness, yield stress and surface
-    energies of its materials, positions, nominal area) is not checked; patches of normal curves have `first_row` and
-    `normal_curve` alone.
-
-    Parameters
-    ----------
-    ensemble : Ensemble
-    approach : float
-        Approach of the highest summit from first touch [m]; take the greatest of a history.
-    instrument : Instrument, optional
-        With a resolution of the displacement, which the preliminary displacement is compared with.
-
-    Returns
-    -------
-    tuple of Finding
-        Those that do not hold; none where nothing touches.
+    The approach is that of the highest summit from first touch, the greatest of a history. The page of this room lists
+    all of them. What is not known of an ensemble (hardness, yield stress and surface energies of its materials,
+    positions, nominal area) is not checked; patches of normal curves have `first_row` and `normal_curve` alone.
     """
     # patches with normal curves may press on one another, and are no spheres
     if ensemble.curves is not None:

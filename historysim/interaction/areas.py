@@ -57,8 +57,7 @@ def area_laws(
 
     Parameters
     ----------
-    surface : Surface
-    pair : MaterialPair
+    surface, pair
     normal_load : array_like (normal_load)
         Loads [N], > 0.
     hardness : float, optional
@@ -99,20 +98,22 @@ def area_laws(
     if whole_map:
         solved = NormalSolutions.of(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
         areas["whole map"] = np.interp(loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1))
-    table = np.array(list(areas.values()))
-    data: dict[str, tuple[tuple[str, str], npt.NDArray[np.float64] | npt.NDArray[np.bool_], dict[str, str]]] = {
-        "real_contact_area": (("law", "normal_load"), table, {"units": "m2", "long_name": "real contact area"})
-    }
-    if whole_map:
-        holds = np.abs(table / table[-1] - 1) <= HOLDS
-        if hardness is not None:
-            holds[0] = loads / table[-1] >= pascals(hardness)
-        data["holds"] = (("law", "normal_load"), holds, {"long_name": f"within {HOLDS:.0%} of the whole map"})
     coordinates = {
         "law": list(areas),
         "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"}),
     }
-    return xr.Dataset(data, coordinates, {"nominal_area": nominal, "rms_slope": float(np.sqrt(2 * moments.m2))})
+    table, over = np.array(list(areas.values())), ("law", "normal_load")
+    found = xr.Dataset(
+        {"real_contact_area": (over, table, {"units": "m2", "long_name": "real contact area"})},
+        coordinates,
+        {"nominal_area": nominal, "rms_slope": float(np.sqrt(2 * moments.m2))},
+    )
+    if whole_map:
+        holds = np.abs(table / table[-1] - 1) <= HOLDS
+        if hardness is not None:
+            holds[0] = loads / table[-1] >= pascals(hardness)
+        found["holds"] = (over, holds, {"long_name": f"within {HOLDS:.0%} of the whole map"})
+    return found
 
 
 def _of_summits(summits: Summits, loads: Floats, contact_modulus: float) -> Floats:
@@ -148,8 +149,8 @@ def bush_gibson_thomas(
 ) -> tuple[Floats, Floats]:
     """Return nominal pressure [Pa] and A/A0 at separations from the mean plane: independent elliptic summits.
 
-    Heights and both curvatures of the summits are distributed as on a Gaussian surface (Nayak 1971), whose α exceeds
-    3/2. Far from the mean plane A/A0 goes as √(2π) p/(E* h'), which is reached only where next to nothing touches.
+    Heights and both curvatures of the summits are distributed as on a Gaussian surface with α > 3/2 (Nayak 1971).
+    Far from the mean plane A/A0 goes as √(2π) p/(E* h'), which is reached only where next to nothing touches.
     """
     modulus = scalar("contact_modulus", contact_modulus, above=0)
     m0, m2, m4 = (scalar(name, value, above=0) for name, value in moments._asdict().items())

@@ -10,8 +10,7 @@ import numpy as np
 
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.notices import Notify, silent
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept
@@ -50,39 +49,27 @@ class NormalSolutions:
     """Frictionless solutions of one height map under a flat, from the first point that touches to the heaviest load.
 
     Up to the first row one point carries all, a flat punch. Between the rows pressures are taken to grow together.
-
-    Attributes
-    ----------
-    approach : array (row)
-        Of the flat, from first touch [m].
-    point : array (point)
-        Flat indices of the points of the map that touch under the largest load.
-    pressure : array (row, point)
-        Pressures there, over E*.
-    stiffness : array (row)
-        dP/da of the whole contact over E*, just before the row; not a number where it was not solved [m].
-    patch : array (point)
-        The patch that a point belongs to: connected parts of the contact under the largest load, the largest first.
-    shape : (int, int)
-        Of the map.
-    pixel_size : (float, float)
-        [m].
-    highest_summit : float
-        Height of the flat at first touch [m].
-    coarse : (float, float)
-        Change of the approach and of the contact area under the largest load, relatively, if every second point of
-        the map is left out: how much the map's resolution matters.
     """
 
     approach: Floats
+    """(row) Of the flat, from first touch [m]."""
     point: Integers = attrs.field(repr=False)
+    """(point) Flat indices of the points of the map that touch under the largest load."""
     pressure: Floats = attrs.field(repr=False)
+    """(row, point) Pressures there, over E*."""
     stiffness: Floats = attrs.field(repr=False)
+    """(row) dP/da of the whole contact over E*, just before the row [m]; NaN where it was not solved."""
     patch: Integers = attrs.field(repr=False)
+    """(point) The patch of each point: connected parts of the contact under the largest load, the largest first."""
     shape: tuple[int, int]
+    """Of the map."""
     pixel_size: tuple[float, float]
+    """[m]."""
     highest_summit: float
+    """Height of the flat at first touch [m]."""
     coarse: tuple[float, float]
+    """Relative change of the approach and of the contact area under the largest load without every second point of the
+    map: how much the map's resolution matters."""
 
     @classmethod
     def of(
@@ -96,23 +83,9 @@ class NormalSolutions:
     ) -> Self:
         """Solve a map up to a load and an approach, or take the solutions from the cache of an earlier run.
 
-        Parameters
-        ----------
-        surface : Surface
-            One that repeats is solved as repeating, any other as alone on its half-space.
-        largest_load : float
-            Over E* [m²].
-        largest_approach : float
-            From first touch [m].
-        progress : bool
-            Show a progress bar on standard error where that is a terminal and it takes long.
-        notify : callable, optional
-            Takes the notice of how long it will take, where that is long.
-
-        Raises
-        ------
-        InputError
-            A map that cannot be solved, or not in the machine's memory, or neither a load nor an approach.
+        A surface that repeats is solved as repeating, any other as alone on its half-space. The load is over E* [m²],
+        the approach from first touch [m]; `notify` takes the notice of how long it will take, where that is long. A map
+        that cannot be solved, or not in the machine's memory, and neither a load nor an approach, are an InputError.
         """
         load, approach = scalar("largest_load", largest_load, least=0), scalar("largest_approach", largest_approach)
         if load <= 0 and approach <= 0:
@@ -336,12 +309,7 @@ def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
 def patches_of(touching: Booleans, *, periodic: bool = False) -> Integers:
     """Return the number of the patch of each point (nx, ny), -1 where nothing touches; the largest patch is 0.
 
-    Parameters
-    ----------
-    touching : array (nx, ny)
-        Points in contact; those that meet at a side or a corner are of one patch.
-    periodic : bool
-        Whether the point after the last one is the first.
+    Points that meet at a side or a corner are of one patch, across the border of a periodic map, too.
     """
     from scipy import ndimage
     from scipy.sparse import coo_array

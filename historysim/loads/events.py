@@ -85,21 +85,21 @@ def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     return indices
 
 
-def _coefficients(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    coefficients = value if isinstance(value, tuple) else (value,)
-    if not coefficients:
-        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one coefficient, or one each")
-    for coefficient in coefficients:
-        if not (_fits(coefficient) and coefficient >= 0):
-            raise _field_error(event, attribute.name, coefficient, "a finite number of 0 or more")
+def _each(noun: str, least: float, expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
+    """Return a validator of one number or a tuple of them, each at least so large."""
+
+    def check(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+        if value == ():
+            raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each")
+        for number in value if isinstance(value, tuple) else (value,):
+            if not (_fits(number) and number >= least):
+                raise _field_error(event, attribute.name, number, expected)
+
+    return check
 
 
-def _lengths(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    if value == ():
-        raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one length, or one each, in m")
-    for length in value or ():
-        if not _fits(length):
-            raise _field_error(event, attribute.name, length, "a finite number, in m")
+_coefficients = _each("coefficient", 0.0, "a finite number of 0 or more")
+_lengths = attrs.validators.optional(_each("length", -math.inf, "a finite number, in m"))
 
 
 def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -255,20 +255,7 @@ register = EVENTS.register
 
 @attrs.frozen
 class LoadEvent(Event):
-    """What one load channel has reached at a time.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    value : float
-        The load [N] or displacement [m] reached at that time.
-
-    Raises
-    ------
-    InputError
-        A time or value that is not a finite number.
-    """
+    """What one load channel has reached at a time [s]: a load [N] or a displacement [m], a finite number."""
 
     time: float = attrs.field(converter=seconds, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)

@@ -27,19 +27,8 @@ def _coefficients(values: npt.ArrayLike) -> Floats:
 class FrictionCourse:
     """A friction coefficient over time or distance, straight between its points, and as at its ends beyond them.
 
-    Parameters
-    ----------
-    over : {"time", "distance"}
-        The distance is the path length of the tangential displacement, both ways counting.
-    place : array_like (point)
-        Times [s] or distances [m], rising.
-    coefficient : array_like (point)
-        μ, 0 or more, of all asperities.
-
-    Raises
-    ------
-    InputError
-        Something else, places that do not rise, or another number of coefficients.
+    Places are times [s] or distances [m], rising: the path length of the tangential displacement, both ways counting.
+    The coefficients μ ≥ 0 are those of all asperities. Anything else is an InputError.
     """
 
     over: Over

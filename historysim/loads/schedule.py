@@ -99,19 +99,9 @@ def segments(
     """Yield the segments of events, which stand in the order of their times.
 
     At each time both channels first go where their waypoints put them, on one straight path; the other events of that
-    time follow in their order. One row is recorded at each time, and ``substeps`` - 1 more since the time before.
-
-    Parameters
-    ----------
-    events : sequence of events
-    substeps : int
-        Rows per interval of time, 1 or more.
-    most_rows : int, optional
-        Break segments so that none records many more rows than this.
-    start : Cursor, optional
-        Where an earlier schedule of the same events stood.
-    until : float
-        Stop at this time [s], between two event times on the way to the later one, and record a row there.
+    time follow in their order. One row is recorded at each time, and ``substeps`` - 1 more since the time before. No
+    segment records many more rows than ``most_rows``. A schedule starts where an earlier one of the same events stood,
+    and stops ``until`` a time [s], between two event times on the way to the later one, where it records a row.
 
     Raises InputError: what are no events, not in order, or none; substeps below 1.
     """

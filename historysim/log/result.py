@@ -14,7 +14,7 @@ import attrs
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.notices import Notify, silent
-from historysim.basics.processors import threads_of
+from historysim.basics.system import threads_of
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start
@@ -91,6 +91,8 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         written = _name_of(unfinished.path, link) if options.resume else ""
         start = _start(file, content, written, notify) if options.resume else Start(head.ensemble.initial_state())
         unfinished.kept = start.rows
+        if options.resume and not start.rows:
+            unfinished.renew()
         made = partial(
             job.recorder,
             FileRecorder,
@@ -182,7 +184,6 @@ def _attributes(path: Path, *names: str) -> dict[str, Any]:
     import netCDF4
 
     try:
-        # no more than these: what reads further in a damaged file may leave it open, so that it cannot be written anew
         with netCDF4.Dataset(path) as file:
             return {name: file.getncattr(name) for name in names}
     except (OSError, RuntimeError, AttributeError):

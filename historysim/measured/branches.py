@@ -38,37 +38,22 @@ def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) 
 
 @attrs.frozen(kw_only=True)
 class Definitions:
-    """What is taken for sliding, for reached, and for the beginning of a branch.
-
-    Parameters
-    ----------
-    sliding_part : float
-        Sliding is this last part of a branch, by displacement; the friction force is its mean. Between 0 and 1.
-    reached : float
-        The share of the way between the load at the reversal and the friction force that ends the preliminary
-        displacement, between 0 and 1.
-    initial_part : float
-        The stiffness is the slope of a branch up to this share of the way between the load at the reversal and the
-        friction force, between 0 and 1.
-    load_share : float
-        How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
-        branches; a branch on which it moves more is left out. Loops whose loads differ by no more than this share are
-        loops at one load. Between 0 and 1.
-    amplitude_share : float
-        Loops of less than this share of the largest amplitude are kept out of means. Between 0, with which all of them
-        count, and 1.
-    still_rising : float
-        How much the load may rise along the sliding part of a branch that slides, over the friction force: by the
-        least-squares line through it, and beyond what scatter makes of that. Where it rises more, less and less, the
-        branch has not come to slide; friction that rises evenly does so up to 2.4 times this share. Between 0 and 1.
-    """
+    """What is taken for sliding, for reached, and for the beginning of a branch: shares between 0 and 1."""
 
     sliding_part: float = attrs.field(default=0.25, validator=_is_share)
+    """Sliding is this last part of a branch, by displacement; the friction force is its mean."""
     reached: float = attrs.field(default=0.95, validator=_is_share)
+    """Of the way from the load at the reversal to the friction force: where the preliminary displacement ends."""
     initial_part: float = attrs.field(default=0.2, validator=_is_share)
+    """Of the same way: up to where the slope of a branch is its stiffness."""
     load_share: float = attrs.field(default=0.1, validator=_is_share)
+    """How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
+    branches; a branch on which it moves more is left out. Loads that differ by no more are one."""
     amplitude_share: float = attrs.field(default=0.5, validator=_is_share)
+    """Loops of less than this share of the largest amplitude are kept out of means; 0 keeps all."""
     still_rising: float = attrs.field(default=0.05, validator=_is_share)
+    """How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
+    less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share."""
 
     @property
     def sliding_text(self) -> str:

@@ -52,8 +52,8 @@ class Observation:
     turns: Integers
     """(turn) Indices of the turning points of the displacement, with the first and the last sample."""
     nodes: Integers
-    """(node) Indices of the samples whose displacement the contact remembers: the turning points, and those before and
-    after a step of the normal load."""
+    """(node) Indices of the samples at which the contact remembers the displacement: the turning points, and those
+    before and after a step of the normal load."""
     node_deviation: Floats
     """(node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
     noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples."""
@@ -306,28 +306,19 @@ def _means(group: Integers, values: Floats, count: int) -> Floats:
 
 @attrs.frozen(eq=False)
 class Comparison:
-    """A model beside a measurement.
-
-    Attributes
-    ----------
-    observation : Observation
-        What was measured.
-    response : ModelResponse
-        What the model does along it.
-    model : Loops or None
-        Loops of the model, None where it has no whole one.
-    instrument : Instrument
-        What the displacement was measured by.
-    contact_stiffness : float
-        Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not
-        known.
-    """
+    """A model beside a measurement."""
 
     observation: Observation
+    """What was measured."""
     response: ModelResponse
+    """What the model does along it."""
     model: Loops | None
+    """Loops of the model, None where it has no whole one."""
     instrument: Instrument = RIGID
+    """What the displacement was measured by."""
     contact_stiffness: float = math.nan
+    """Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not
+    known."""
 
     @classmethod
     def of(

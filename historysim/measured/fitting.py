@@ -38,34 +38,24 @@ _LARGEST = 700.0
 
 @attrs.frozen(eq=False)
 class Parameter:
-    """A fitted parameter.
-
-    Attributes
-    ----------
-    name : str
-    value : float
-        Its estimate, in SI.
-    low, high : float
-        Its confidence interval of 95 %, from the logarithm of the parameter: by how the estimate wanders from branch to
-        branch, where there are enough of them, else the other one. NaN where the search did not end at a minimum.
-    noise_low, noise_high : float
-        What the interval would be if what is left, noise and misfit, were independent from sample to sample.
-    start, end : float
-        Where the record drifts, beyond what scatter makes of it, the values at its start and its end on a straight
-        line; `value` is then that in its middle. Else NaN.
-    slope_low, slope_high : float
-        The interval of the rise from start to end, over the value [1].
-    """
+    """A fitted parameter."""
 
     name: str
     value: float
+    """Its estimate, in SI."""
     low: float
+    """low and high: its confidence interval of 95 %, by how the estimate wanders from branch to branch, where there are
+    enough of them, else the other one. NaN where the search did not end at a minimum."""
     high: float
     noise_low: float = math.nan
+    """noise_low and noise_high: what the interval would be if what is left were independent from sample to sample."""
     noise_high: float = math.nan
     start: float = math.nan
+    """start and end: where the record drifts beyond scatter, the values at its ends on a straight line; `value` is then
+    that in its middle. Else NaN."""
     end: float = math.nan
     slope_low: float = math.nan
+    """slope_low and slope_high: the interval of the rise from start to end, over the value [1]."""
     slope_high: float = math.nan
 
     @property
@@ -96,37 +86,23 @@ class Parameter:
 
 @attrs.frozen(eq=False)
 class ParameterFit:
-    """Parameters, and what the model makes of the samples with them.
-
-    Attributes
-    ----------
-    parameters : tuple of Parameter
-    correlation : array (parameter, parameter)
-        Of their estimates [1].
-    response : ModelResponse
-        What the model does at each sample, with these parameters.
-    residual : array (sample)
-        Measured less model load at the samples compared [N].
-    misfit : float
-        Root of the reduced χ² [1]: about 1 where noise explains what is left.
-    degrees_of_freedom : int
-    notes : tuple of str
-        Whether the model misses the data by much more than their noise, and where; whether the search did not settle,
-        or places are at their bounds; parameters that can stand for one another, or that hardly matter; and what drifts
-        along the record.
-    loops_compared : int or None
-        The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
-        intervals are those of independent samples.
-    """
+    """Parameters, and what the model makes of the samples with them."""
 
     parameters: tuple[Parameter, ...]
     correlation: Floats
+    """(parameter, parameter) Of their estimates [1]."""
     response: ModelResponse
+    """What the model does at each sample, with these parameters."""
     residual: Floats
+    """(sample) Measured less model load at the samples compared [N]."""
     misfit: float
+    """Root of the reduced χ² [1]: about 1 where noise explains what is left."""
     degrees_of_freedom: int
     notes: tuple[str, ...]
+    """What the model misses, whether the search settled, which parameters are hardly determined, and what drifts."""
     loops_compared: int | None = None
+    """The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
+    intervals are those of independent samples."""
 
     @property
     def fits(self) -> bool:
@@ -173,21 +149,8 @@ def fit_parameters(
 ) -> ParameterFit:
     """Return the parameters with which a model comes closest to measured loops.
 
-    Parameters
-    ----------
-    model : callable
-        Takes the parameters by name and makes an ensemble and an instrument with them.
-    start : mapping of str to float
-        What each parameter is thought to be, > 0. The search is in logarithms, and scans four decades on either side
-        of it.
-    observation : Observation
-    notify : callable
-        Called at each walk of the model along the observation, to show progress.
-
-    Raises
-    ------
-    InputError
-        A start that is not > 0 and finite, samples that are not more than the parameters, or no load to fit to.
+    The model makes an ensemble and an instrument of the parameters by name; the start, > 0, may be off by 10⁴. `notify`
+    is called at each walk of the model along the observation.
     """
     search = Search.of(model, start, observation)
     return _read_off(search, search.ended(notify))

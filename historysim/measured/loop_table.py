@@ -71,15 +71,7 @@ class LoopStatistics:
 
 @attrs.frozen
 class StraightLine:
-    """y = slope x + intercept by least squares, with intervals of 95 % by scatter and Student's t; NaN for two points.
-
-    Attributes
-    ----------
-    slope, slope_low, slope_high : float
-    intercept, intercept_low, intercept_high : float
-    count : int
-        The points that it was fitted to.
-    """
+    """y = slope x + intercept by least squares; intervals of 95 % by scatter and Student's t, NaN for two points."""
 
     slope: float
     slope_low: float
@@ -88,26 +80,20 @@ class StraightLine:
     intercept_low: float
     intercept_high: float
     count: int
+    """The points that it was fitted to."""
 
 
 @attrs.frozen
 class PowerLawFit:
-    """A quantity that goes as factor N^exponent, with an interval of 95 % confidence.
-
-    Attributes
-    ----------
-    exponent, exponent_low, exponent_high : float
-        n [1]. Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a
-        rough surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient. The interval
-        is NaN for two loads.
-    factor : float
-        The quantity at 1 N, in its own unit.
-    """
+    """A quantity that goes as factor N^exponent, with an interval of 95 % confidence; NaN for two loads."""
 
     exponent: float
+    """Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough
+    surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient [1]."""
     exponent_low: float
     exponent_high: float
     factor: float
+    """The quantity at 1 N, in its own unit."""
 
 
 def straight_line(x: Floats, y: Floats) -> StraightLine:
@@ -148,29 +134,19 @@ class LoopQuantity:
 
 @attrs.frozen(eq=False)
 class LoopTable:
-    """Statistics of loops in groups.
-
-    Attributes
-    ----------
-    along : {"normal_load", "amplitude"}
-        What the loops of a group have in common.
-    value : array (group)
-        Its mean over the loops of each group, ascending [N or m].
-    members : tuple of arrays of int (group)
-        Which of the loops, by position, are in each group.
-    quantities : mapping of str to LoopQuantity
-    directions : tuple of str
-        The names of the directions of branches.
-    attributes : mapping of str to (str, float or int)
-        How the loops were found, for files.
-    """
+    """Statistics of loops in groups."""
 
     along: Along
+    """What the loops of a group have in common."""
     value: Floats
+    """(group) Its mean over the loops of each group, ascending [N or m]."""
     members: tuple[Integers, ...]
+    """(group) Which of the loops, by position, are in each group."""
     quantities: Mapping[str, LoopQuantity]
     directions: tuple[str, ...]
+    """The names of the directions of branches."""
     attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)
+    """How the loops were found, for files."""
 
     def __len__(self) -> int:
         """Return the number of groups."""
@@ -184,15 +160,7 @@ class LoopTable:
         return html_table(rows, heading)
 
     def statistics(self, quantity: str, direction: str = BOTH) -> tuple[LoopStatistics, ...]:
-        """Return mean and scatter of a quantity in each group.
-
-        Parameters
-        ----------
-        quantity : str
-            One of `quantities`.
-        direction : str
-            One of `directions`, or ``"both"``: the mean of the two branches of each loop that has both.
-        """
+        """Return mean and scatter of a quantity in each group; "both" is the mean of the two branches of each loop."""
         values = self.quantities[quantity].values
         if direction != BOTH and values.ndim == 2:
             values = values[:, self.directions.index(direction)]

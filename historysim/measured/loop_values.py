@@ -75,84 +75,58 @@ class LoopValues:
 
     Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
     Means over the loops (`statistics`, `rows`) are those of the `large` ones.
-
-    Attributes
-    ----------
-    trace : Trace
-        The record that they were found in.
-    definitions : Definitions
-    dead_band : float
-        The smallest swing of the displacement that was taken for a reversal [m].
-    number : array of int (loop)
-        Which loop of the record each one is, from 0.
-    ends : array of int (loop, 3)
-        The samples at which each loop begins, turns back, and ends.
-    left_out : tuple of (int, int)
-        Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
-    friction_force : array (loop, direction)
-        [N], positive.
-    normal_load : array (loop, direction)
-        Mean over the sliding part [N].
-    friction_coefficient : array (loop, direction)
-        [1].
-    preliminary_displacement : array (loop, direction)
-        From the reversal to a share of the limit [m].
-    displacement_from_zero_load : array (loop, direction)
-        From zero load to the same share [m].
-    virgin_displacement : array (loop, direction)
-        θμδ of the sphere that is nearest, without the instrument [m].
-    tangential_stiffness : array (loop, direction)
-        At the reversal [N/m].
-    dissipated_energy : array (loop)
-        ∮ T dU [J].
-    displacement_gap, tangential_load_gap : array (loop)
-        U [m] and T [N] at the end of the loop less those at its start.
-    amplitude : array (loop)
-        Half the mean length of the branches that are not left out [m].
-    left_out_branches : array of bool (loop, direction)
-        Branches that have no values: the normal load moves on them, or the record ends on them.
-    stepped_branches : array of bool (loop, direction)
-        Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
-    rising_branches : array of bool (loop, direction)
-        Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction is a
-        lower bound, and so are their displacements. They stay out of means.
-    exclusions : tuple of str
-        What was left out, and why.
-    lateral_stiffness : float
-        Of an instrument in series whose drive the displacement is that of [N/m]; inf for that of the contact.
-    remarks : tuple of (label, text)
-        What was done to the record before.
-    columns : str
-        The question whether the right columns were read, which names them.
-    displacement_noise : float
-        Standard deviation of the noise of the displacement, 0 where it is not known [m].
     """
 
     trace: Trace = attrs.field(repr=False)
+    """The record that they were found in."""
     definitions: Definitions
     dead_band: float
+    """The smallest swing of the displacement that was taken for a reversal [m]."""
     number: Integers
+    """(loop) Which loop of the record each one is, from 0."""
     ends: Integers
+    """(loop, 3) The samples at which each loop begins, turns back, and ends."""
     left_out: tuple[tuple[int, int], ...]
+    """Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop."""
     friction_force: Floats
+    """[N], positive."""
     normal_load: Floats
+    """Mean over the sliding part [N]."""
     friction_coefficient: Floats
+    """[1]."""
     preliminary_displacement: Floats
+    """From the reversal to a share of the limit [m]."""
     displacement_from_zero_load: Floats
+    """From zero load to the same share [m]."""
     virgin_displacement: Floats
+    """θμδ of the sphere that is nearest, without the instrument [m]."""
     tangential_stiffness: Floats
+    """At the reversal [N/m]."""
     dissipated_energy: Floats
+    """(loop) ∮ T dU [J]."""
     displacement_gap: Floats
+    """(loop) U at the end of the loop less that at its start [m]."""
     tangential_load_gap: Floats
+    """(loop) Likewise T [N]."""
     amplitude: Floats
+    """(loop) Half the mean length of the branches that are not left out [m]."""
     left_out_branches: Booleans
+    """Branches that have no values: the normal load moves on them, or the record ends on them."""
     stepped_branches: Booleans
+    """Branches without preliminary displacement and stiffness, since they begin with a step of the normal load."""
     rising_branches: Booleans
+    """Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
+    their displacements are lower bounds, and stay out of means."""
     exclusions: tuple[str, ...] = ()
+    """What was left out, and why."""
     lateral_stiffness: float = math.inf
+    """Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact."""
     remarks: tuple[tuple[str, str], ...] = ()
+    """Lines of (label, text): what was done to the record before."""
     displacement_noise: float = 0.0
+    """Standard deviation of the noise of the displacement, 0 where it is not known [m]."""
     columns: str = ""
+    """The question whether the right columns were read, which names them."""
 
     def __len__(self) -> int:
         """Return the number of loops."""
@@ -172,10 +146,7 @@ class LoopValues:
         return same_load(load, self.definitions.load_share)
 
     def without_first(self, count: int) -> Self:
-        """Return the loops without the first ones, so many of each series of loops that follow each other at one load.
-
-        A NoLoopError where none is left.
-        """
+        """Return the loops without the first ones of each series at one load; NoLoopError where none is left."""
         if not count:
             return self
         level = self.load_level
@@ -187,18 +158,9 @@ class LoopValues:
                 f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
                 "one with more: lower skip_per_level"
             )
-        per_loop = [
-            *BRANCH_QUANTITIES,
-            *LOOP_QUANTITIES,
-            "number",
-            "ends",
-            "amplitude",
-            "left_out_branches",
-            "stepped_branches",
-            "rising_branches",
-        ]
+        own = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
         note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
-        values = {name: getattr(self, name)[kept] for name in per_loop}
+        values = {name: getattr(self, name)[kept] for name in (*BRANCH_QUANTITIES, *LOOP_QUANTITIES, *own)}
         return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
 
     def by_load(self) -> LoopTable:
@@ -229,17 +191,7 @@ class LoopValues:
     def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
         """Return mean and scatter of a quantity over the large loops, where it needs sliding over those that slid.
 
-        Parameters
-        ----------
-        quantity : str
-            The name of one of the arrays.
-        direction : {"forward", "backward", "both"}
-            For quantities of branches. "both" takes the mean of the two branches of each loop first.
-
-        Raises
-        ------
-        InputError
-            Another name.
+        Of quantities of branches, "both" takes the mean of the two branches of each loop first.
         """
         if direction not in {*DIRECTIONS, "both"}:
             raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
@@ -289,10 +241,7 @@ class LoopValues:
         return np.where(none[:, None], math.nan, values)
 
     def wander(self, quantity: str) -> Wander | None:
-        """Return how the mean of a quantity over the large loops wanders, with its interval of 95 % and its drift.
-
-        None for fewer than three loops that have a value. Parameters and errors as in `statistics`.
-        """
+        """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""
         self.statistics(quantity)
         values = self._of_slid(quantity)[self.large]
         values = values.reshape(len(values), -1).mean(axis=1)

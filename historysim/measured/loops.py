@@ -42,6 +42,7 @@ from historysim.measured.reduction import (
     check_moves,
     check_order,
     estimated_noise,
+    history_channels,
     loop_dead_band,
     turning_points,
 )
@@ -202,11 +203,7 @@ class Options(TypedDict, total=False):
 
 def loops_of_history(history: "xr.Dataset", **options: Unpack[Options]) -> Loops:
     """Return the friction loops of a simulated history, which is taken as straight between its steps."""
-    names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
-    missing = [name for name in names if name not in history.variables]
-    if missing:
-        raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
-    return loops_of_channels(*(history[name].values for name in names), **options, displacement_noise=0.0)
+    return loops_of_channels(*history_channels(history), **options, displacement_noise=0.0)
 
 
 def loops_of_measurement(
@@ -243,11 +240,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 ) -> Loops:
     """Return the friction loops of the channels of a record, time [s], U [m], T [N] and N [N].
 
-    A loop is two branches, one forward and one backward, that follow each other between three reversals; loops do not
-    overlap. The branch from the start of the record to its first reversal, and the one from its last reversal to the
-    end, belong to a loop only if that loop closes: if the displacements at its two ends differ by no more than the dead
-    band [m]. The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of
-    the displacement [m] is 0 for a simulated record, and estimated by default.
+    The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of the
+    displacement [m] is 0 for a simulated record, and estimated by default.
     """
     trace = _trace(time, displacement, tangential_load, normal_load)
     if not isinstance(definitions, Definitions):
@@ -354,6 +348,7 @@ def _branches(
 
 def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
     """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
+    # a loop is two branches between three reversals; loops do not overlap
     kept = turning_points(displacement, dead_band)
     swings = np.abs(np.diff(displacement[kept]))
     branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
@@ -362,6 +357,7 @@ def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[
     # only the first and the last swing may be too small to be a branch
     turns = kept[branches[0] : branches[-1] + 2]
     triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
+    # at either end of the record a branch without a reversal belongs to a loop that closes within the dead band
     closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
     loops = triples[0 if closed[0] else 1 :: 2]
     if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:

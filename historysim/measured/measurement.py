@@ -22,37 +22,25 @@ NORMAL = ("normal_load", "normal_displacement")
 
 @attrs.frozen(eq=False)
 class Measurement:
-    """A measured load sequence.
-
-    Attributes
-    ----------
-    time : array (sample)
-        Times, which do not decrease [s].
-    channels : mapping of str to array (sample)
-        What is replayed [N or m], by the names of the load channels.
-    response : mapping of str to array (sample)
-        What was measured beside it, to compare with.
-    dead_band : mapping of str to float
-        The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it
-        is replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`).
-    reduced : bool
-        Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
-    remarks : tuple of (label, text)
-        What was done to the samples on the way here.
-    removed : mapping of str to array (sample)
-        What conditioning took off the channels that have one [N or m]; they were that plus what they are.
-    row : array (sample), optional
-        Where each sample stood in its file, for messages.
-    """
+    """A measured load sequence."""
 
     time: Floats
+    """(sample) Times, which do not decrease [s]."""
     channels: Mapping[str, Floats]
+    """(sample) What is replayed [N or m], by the names of the load channels."""
     response: Mapping[str, Floats] = attrs.field(factory=dict)
+    """(sample) What was measured beside it, to compare with."""
     dead_band: Mapping[str, float] = attrs.field(factory=dict)
+    """The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
+    replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`)."""
     reduced: bool = False
+    """Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`)."""
     remarks: tuple[tuple[str, str], ...] = ()
+    """Lines of (label, text): what was done to the samples on the way here."""
     removed: Mapping[str, Floats] = attrs.field(factory=dict)
+    """(sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are."""
     row: Integers | None = None
+    """(sample) Where each sample stood in its file, for messages."""
 
     def __repr__(self) -> str:
         count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
@@ -63,17 +51,12 @@ class Measurement:
         return f"<Measurement: {', '.join([f'{count} over {length}', *channels])}>"
 
     def __getitem__(self, name: str) -> Floats:
-        """Return a channel, replayed or measured beside.
-
-        Raises
-        ------
-        InputError
-            It was not measured.
-        """
-        for group in (self.channels, self.response):
-            if name in group:
-                return group[name]
-        raise InputError(f"the record has no {name}; expected a column for it, in loading.columns or loading.response")
+        """Return a channel, replayed or measured beside; one that was not measured is an InputError."""
+        if (found := self.get(name)) is None:
+            raise InputError(
+                f"the record has no {name}; expected a column for it, in loading.columns or loading.response"
+            )
+        return found
 
     def get(self, name: str) -> Floats | None:
         """Return a channel, or None where it was not measured."""

@@ -6,6 +6,7 @@ README.md of this folder, "Reduce a record", says what the reduction changes, an
 import itertools
 import math
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +15,9 @@ from historysim.basics.arguments import checked, scalar
 from historysim.basics.array_types import Booleans, Floats, Integers
 from historysim.basics.library import lib, pointer
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MEDIAN_OF_NORMAL = 0.6744897501960817
 """Median of |x| over the standard deviation, of a normal distribution."""
@@ -43,6 +47,16 @@ def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats
     if size is not None and samples.size != size:
         raise InputError(f"{name} has {samples.size} samples; expected {size}, as many as the other channels")
     return samples
+
+
+def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Floats]:
+    """Return time [s], U [m], T [N] and N [N] of a simulated history."""
+    names = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
+    missing = [name for name in names if name not in history.variables]
+    if missing:
+        raise InputError(f"the Dataset has no {', '.join(missing)}; expected a history, as replay and run return it")
+    time, displacement, tangential_load, normal_load = (np.asarray(history[name].values) for name in names)
+    return time, displacement, tangential_load, normal_load
 
 
 def clock(time: npt.ArrayLike, size: int | None = None) -> Floats:
@@ -123,23 +137,11 @@ def check_moves(displacement: npt.ArrayLike, dead_band: float | None = None) -> 
 
 
 def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
-    """Return the samples at which a channel truly reverses, with the first and the last sample.
+    """Return the samples at which a channel truly reverses, ascending, with the first and the last sample.
 
     A sample is a turning point if it is the extreme since the turning point before it, and the channel then comes back
-    from it by the dead band or more; of equal extremes the first one counts. Near either end of the record one extreme
-    more may stand, with a smaller swing, so that no amplitude is cut off. Reducing the kept points keeps them all.
-
-    Parameters
-    ----------
-    values : array_like (sample)
-        A displacement [m] or a load [N], in any unit.
-    dead_band : float
-        The smallest swing, peak to valley, that is a reversal, in the unit of the channel. With 0 every reversal is.
-
-    Returns
-    -------
-    array of int (kept)
-        Indices of the kept samples, ascending.
+    from it by the dead band or more, in its unit; of equal extremes the first one counts. Near either end of the record
+    one extreme more may stand, with a smaller swing, so that no amplitude is cut off.
     """
     samples = channel("values", values)
     kept = np.empty(samples.size, dtype=np.int64)

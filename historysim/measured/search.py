@@ -140,7 +140,7 @@ class Search:
     """(parameter) Logarithms of the parameters to start from."""
     observation: Observation
     free: int
-    """Nodes whose places are unknowns."""
+    """Nodes with unknown places."""
     compared: Integers
     """The samples that are compared."""
     load_noise: float

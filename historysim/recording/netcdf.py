@@ -17,8 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Array
-from historysim.basics.files import own_file, sync_file, sync_folder
-from historysim.basics.lock import WriterLock
+from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
 from historysim.errors import InputError
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
@@ -269,9 +268,7 @@ class Unfinished:
             why = busy if isinstance(error, BlockingIOError) else error.strerror
             raise OSError(error.errno, why, str(output)) from error
         try:
-            os.close(own_file(self.path, begins=_BEGINS))
-            # a snapshot will say that rows stand in it
-            sync_folder(self.path.parent)
+            self._make()
         except OSError as error:
             self._lock.remove()
             raise OSError(error.errno, error.strerror, str(output)) from error
@@ -283,6 +280,16 @@ class Unfinished:
         if kind is None or not self.kept:
             self.path.unlink(missing_ok=True)
         self._lock.remove()
+
+    def _make(self) -> None:
+        os.close(own_file(self.path, begins=_BEGINS))
+        # a snapshot will say that rows stand in it
+        sync_folder(self.path.parent)
+
+    def renew(self) -> None:
+        """Make it anew, and empty: a damaged file that HDF5 has failed to open is not closed, nor written again."""
+        self.path.unlink()
+        self._make()
 
     def publish(self) -> None:
         """Rename it to the result: first its bytes reach the disk, then its name."""

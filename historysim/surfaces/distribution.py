@@ -19,8 +19,7 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Floats, FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
@@ -161,11 +160,6 @@ def drawn_summits(
         D [1/m²] and A0 [m²], > 0; D A0, rounded, is the number of summits, at least 1 and at most `MOST_SUMMITS`.
     seed : int
         Whole number, 0 or more.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range, or too few or too many summits.
     """
     count = _count(summit_density, nominal_area)
     random = generator(seed)
@@ -195,12 +189,12 @@ def textured_summits(
     radius_scatter: float = 0.0,
     seed: int | None = None,
 ) -> Summits:
-    """Return the summits of a regular array, at x = i pitch_x and y = j pitch_y.
+    """Return the summits of a regular array, summit i ny + j at x = i pitch_x and y = j pitch_y [m].
 
     Parameters
     ----------
-    count : tuple of int
-        Numbers of summits (nx, ny) along x and y. Summit i ny + j is at (i, j).
+    count : (int, int)
+        Numbers of summits along x and y.
     pitch : float or (float, float)
         Distance from one summit to the next along x and y [m], > 0.
     radius : float
@@ -210,14 +204,7 @@ def textured_summits(
     radius_scatter : float
         Standard deviation of the radii over R [1], 0 to 1. They are log-normal, so that every radius is positive.
     seed : int, optional
-        Whole number, 0 or more, needed for scatter. One seed gives the same heights with any scatter of the radii, and
-        the same radii with any scatter of the heights.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of its range, counts that are not whole or above `MOST_SUMMITS` in all,
-        scatter without a seed.
+        Needed for scatter. One seed gives the same heights with any scatter of the radii, and the other way round.
     """
     nx, ny = _shape(count)
     px, py = per_axis("pitch", pitch)

@@ -24,21 +24,14 @@ STEEPEST = 0.9
 
 @attrs.frozen(eq=False)
 class Form:
-    """The least-squares form of a surface.
-
-    Attributes
-    ----------
-    kind : str
-        One of `FORMS`.
-    heights : array (nx, ny)
-        Its heights at all points, missing ones too [m].
-    radius : float or None
-        Radius of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow.
-    """
+    """The least-squares form of a surface."""
 
     kind: str
+    """One of `FORMS`."""
     heights: Floats = attrs.field(repr=False)
+    """(nx, ny) At all points, missing ones too [m]."""
     radius: float | None = None
+    """Of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow."""
 
 
 def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree: int | None = None) -> Form:

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.array_types import Booleans, Floats, FrozenArrays
 from historysim.basics.display import html_table
-from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import in_si, quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.filters import gaussian_mean
@@ -92,31 +91,24 @@ class Surface(FrozenArrays):
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
 
     def __repr__(self) -> str:
-        known = self.heights[~self.missing]
-        missing = self.heights.size - known.size
-        words = [
-            f"{' × '.join(f'{size:,}' for size in self.shape)} points, {self._pixels()} apart",
-            f"heights {range_text(float(known.min()), float(known.max()), 'm')}",
-            f"rms height {quantity_text(float(known.std()), 'm')}",
-            *(["periodic"] if self.periodic else []),
-            *([f"{missing:,} missing"] if missing else []),
-        ]
+        points, pixels, heights, rms, _, missing = (text for _, text in self._lines())
+        words = [f"{points} points", f"{pixels} apart", f"heights {heights}", f"rms height {rms}"]
+        words += [*(["periodic"] if self.periodic else []), *([f"{missing} missing"] if self.missing.any() else [])]
         return f"<Surface: {', '.join(words)}>"
 
     def _repr_html_(self) -> str:
+        return html_table(self._lines())
+
+    def _lines(self) -> list[tuple[str, str]]:
         known = self.heights[~self.missing]
-        lines = [
+        return [
             ("points", " × ".join(f"{size:,}" for size in self.shape)),
-            ("pixel size", self._pixels()),
+            ("pixel size", " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))),
             ("heights", range_text(float(known.min()), float(known.max()), "m")),
             ("rms height", quantity_text(float(known.std()), "m")),
             ("periodic", "yes" if self.periodic else "no"),
             ("missing points", f"{self.heights.size - known.size:,}"),
         ]
-        return html_table(lines)
-
-    def _pixels(self) -> str:
-        return " × ".join(dict.fromkeys(quantity_text(pixel, "m") for pixel in self.pixel_size))
 
     @property
     def shape(self) -> tuple[int, int]:

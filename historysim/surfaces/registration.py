@@ -25,7 +25,7 @@ MOST_ROUNDS = 60
 SETTLED = 1e-4
 """Step, in pixels, at which the search ends."""
 BLOCK = 8
-"""Points along either side of the squares whose means show how far the noise of neighbours is alike."""
+"""Points along either side of squares: how far the noise of neighbours is alike shows in the means of squares."""
 TUKEY = 4.685
 """Residuals beyond this many deviations have no weight: 95 % efficiency on Gaussian noise (Huber 2009)."""
 NORMAL = 1.4826
@@ -73,7 +73,7 @@ class Registration:
         noise is not found.
     summits, lost, lowered : int
         Summits of the first map within the overlap by the 9-point rule; those without a summit of the second map
-        within 1.5 pixels; those whose summit is lower by more than five deviations of the noise.
+        within 1.5 pixels; those with a summit that is lower by more than five deviations of the noise.
     """
 
     shift: tuple[float, float]
@@ -132,7 +132,7 @@ def registered(
     Raises
     ------
     InputError
-        A profile; maps that do not overlap by a quarter of the first; maps whose heights do not correlate.
+        A profile; maps that do not overlap by a quarter of the first, or do not correlate.
     """
     first, second = (one if isinstance(one, Surface) else read_surface(one) for one in (before, after))
     if 1 in first.shape or 1 in second.shape:

@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import one_per, scalar, workable
-from historysim.basics.array_types import Array, Floats, Integers
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Array, Floats, FrozenArrays, Integers
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import range_text
@@ -31,11 +30,6 @@ class Summits(FrozenArrays):
         Position [m].
     nominal_area : float, optional
         Area of the surface that they were found on [m²], > 0; None where it is not known or it is a profile.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or out of range, or arrays of different lengths.
     """
 
     height: Floats
@@ -130,16 +124,6 @@ def find_summits(
         of each profile along x; along y where the map has only one point along x.
     prominence : float
         Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; see `prominences`.
-
-    Returns
-    -------
-    Summits
-        In the order of their first points, along y first.
-
-    Raises
-    ------
-    InputError
-        Another rule, a map too narrow for it, or a prominence that is not a finite number, 0 or more.
     """
     prominence = scalar("prominence", prominence, least=0)
     if not isinstance(rule, int) or rule not in _AROUND:

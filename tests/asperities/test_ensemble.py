@@ -123,16 +123,6 @@ def test_counts_and_areas():
         )
 
 
-def test_equal_heights_share_the_load_by_the_roots_of_their_radii():
-    radii = np.array([1.0, 4.0, 9.0])
-    ensemble = hs.Ensemble(PAIR, 0.7, radii, 0.4)
-    state = ensemble.advance(pressed(ensemble, 0.6), tangential_load=0.12)
-    loads = [ensemble.asperity(i, state).normal_load for i in range(3)]
-    assert loads == pytest.approx(0.6 * np.sqrt(radii) / np.sqrt(radii).sum(), rel=8 * EPS)
-    forces = [ensemble.asperity(i, state).tangential_load for i in range(3)]
-    assert forces == pytest.approx(0.12 * np.sqrt(radii) / np.sqrt(radii).sum(), rel=1e-14)
-
-
 def test_an_asperity_far_below_has_no_effect():
     rng = np.random.default_rng(5)
     height, radius = rng.normal(0.0, 0.01, 6), rng.lognormal(0.0, 0.3, 6)
@@ -187,44 +177,6 @@ def test_advance_leaves_its_input_untouched_and_repeats_itself(friction):
             _ = asperity.reversal_points, asperity.traction(0.01), asperity.stored_energy
         _ = state.stored_energy
         assert fingerprint(state) == before
-
-
-@pytest.mark.parametrize("friction_changes", [False, True])
-@pytest.mark.parametrize("several", [False, True])
-def test_stepping_by_hand_equals_replay(several, friction_changes):
-    for seed in range(6):
-        rng = np.random.default_rng(seed)
-        contact = random_contact(rng, 7, several_coefficients=several)
-        contact = contact._replace(contact_modulus=2.0, shear_modulus=0.3)
-        moves = random_moves(rng, contact, 0.14, friction_changes=friction_changes)
-        ensemble = hs.Ensemble(PAIR, contact.summit_height, contact.summit_radius, contact.friction)
-        history = hs.replay(ensemble, to_events(moves), record="all", saturate=True)
-        state, row = ensemble.initial_state(), -1
-        for move in moves:
-            state = ensemble.advance(
-                state,
-                **{f"normal_{move.normal_kind}": move.normal_value},
-                **{f"tangential_{move.tangential_kind}": move.tangential_value},
-                friction=move.friction,
-                saturate=True,
-            )
-            row += 1 if move.friction is None else 2
-            step = history.isel(step=row)
-            # the replay holds the loads once more at a change of friction: a rounding where slopes exceed it
-            rounding = 1e-12 if friction_changes else 0.0
-
-            def alike(name, value, step=step, rounding=rounding):
-                assert value == pytest.approx(step[name].item(), rel=rounding, abs=rounding * 1e-3), name
-
-            alike("total_normal_load", state.normal_load)
-            alike("total_tangential_load", state.tangential_load)
-            alike("tangential_displacement", state.tangential_displacement)
-            alike("total_dissipated_energy", state.dissipated_energy)
-            for i in range(7):
-                asperity = ensemble.asperity(i, state)
-                for name in ("normal_load", "tangential_load", "stick_radius", "dissipated_energy"):
-                    alike(name, getattr(asperity, name), step.isel(asperity=i))
-                assert friction_changes or asperity.slip_state == step.slip_state.values[i]
 
 
 def test_channels_that_are_not_named_are_held_as_they_were_controlled():

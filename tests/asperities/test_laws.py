@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.laws import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction, law_from
+from historysim.asperities.laws import DrawnFriction, FrictionLaw, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
 from historysim.asperities.wear import ArchardWear, EnergyWear, WearLaw
 
 GLASS = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -255,7 +255,7 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
         (lambda: SlidFriction([0.0, 2.0], [0.1, -0.2]), "expected 0 or more"),
         (lambda: DrawnFriction(0.1, 0.2, 1, "uniform"), "lognormal"),
         (lambda: DrawnFriction(0.1, 0.2, -1), "seed is -1"),
-        (lambda: law_from({"law": "powre"}), "power"),
+        (lambda: FrictionLaw.from_settings({"law": "powre"}), "power"),
         (lambda: WearLaw.from_settings({"law": "archrad"}), "archard"),
         (lambda: ArchardWear(coefficient=1.0, hardness=0.0), "hardness is 0.0"),
         (lambda: EnergyWear(volume_per_energy=1.0, shape="round"), "'truncated' or 'blunted'"),

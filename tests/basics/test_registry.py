@@ -3,7 +3,7 @@
 import attrs
 import pytest
 
-from historysim.asperities.laws import LAWS, FrictionLaw, law_from, register
+from historysim.asperities.laws import LAWS, FrictionLaw, register
 from historysim.basics.fields import Number, at_least, fields_of, markdown
 from historysim.basics.registry import Registry
 from historysim.errors import InputError, MissingPackageError
@@ -32,13 +32,13 @@ def entry(folder, package, points, group="historysim.laws"):
 
 def test_what_a_script_registers_is_known_until_it_is_forgotten(own):
     assert LAWS["own"] is own
-    assert law_from(own(3.0).settings) == own(3.0)
+    assert FrictionLaw.from_settings(own(3.0).settings) == own(3.0)
     assert own().settings["package"] == [__name__, ""]
     settings = own().settings
     LAWS.forget("own")
     assert "own" not in LAWS
     with pytest.raises(MissingPackageError, match=f"is of {__name__}, which is not there"):
-        law_from(settings)
+        FrictionLaw.from_settings(settings)
     with pytest.raises(InputError, match="cannot be written down: Own is not known by that name"):
         _ = own().settings
 

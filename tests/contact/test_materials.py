@@ -134,8 +134,8 @@ def test_silicon_on_float_glass():
 
 
 def test_a_material_takes_texts_with_units():
-    told = Material("x", "64 GPa", 0.2, roughness=("1 nm", 2e-9), ball_radius="2.5 mm", hardness="6 GPa")
-    assert told == Material("x", 64e9, 0.2, roughness=(1e-9, 2e-9), ball_radius=2.5e-3, hardness=6e9)
+    found = Material("x", "64 GPa", 0.2, roughness=("1 nm", 2e-9), ball_radius="2.5 mm", hardness="6 GPa")
+    assert found == Material("x", 64e9, 0.2, roughness=(1e-9, 2e-9), ball_radius=2.5e-3, hardness=6e9)
     energetic = Material("x", 1e9, 0.2, "0.4 GPa", "40 mJ m-2")
     assert (energetic.shear_modulus, energetic.surface_energy) == (0.4e9, 0.04)
 

@@ -33,12 +33,12 @@ def test_the_controller_is_asked_once_for_each_sample_with_where_the_stage_is():
 
 
 def test_nonsense_is_refused():
-    for wrong, told in (
+    for wrong, message in (
         ({"mass": 0.0}, "mass is 0"),
         ({"substeps": 0}, "substeps is 0; expected a whole number of 1 or more"),
         ({"mass": 1e-9}, "are unstable, as the mass on the contact swings faster; expected"),
     ):
-        with pytest.raises(hs.InputError, match=told):
+        with pytest.raises(hs.InputError, match=message):
             controlled_stage(ENSEMBLE, PRESSED, lambda _time, _place: 0.0, **TIMING | wrong)
     with pytest.raises(hs.InputError, match="the force of the controller is nan"):
         controlled_stage(ENSEMBLE, PRESSED, lambda _time, _place: float("nan"), **TIMING)

@@ -174,11 +174,11 @@ def test_the_first_row_is_one_point_as_a_flat_punch():
 
 
 def test_few_points_and_conjugate_gradients_give_the_same(monkeypatch, tmp_path):
-    from historysim.interaction import few_points
+    from historysim.interaction import half_space
 
     surface = rough(2, 48)
     exact = NormalSolutions.of(surface, largest_approach=0.3)
-    monkeypatch.setattr(few_points, "MOST_POINTS", 8)
+    monkeypatch.setattr(half_space, "MOST_POINTS", 8)
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "another"))
     iterated = NormalSolutions.of(surface, largest_approach=0.3)
     assert np.isnan(iterated.stiffness).sum() > 5 > np.isnan(exact.stiffness).sum()
@@ -217,7 +217,7 @@ def test_a_map_that_repeats_is_not_pressed_flat():
         NormalSolutions.of(surface, largest_approach=10.0)
 
 
-def test_a_contact_of_few_points_is_told():
+def test_a_contact_of_few_points_has_a_notice():
     rough_points = hs.Surface(np.random.default_rng(1).normal(size=(8, 8)), 1.0)
     solutions = NormalSolutions.of(rough_points, largest_load=1e-2)
     (notice,) = solutions.notices
@@ -225,16 +225,16 @@ def test_a_contact_of_few_points_is_told():
     assert NormalSolutions.of(balls(0.0), largest_approach=1.0).notices == ()
 
 
-def test_time_and_memory_are_told_before_and_too_much_is_refused(monkeypatch):
-    from historysim.interaction import few_points, solutions
+def test_time_and_memory_are_announced_and_too_much_is_refused(monkeypatch):
+    from historysim.interaction import half_space, solutions
 
-    monkeypatch.setattr(few_points, "MOST_POINTS", 8)
-    told = []
+    monkeypatch.setattr(half_space, "MOST_POINTS", 8)
+    notices = []
     for name, approach in (("LONG", 0.3), ("MUCH", 0.25)):
         monkeypatch.setattr(solutions, name, 0.0)
-        NormalSolutions.of(rough(3, 32), largest_approach=approach, notify=told.append)
-    assert "the normal contact of 32 × 32 points takes some 0 min for" in told[0]
-    assert "takes some 0 min and 0.1 GiB of memory for" in told[1]
+        NormalSolutions.of(rough(3, 32), largest_approach=approach, notify=notices.append)
+    assert "the normal contact of 32 × 32 points takes some 0 min for" in notices[0]
+    assert "takes some 0 min and 0.1 GiB of memory for" in notices[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
     with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
         NormalSolutions.of(rough(3, 32), largest_approach=0.2)
@@ -255,11 +255,11 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, solutions._held
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is counted in other units")
 @pytest.mark.parametrize(("periodic", "load"), [(True, 2e-13), (False, 6e-14)])
-def test_the_memory_that_is_told_is_what_it_takes(periodic, load):
+def test_the_memory_that_is_announced_is_what_it_takes(periodic, load):
     program = PEAK.format(periodic=periodic, load=load)
     ran = subprocess.run([sys.executable, "-c", program], capture_output=True, check=True)
-    peak, told = map(float, ran.stdout.split())
-    assert 0.75 * told < peak < 1.15 * told
+    peak, held = map(float, ran.stdout.split())
+    assert 0.75 * held < peak < 1.15 * held
 
 
 @pytest.mark.slow

@@ -21,6 +21,9 @@ def test_the_digest_of_loads_is_over_their_json_line_by_line():
     lines = [json.dumps([type(event).__name__, event.time.hex(), event.value.hex()]) + "\n" for event in events]
     expected = hashlib.sha256("".join(lines).encode()).hexdigest()
     assert digest(events) == digest(iter(events)) == digest(Events(events)) == expected
+    change = json.dumps(["FrictionChange", (2.0).hex(), [(0.1).hex(), (0.3).hex()]]) + "\n"
+    expected = hashlib.sha256("".join([*lines, change]).encode()).hexdigest()
+    assert digest([*events, hs.FrictionChange(2.0, (0.1, 0.3))]) == expected
 
 
 def test_arrays_of_loads_say_what_the_events_say_and_others_have_none():

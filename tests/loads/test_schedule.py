@@ -145,34 +145,6 @@ def test_a_channel_runs_straight_between_its_own_waypoints(ensemble):
     check_replay(ensemble, events, moves)
 
 
-@pytest.mark.parametrize(("first", "last"), [(N, D), (D, N)])
-def test_a_normal_stretch_is_controlled_as_the_waypoint_at_its_end(ensemble, first, last):
-    amounts = {N: (0.01, 0.03), D: (0.04, 0.09)}
-    begin, end = amounts[first][0], amounts[last][1]
-    names = {N: "normal_load", D: "normal_displacement"}
-    events = [first(0.0, begin), U(0.0, 0.0), U(1.0, 0.005), U(3.0, -0.01), last(4.0, end)]
-    assert [path.normal[0] for path in read(single(events))[1:]] == [LOAD if last is N else DISPLACED] * 3
-    state = ensemble.advance(ensemble.initial_state(), **{names[first]: begin})
-    there = state.normal_load if last is N else state.approach
-    moves = [[{names[first]: begin, "tangential_displacement": 0.0}]]
-    for share, way in ((1 / 4, 0.005), (3 / 4, -0.01), (1.0, -0.01)):
-        moves.append([{names[last]: there + share * (end - there), "tangential_displacement": way}])
-    check_replay(ensemble, events, moves)
-
-
-def test_a_tangential_stretch_starts_from_the_state_that_is_there_when_kinds_switch(ensemble):
-    events = [N(0.0, 0.02), T(0.0, 0.0), T(1.0, 0.006), N(2.0, 0.03), U(3.0, 0.03), N(4.0, 0.02), T(5.0, -0.004)]
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.02, tangential_load=0.0)
-    state = ensemble.advance(state, normal_load=0.025, tangential_load=0.006)
-    way = state.tangential_displacement
-    first = [{"normal_load": 0.02, "tangential_load": 0.0}], [{"normal_load": 0.025, "tangential_load": 0.006}]
-    onward = [{"normal_load": 0.03, "tangential_displacement": (way + 0.03) / 2}]
-    arrived = [{"normal_load": 0.025, "tangential_displacement": 0.03}]
-    state = ensemble.advance(ensemble.advance(state, **onward[0]), **arrived[0])
-    back = [{"normal_load": 0.02, "tangential_load": (state.tangential_load - 0.004) / 2}]
-    check_replay(ensemble, events, [*first, onward, arrived, back, [{"normal_load": 0.02, "tangential_load": -0.004}]])
-
-
 def test_a_channel_is_unloaded_before_its_first_event(ensemble):
     events = [U(-1.0, 0.5), N(0.0, 0.0), N(1.0, 0.01), T(3.0, 0.002)]
     found = read(single(events[1:]))
@@ -198,15 +170,6 @@ def test_a_channel_is_held_after_its_last_event(ensemble):
     assert history.total_tangential_load.values[3:] == pytest.approx([0.002] * 7, rel=1e-12)
 
 
-@pytest.mark.parametrize("jump", [0.01, 0.002])
-def test_a_channel_on_its_way_in_displacement_stays_there_while_the_other_jumps(ensemble, jump):
-    events = [N(0.0, 0.02), T(0.0, 0.0), N(1.0, 0.02), N(1.0, jump), U(2.0, 0.02)]
-    start = {"normal_load": 0.02, "tangential_load": 0.0}
-    half = {"normal_load": 0.02, "tangential_displacement": 0.01}
-    moves = [[start], [half, {"normal_load": jump}], [{"normal_load": jump, "tangential_displacement": 0.02}]]
-    check_replay(ensemble, events, moves)
-
-
 # -- rows ------------------------------------------------------------------------------------------
 
 
@@ -225,13 +188,6 @@ def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between
         assert rows == list(range(segment.row_time.size))
 
 
-def test_the_rows_at_event_times_carry_those_times_to_the_bit():
-    times = np.cumsum([0.1] * 50).tolist()
-    found = single([N(time, 0.01) for time in times], substeps=3).row_time
-    assert found[::3].tolist() == times
-    assert np.all(np.diff(found) > 0)
-
-
 def test_substeps_are_steps_on_the_same_straight_way(ensemble):
     events = [N(0.0, 0.02), T(0.0, 0.0), N(2.0, 0.01), T(2.0, 0.004), N(3.0, 0.02), T(3.0, -0.006)]
     coarse, fine = (observed(hs.replay(ensemble, events, substeps=substeps)) for substeps in (1, 5))
@@ -246,11 +202,6 @@ def test_substeps_are_steps_on_the_same_straight_way(ensemble):
 def test_substeps_are_a_whole_number_from_one_on(substeps):
     with pytest.raises(hs.InputError, match=r"substeps is .*; expected a whole number of 1 or more"):
         list(segments([N(0.0, 0.01)], substeps))
-
-
-def test_nothing_to_schedule_is_an_error():
-    with pytest.raises(hs.InputError, match=r"there are no load events; expected at least one"):
-        list(segments([]))
 
 
 # -- changes of friction ---------------------------------------------------------------------------
@@ -294,23 +245,6 @@ def test_what_stands_after_a_change_of_friction_at_one_time_acts_after_it(ensemb
     assert not np.array_equal(*histories)
     split = list(segments([*start, there, less, back]))
     assert [path.recorded for segment in split for path in read(segment)] == [True, False, False, True]
-
-
-def test_a_change_of_friction_on_the_way_leaves_the_way_straight(ensemble):
-    events = [N(0.0, 0.02), U(0.0, 0.0), F(1.0, 0.2), F(1.5, 0.3), U(2.0, 0.04)]
-    moves = [
-        [{"normal_load": 0.02, "tangential_displacement": 0.0}],
-        [{"tangential_displacement": 0.02}, {"friction": 0.2}],
-        [{"tangential_displacement": 0.03}, {"friction": 0.3}],
-        [{"tangential_displacement": 0.04}],
-    ]
-    check_replay(ensemble, events, moves)
-
-
-def test_two_changes_of_friction_at_one_time_both_act(ensemble):
-    events = [N(0.0, 0.02), U(1.0, 0.04), F(1.0, 0.1), F(1.0, 0.5)]
-    moves = [[{"normal_load": 0.02}], [{"tangential_displacement": 0.04}, {"friction": 0.1}, {"friction": 0.5}]]
-    check_replay(ensemble, events, moves)
 
 
 def test_friction_may_change_before_anything_else(ensemble):

@@ -107,11 +107,11 @@ def test_few_loops_have_the_interval_of_noise_alone():
 
 
 def test_each_walk_is_notified():
-    told = []
+    notices = []
     start = {"shear_modulus": 1e10, "friction": 0.3}
-    fit_parameters(sliding_model, start, observe(sliding()), notify=lambda: told.append(1))
+    fit_parameters(sliding_model, start, observe(sliding()), notify=lambda: notices.append(1))
     # the start and its neighbours, and some more
-    assert len(told) > 9
+    assert len(notices) > 9
 
 
 def test_the_misfit_of_a_true_model_is_one():

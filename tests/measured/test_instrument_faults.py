@@ -1,4 +1,4 @@
-"""What a record looks like: each fault is put into a simulated record, and told; a sound record has none."""
+"""What a record looks like: each fault is put into a simulated record, and notices; a sound record has none."""
 
 import attrs
 import numpy as np
@@ -43,8 +43,8 @@ def test_a_sound_record_has_no_note():
 
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_is_told(fault):
-    record, said = FAULTS[fault]
-    assert any(said in note for note in hs.loops(record).notes), hs.loops(record).notes
+    record, message = FAULTS[fault]
+    assert any(message in note for note in hs.loops(record).notes), hs.loops(record).notes
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -232,10 +232,10 @@ def test_the_dead_band_is_5_percent_of_the_range_where_nothing_is_said():
     assert found.to_dataset().attrs["dead_band"] == found.dead_band
 
 
-@pytest.mark.parametrize(("said", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
-def test_a_measurement_may_say_its_dead_band(said, loops, dead_band):
+@pytest.mark.parametrize(("given", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
+def test_a_measurement_may_say_its_dead_band(given, loops, dead_band):
     time, u, load = small_swings_in_large_ones()
-    measurement = Measurement(time, {"tangential_displacement": u}, {"tangential_load": load}, said)
+    measurement = Measurement(time, {"tangential_displacement": u}, {"tangential_load": load}, given)
     found = loops_of_measurement(measurement)
     assert (len(found), found.dead_band) == (loops, pytest.approx(dead_band))
     assert len(loops_of_measurement(measurement, dead_band=0.5)) == 2

@@ -83,16 +83,16 @@ def test_loops_of_a_record(folder):
     done = call("loops", "s.toml")
     assert done.exit_code == 0, done.output
     lines = done.output.splitlines()
-    told = dict(re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line))
-    assert told["dead band"].startswith("20 nm, ")
-    assert told["values"] == "mean ± standard deviation of one loop"
-    assert told["preliminary displacement"].startswith("from the reversal to where 0.95 of the way")
-    assert told["friction over load"].startswith("F = 0.2 N ")
-    assert told["friction over load"].endswith("through the means at 2 loads, which give no interval")
+    labelled = dict(re.split(r" {2,}", line, maxsplit=1) for line in lines if re.match(r"\S.*?\S {2,}\S", line))
+    assert labelled["dead band"].startswith("20 nm, ")
+    assert labelled["values"] == "mean ± standard deviation of one loop"
+    assert labelled["preliminary displacement"].startswith("from the reversal to where 0.95 of the way")
+    assert labelled["friction over load"].startswith("F = 0.2 N ")
+    assert labelled["friction over load"].endswith("through the means at 2 loads, which give no interval")
     (exponent,) = map(float, re.findall(r"coefficient goes with the power ([+-]\d\.\d+)", done.output))
     assert abs(exponent) < 0.01
     # two loops at each of two loads; of the second one the forward branch crosses the step, or the end of the record
-    assert told["note"].startswith("1 branch is left out, on which the normal load moves by 44.4 %")
+    assert labelled["note"].startswith("1 branch is left out, on which the normal load moves by 44.4 %")
     heading = next(place for place, line in enumerate(lines) if line.split() == ["friction", "coefficient"])
     assert [line.split()[:4] for line in lines[heading + 1 : heading + 3]] == [
         ["50", "mN", "2", "0.2"],
@@ -164,7 +164,7 @@ def test_fit_finds_the_parameters_and_writes_them(folder):
     # the fitted scenario is compared, replayed and fitted again where it is
     again = call("compare", "out/found.toml", "-o", "c.png")
     assert again.exit_code == 0, again.output
-    # as said by the fit, to what the places of the turning points are within the noise
+    # as printed by the fit, to what the places of the turning points are within the noise
     for line in ("friction coefficient", "energy per loop", "stiffness at reversal"):
         assert number(again.output, line) == number(done.output, line)
     assert call("run", "out/found.toml", "-q", "-o", "r.nc").exit_code == 0
@@ -193,7 +193,7 @@ REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale
 
 
 @pytest.mark.parametrize(
-    ("command", "changes", "said"),
+    ("command", "changes", "message"),
     [
         ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in load"),
         ("compare", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N"),
@@ -209,17 +209,17 @@ REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale
         ("loops", [('"20 nm"', '"20 mm"')], "s.toml: loading: "),
     ],
 )
-def test_records_that_do_not_do(folder, command, changes, said):
+def test_records_that_do_not_do(folder, command, changes, message):
     change(folder, *changes)
     done = call(command, "s.toml")
     assert done.exit_code == 2, done.output
-    assert done.output.startswith(f"Error: {said}")
+    assert done.output.startswith(f"Error: {message}")
     assert len(done.output.splitlines()) == 1
     assert files(folder) == GIVEN
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml"),
         (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
@@ -231,11 +231,11 @@ def test_records_that_do_not_do(folder, command, changes, said):
         (("compare", "measured.csv"), "measured.csv: is not TOML"),
     ],
 )
-def test_arguments_that_do_not_do(folder, arguments, said):
+def test_arguments_that_do_not_do(folder, arguments, message):
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     done = call(*arguments)
     assert done.exit_code == 2, done.output
-    assert done.output.startswith(f"Error: {said}")
+    assert done.output.startswith(f"Error: {message}")
     assert len(done.output.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 

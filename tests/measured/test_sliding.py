@@ -47,9 +47,9 @@ def test_what_a_record_was_made_with_is_found():
 
 def test_intervals_hold_the_truth_in_95_of_100():
     found = [sliding_of_channels(*made(0.01, seed, peak=None, size=1001)).approach for seed in range(200)]
-    told = [each for each in found if each is not None]
-    assert len(told) >= 198
-    assert (np.abs(held(told, STEADY, START, LENGTH) - 0.95 * len(told)) < four_deviations(len(told))).all()
+    known = [each for each in found if each is not None]
+    assert len(known) >= 198
+    assert (np.abs(held(known, STEADY, START, LENGTH) - 0.95 * len(known)) < four_deviations(len(known))).all()
 
 
 def held(found, steady, start, length):
@@ -278,7 +278,7 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "message"),
     [
         (
             lambda: sliding_of_channels(TIME, LOAD, NORMAL, np.abs(WAY - 5e-3)),
@@ -298,8 +298,8 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
         (lambda: hs.sliding(3.0), "3.0: cannot be evaluated"),
     ],
 )
-def test_bad_input_is_explained(call, said):
-    with pytest.raises(hs.InputError, match=said):
+def test_bad_input_is_explained(call, message):
+    with pytest.raises(hs.InputError, match=message):
         call()
 
 

@@ -222,8 +222,6 @@ def test_arguments_out_of_range(call, message):
 
 # --- regular arrays ---
 
-EPS = np.finfo(float).eps
-
 
 def test_regular_array():
     made = textured_summits((2, 3), (10e-6, 20e-6), 5e-6)

@@ -251,7 +251,7 @@ def test_too_few_points(kind, shape, present, unknowns):
 
 
 @pytest.mark.parametrize(
-    ("kind", "degree", "said"),
+    ("kind", "degree", "message"),
     [
         ("polynomial", None, "no degree"),
         ("plane", 1, "degree 1"),
@@ -259,6 +259,6 @@ def test_too_few_points(kind, shape, present, unknowns):
         ("polynomial", True, "True"),
     ],
 )
-def test_a_degree_belongs_to_a_polynomial(kind, degree, said):
-    with pytest.raises(hs.InputError, match=said):
+def test_a_degree_belongs_to_a_polynomial(kind, degree, message):
+    with pytest.raises(hs.InputError, match=message):
         hs.Surface(np.ones((20, 20)), 1.0).form(kind, degree)

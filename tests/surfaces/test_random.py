@@ -302,7 +302,7 @@ def test_arguments_out_of_range(wrong, message):
         random_surface(**(GOOD | wrong))
 
 
-def test_a_surface_that_is_far_higher_than_wide_is_told():
+def test_a_surface_that_is_far_higher_than_wide_has_a_warning():
     with pytest.warns(UnlikelyValueWarning, match="rms_height is 30 m on an autocorrelation length of 5 µm, .* in m"):
         random_surface(16, 1e-6, 30, (5e-6, 8e-6), seed=1)
     # a model without dimension is none; warnings are errors here
