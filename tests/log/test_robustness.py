@@ -100,15 +100,17 @@ def kept_rows(folder, whole, written):
     return content, content.index(row)
 
 
-@pytest.mark.parametrize("harm", ["empty", "cut", "no netCDF", "of another log", "of another run"])
+@pytest.mark.parametrize("harm", ["empty", "cut", "no netCDF", "of another log", "of another run", "left open"])
 def test_rows_that_are_not_those_before_a_snapshot_are_computed_again(folder, whole, monkeypatch, harm):
     scenario, output, written = interrupted(folder, monkeypatch)
     unfinished = folder / ".killed.nc.unfinished"
     content, at = kept_rows(folder, whole, written)
-    if harm.startswith("of another"):
-        name = "log_digest" if harm == "of another log" else "date_created"
+    if harm.startswith(("of another", "left")):
+        name = "date_created" if harm == "of another run" else "log_digest"
         with netCDF4.Dataset(unfinished, "a") as file:
             file.setncattr(name, b"x" + file.getncattr(name).encode()[1:])
+        # as HDF5 leaves some damaged files that it fails to open
+        left = netCDF4.Dataset(unfinished) if harm == "left open" else None
     else:
         unfinished.write_bytes({"empty": b"", "cut": content[:at], "no netCDF": bytes(len(content))}[harm])
     told = []
@@ -116,6 +118,8 @@ def test_rows_that_are_not_those_before_a_snapshot_are_computed_again(folder, wh
     assert "has no snapshot with its rows; the replay starts at the beginning" in told[0]
     assert variables(output) == variables(whole / "killed.nc")
     assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
+    if harm == "left open":
+        left.close()
 
 
 def test_a_row_that_changed_while_a_run_waited_for_its_resume_is_found_by_verify(folder, whole, monkeypatch):
