@@ -703,7 +703,7 @@ def test_kinds_that_there_are_not(folder, kind, said):
         ("random", {"rule": 9.0}, "surface.rule: 9.0; expected an integer"),
         ("measured", {"file": "maps"}, "surface.file: maps: is a folder; expected a file with heights"),
         ("measured", {"file": "maps/none.txt"}, "surface.file: none.txt: there is no such file in"),
-        ("measured", {"pixel_size": -1}, "surface.file: rough.txt: pixel_size[0] is -1; expected a finite number"),
+        ("measured", {"pixel_size": -1}, "surface.file: rough.txt: pixel_size is -1; expected a finite number"),
         ("measured", {"height_unit": "mN"}, "surface.file: rough.txt: height_unit: 'mN' is not a unit of a length"),
         ("measured", {"lateral_unit": "µm"}, "surface.file: rough.txt: lateral_unit is 'µm', but the file has no"),
         ("measured", {"channel": 0}, "surface.file: rough.txt: channel is 0, but a matrix has no channels"),
