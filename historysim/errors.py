@@ -109,4 +109,4 @@ class InstallationError(HistorySimError, ImportError):
 
 
 class UnlikelyValueWarning(UserWarning):
-    """A number is hardly meant in SI, in which plain numbers are."""
+    """A number is implausible in SI, the unit of plain numbers."""

@@ -12,8 +12,8 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
-from historysim.basics.processors import threads_of
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import progress_bar
+from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule

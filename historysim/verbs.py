@@ -301,6 +301,7 @@ def plot(
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
         if isinstance(what, list | tuple):
             what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
+        # whoever asks for something else does not get the picture of the scenario
         if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
             return drawn
         return figure_of(what, picture=picture, place=place, **fields)
@@ -385,8 +386,7 @@ def _page(what: object, name: str) -> str:
 def _page_of_scenario(scenario: "Scenario") -> str:
     from historysim.results.report.others import comparison_page
     from historysim.results.report.page import page_of
-    from historysim.scenario.compare import compare
-    from historysim.scenario.fit import fit
+    from historysim.scenario.fit import compare, fit
 
     if scenario.sections.fit is not None:
         return page_of(fit(scenario))

@@ -201,7 +201,7 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
         ('"2 mN"', "-1.0", "friction: Warming: half_load is -1.0; expected a number above 0"),
         ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onset = 0 }', "surface.yielding: Soft: onset is 0"),
         ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onse = 1 }', "surface.yielding.onse: unknown key; did you"),
-        ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a text"),
+        ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a string"),
         ('"10 µm"', '"10 µm"\nsteps = 3', "surface.steps: unknown key; did you mean 'step'"),
         ('kind = "strokes"', 'kind = "stroke"', "loading.kind: the text 'stroke'; did you mean 'strokes'"),
     ],

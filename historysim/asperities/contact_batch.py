@@ -8,9 +8,8 @@ import numpy.typing as npt
 from historysim.asperities.friction import coulomb
 from historysim.basics.arguments import checked, one_per, workable
 from historysim.basics.array_types import Floats
-from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.library import OneAtATime, ffi, lib, pointer
 from historysim.basics.limits import LARGEST, SMALLEST
-from historysim.basics.one_at_a_time import OneAtATime
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check

@@ -12,9 +12,8 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import EnsembleState, WholeContact
 from historysim.basics.arguments import checked, workable
 from historysim.basics.array_types import Floats, Integers
-from historysim.basics.library import ffi, lib
+from historysim.basics.library import OneAtATime, ffi, lib
 from historysim.basics.limits import LARGEST
-from historysim.basics.one_at_a_time import OneAtATime
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, check_belongs, copied
 from historysim.memory.paths import STILL, Goals, Paths, paths_to

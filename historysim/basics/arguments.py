@@ -19,26 +19,14 @@ NUMBERS = "iufO"
 
 
 def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
-    """Return an argument as floats.
+    """Return an argument as finite floats above a number, and of a least one; anything else is an InputError.
 
-    Parameters
-    ----------
-    name : str
-        The name of the argument, for the message.
-    values : array_like
-        What came, a scalar or an array; where `UNIT_OF` has the name, texts with units and quantities of pint, too.
-    above, least : float
-        All values must be greater than `above`, and `least` or more.
-
-    Raises
-    ------
-    InputError
-        A value that is not a finite number or out of these bounds.
+    Where `UNIT_OF` has the name, strings with units and quantities of pint are converted.
     """
     values = _plain(name, values)
     try:
         given = np.asarray(values)
-        # texts, booleans and complex numbers would become floats, too
+        # strings, booleans and complex numbers would become floats, too
         result = given.astype(np.float64, copy=False) if given.dtype.kind in NUMBERS else None
     except (TypeError, ValueError):
         result = None
@@ -51,9 +39,8 @@ def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least
         good &= result >= least
     if not good.all():
         wrong = ~good
-        bound = (
-            f" greater than {above:g}" if above > -math.inf else f" of {least:g} or more" if least > -math.inf else ""
-        )
+        lowest = f" of {least:g} or more" if least > -math.inf else ""
+        bound = f" greater than {above:g}" if above > -math.inf else lowest
         where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if result.ndim else ""
         raise InputError(f"{name}{where} is {result[wrong][0]:g}; expected a finite number{bound}, in SI")
     return result
@@ -77,13 +64,7 @@ def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: 
 
 
 def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
-    """Return an argument that is a positive number along x and one along y; one number stands for both.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """Return an argument that is a positive number along x and one along y; one number stands for both."""
     numbers = checked(name, values, above=0)
     if numbers.shape not in {(), (1,), (2,)}:
         raise InputError(f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y")
@@ -94,50 +75,24 @@ def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
 def one_per(
     one: str, several: str, name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Floats:
-    """Return an argument that has one value for each of several things, as an array of its own that cannot be changed.
+    """Return an argument with one value for each of several things, as an array of its own that is read-only.
 
-    Parameters
-    ----------
-    one, several : str
-        What there is a value for, such as ``"summit"``, ``"summits"``, for the message.
-    name : str
-        The name of the argument, for the message.
-    values : array_like
-        What came: one number, which stands for all, or a list.
-    count : int, optional
-        How many of them there are; without it, as many as there are values.
-    above : float
-        All values must be greater.
-
-    Returns
-    -------
-    numpy.ndarray (count,)
-
-    Raises
-    ------
-    InputError
-        More than a list, another number of values, or a value that `checked` refuses.
+    ``one`` and ``several`` name the things in messages, such as ``"summit"``, ``"summits"``. One number stands for all;
+    without ``count`` there are as many as values. Another number of values is an InputError, as in `checked`.
     """
     array = np.atleast_1d(checked(name, values, above=above))
     if array.ndim > 1:
         raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per {one}")
     if count is not None and array.size not in {1, count}:
-        came = counted(array.size, "value", "values")
-        raise InputError(f"{name} has {came} for {counted(count, one, several)}; expected one, or one per {one}")
+        found = counted(array.size, "value", "values")
+        raise InputError(f"{name} has {found} for {counted(count, one, several)}; expected one, or one per {one}")
     array = np.array(array if count is None else np.broadcast_to(array, count))
     array.flags.writeable = False
     return array
 
 
 def workable(name: str, values: npt.ArrayLike, *, smallest: float = 0.0) -> Floats:
-    """Return floats, checked that their powers and products with others stay within what floats hold.
-
-    Raises
-    ------
-    InputError
-        One is larger than `LARGEST`, or smaller than ``smallest``, which is `SMALLEST` for what gives others their
-        scale.
-    """
+    """Return floats that are small enough, and at least ``smallest``, for their powers to be floats, too."""
     numbers: Floats = np.asarray(values)
     sizes = np.abs(numbers)
     wrong = (sizes > LARGEST) | (sizes < smallest)
@@ -153,13 +108,7 @@ def workable(name: str, values: npt.ArrayLike, *, smallest: float = 0.0) -> Floa
 
 @contextmanager
 def representable() -> Iterator[None]:
-    """Check that floats can hold what is computed inside.
-
-    Raises
-    ------
-    InputError
-        An overflow, or a division by what has become 0.
-    """
+    """Check that floats can hold what is computed inside: no overflow, no division by 0; else it is an InputError."""
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield

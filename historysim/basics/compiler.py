@@ -22,8 +22,8 @@ ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=u
 
 def compiler() -> list[str]:
     """Return the command that compiles C: the environment's ``CC``, or the first that can; empty where none can."""
-    said = shlex.split(os.environ.get("CC", ""))
-    return said or next(([name] for name in ("cc", "gcc", "clang") if _compiles(name)), [])
+    chosen = shlex.split(os.environ.get("CC", ""))
+    return chosen or next(([name] for name in ("cc", "gcc", "clang") if _compiles(name)), [])
 
 
 def _compiles(name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Fields of what a scenario says: their units and limits, declared in the class that has them."""
+"""Fields of classes that scenarios name: their units and limits, declared in the class."""
 
 import inspect
 import math
@@ -52,13 +52,8 @@ class AtLeast:
         fits = is_number(value) and is_workable(value, SMALLEST if self.above and self.least == 0 else 0.0)
         fits = fits and (value > self.least if self.above else value >= self.least)
         if not fits:
-            wanted = (
-                f"above {self.least:g}"
-                if self.above
-                else "finite"
-                if self.least == -math.inf
-                else f"of {self.least:g} or more"
-            )
+            least = "finite" if self.least == -math.inf else f"of {self.least:g} or more"
+            wanted = f"above {self.least:g}" if self.above else least
             raise InputError(
                 f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number {wanted}, and of at most "
                 f"{LARGEST:g} in size"
@@ -66,7 +61,7 @@ class AtLeast:
 
     @property
     def text(self) -> str:
-        """What it asks for, in brief."""
+        """The limit in brief."""
         return "" if self.least == -math.inf else f"{'>' if self.above else '≥'} {self.least:g}"
 
 
@@ -84,7 +79,7 @@ class OneOf:
 
     @property
     def text(self) -> str:
-        """What it asks for, in brief."""
+        """The limit in brief."""
         return " or ".join(f'"{word}"' for word in self.words)
 
 
@@ -98,8 +93,8 @@ class Key:
     def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         """Check a value."""
         if value is not None and not self.fits(value):
-            came = f"{value:g}" if isinstance(value, float) else shown(value)
-            raise misfit(f"{came}; expected {self.expected}", attribute.name)
+            given = f"{value:g}" if isinstance(value, float) else shown(value)
+            raise misfit(f"{given}; expected {self.expected}", attribute.name)
 
 
 @attrs.frozen
@@ -134,30 +129,19 @@ def one_of(*words: str) -> OneOf:
 
 @attrs.frozen
 class Field:
-    """A field of a class, as its users see it.
-
-    Attributes
-    ----------
-    name : str
-    unit : str
-        The SI unit; "1" of a plain number, empty of what is no number.
-    needed : bool
-        Whether it has to be there.
-    default : object
-        What it is where it is not.
-    limits : str
-        What its values have to be.
-    """
+    """A field of a class, as its users see it."""
 
     name: str
     unit: str
+    """The SI unit; "1" of a plain number, empty of what is no number."""
     needed: bool
     default: Any
     limits: str
+    """What its values have to be, as ``"> 0"``."""
 
     @property
     def text(self) -> str:
-        """Say it in a few words: ``"reference_load [N] > 0"``."""
+        """Itself in a few words: ``"reference_load [N] > 0"``."""
         unit = f" [{self.unit}]" if self.unit not in {"", "1"} else ""
         words = ":" if self.limits.startswith('"') else ""
         limits = f"{words} {self.limits}" if self.limits else ""
@@ -170,7 +154,7 @@ def fields_of(kind: type) -> Iterator[Field]:
     if not attrs.has(kind):
         return
     attrs.resolve_types(kind)
-    told = [
+    found = [
         Field(
             each.name,
             unit_in(each.type),
@@ -181,11 +165,11 @@ def fields_of(kind: type) -> Iterator[Field]:
         for each in attrs.fields(kind)
         if each.init
     ]
-    yield from sorted(told, key=lambda field: not field.needed)
+    yield from sorted(found, key=lambda field: not field.needed)
 
 
 def about(kind: type) -> str:
-    """Return what a class says that it is: the first paragraph of its docstring, in one line."""
+    """Return the first paragraph of the docstring of a class, in one line."""
     return " ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split())
 
 

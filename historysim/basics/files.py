@@ -30,22 +30,10 @@ _KINDS = {
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """Yield the name of an empty file that takes the place of another when the block ends without an error.
 
-    It is hidden beside the other, with a name that cannot be guessed. It is on the disk before it gets its name, and
-    its name before this returns. What killed processes have left of the same target is removed.
+    It is hidden beside the other, with a name that cannot be guessed, and this ending. It is on the disk before it gets
+    its name, and its name before this returns. What killed processes have left of the same target is removed.
 
-    Parameters
-    ----------
-    path : Path
-        The file to write; it need not exist.
-    ending : str
-        The ending of the name until then, for those who look at it.
-
-    Raises
-    ------
-    InputError
-        What stands there is no regular file: a link, a device, a FIFO.
-    OSError
-        It cannot be written. The error names `path`, never the other name.
+    A link, device or FIFO in its place is an InputError; an OSError names `path`, never the other name.
     """
     check_replaceable(path)
     tidy(path)
@@ -58,7 +46,7 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
         beside.replace(path)
         sync_folder(path.parent)
     except OSError as error:
-        # the block may read other files, whose errors stay as they are
+        # the block may read other files, and their errors stay as they are
         if error.filename not in {None, beside, str(beside), os.fsencode(beside)}:
             raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
@@ -193,3 +181,60 @@ def beginning(path: Path, size: int = 16) -> bytes:
             return stream.read(size)
     except (OSError, ValueError):
         return b""
+
+
+class WriterLock:
+    """An advisory lock on the file itself, which the system releases however the process ends.
+
+    It stays with the file when that is renamed, and leaves nothing behind. SQLite locks otherwise (POSIX record locks,
+    not ``flock``), so readers do not meet it. With `make`, the file is made where there is none; see `own_file`.
+
+    Raises OSError: another writer has it, or the file cannot be opened to write.
+    """
+
+    _handle: int | None
+
+    def __init__(self, path: Path, *, make: bool = False, begins: tuple[bytes, ...] = ()) -> None:
+        while True:
+            handle = own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
+            try:
+                free = system.lock_file(handle)
+                # the file may have been renamed or replaced between the two calls
+                same = free and path.exists() and os.path.samestat(os.fstat(handle), path.stat())
+            except BaseException:
+                os.close(handle)
+                raise
+            if not free:
+                os.close(handle)
+                message = "another process is writing it; wait until it is done, or end it (readers are not held up)"
+                raise OSError(errno.EAGAIN, message, str(path))
+            if same:
+                break
+            os.close(handle)
+        self._path, self._handle = path, handle
+
+    def moved(self, path: Path) -> "WriterLock":
+        """Give the locked file another name, in place of another file, and return its lock."""
+        if system.REPLACES_OPEN_FILES:
+            self._path.replace(path)
+            return self
+        self.release()
+        self._path.replace(path)
+        return WriterLock(path)
+
+    def remove(self) -> None:
+        """Remove the file, and give the lock back."""
+        if system.REPLACES_OPEN_FILES:
+            self._path.unlink(missing_ok=True)
+            self.release()
+            return
+        self.release()
+        with suppress(OSError):
+            # another process may have taken it
+            self._path.unlink(missing_ok=True)
+
+    def release(self) -> None:
+        """Give the lock back."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None

@@ -8,22 +8,15 @@ import attrs
 
 @attrs.frozen
 class Finding:
-    """An assumption of the model that does not hold.
-
-    Attributes
-    ----------
-    name : str
-        Which one, in a word.
-    value, limit : float
-        What was found, and beyond what the assumption is not taken to hold.
-    text : str
-        Both in a line, with what can be done.
-    """
+    """An assumption of the model that does not hold."""
 
     name: str
+    """Which one, in a word."""
     value: float
     limit: float
+    """The value at which it is no longer assumed to hold."""
     text: str
+    """Both in a line, with a remedy."""
 
 
 def written(findings: Iterable[Finding]) -> str:

@@ -14,7 +14,7 @@ from typing import Any
 
 from historysim.basics.files import is_netcdf
 from historysim.basics.limits import at_most, check_unpacked, most, raised_by
-from historysim.basics.trial import ends_well
+from historysim.basics.system import ends_well
 from historysim.errors import InputError
 
 MOST_EMPTY = 1 << 26
@@ -29,16 +29,8 @@ _CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
 def check_contained(path: Path, *, by_h5py: bool = False) -> None:
     """Check that a netCDF or HDF5 file can be read; any other file is left to its reader.
 
-    Parameters
-    ----------
-    path : Path
-    by_h5py : bool
-        It will be read by h5py, which names what lies in other files; netCDF4 cannot tell.
-
-    Raises
-    ------
-    InputError
-        Reading it does not end, or ends the process; it claims more than it holds; or it lies in other files.
+    It is an InputError if reading it does not end, or ends the process, if it claims more than it holds, or if it lies
+    in other files, which only h5py can see.
     """
     if not is_netcdf(path):
         return
@@ -56,7 +48,7 @@ def check_contained(path: Path, *, by_h5py: bool = False) -> None:
     except RecursionError as error:
         raise InputError(f"has groups within groups; {at_most('HDF5_DEPTH')}") from error
     except (OSError, RuntimeError, AttributeError, KeyError):
-        # what cannot be opened is left to its reader
+        # its reader says why it cannot be opened
         return
 
 

@@ -9,13 +9,10 @@ EARLIER = "# earlier places, which dir() leaves out"
 
 
 def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package whose names stand in the stub beside it.
+    """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, from its ``__name__`` and ``__file__``.
 
-    Parameters
-    ----------
-    package, file : str
-        Its ``__name__`` and ``__file__``. The stub beside it has a line ``from home import name as name`` for each
-        name; those below the line `EARLIER` are found but not listed.
+    The stub beside it has a line ``from home import name as name`` for each name; those below the line `EARLIER` are
+    found but not listed.
     """
     listed, _, earlier = Path(file).with_suffix(".pyi").read_text(encoding="utf-8").partition(EARLIER)
     homes = {words[-1]: (words[1], words[3]) for words in _imports(listed + earlier)}

@@ -1,4 +1,4 @@
-"""The package's C, compiled where it was installed: one library for all rooms, declared by their headers."""
+"""The package's C, compiled at installation: one library for all rooms, and what one caller at a time may use of it."""
 
 from pathlib import Path
 from typing import Any
@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.errors import InstallationError
+from historysim.errors import InputError, InstallationError
 
 try:
     from historysim.basics import _declarations
@@ -29,18 +29,41 @@ _ROWS = {
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
-    """Return an array's own memory as C takes it; the array has to outlive the call.
+    """Return the memory of an array for C; the array has to outlive the call.
 
-    Parameters
-    ----------
-    array : array
-        In a row (C contiguous), of float64, int64, int8, uint8 or bool, in the machine's order of bytes.
-
-    Raises
-    ------
-    ValueError
-        Not in a row.
-    KeyError
-        Of another type.
+    It is contiguous, else it is a ValueError, and of one of the types above, else it is a KeyError.
     """
     return ffi.from_buffer(_ROWS[array.dtype], array)
+
+
+class OneAtATime:
+    """The one place at an object that is changed in place; ``with`` takes it, and gives it back.
+
+    It costs a third of a lock. Where that still counts, ``del place.free[0]`` takes it (an IndexError: it is taken),
+    and ``place.free.append(None)`` gives it back: single operations of a list, which no thread comes between. `what`
+    names the object, and how to have several: "the stepper: …".
+    """
+
+    __slots__ = ("_what", "free")
+
+    def __init__(self, what: str) -> None:
+        self._what = what
+        self.free = [None]
+
+    def taken(self) -> InputError:
+        """Return the error of whoever comes second."""
+        what, mend = self._what.split(": ", 1)
+        return InputError(f"{what} is in use, by another thread or by a law that it asks; expected {mend}")
+
+    def __enter__(self) -> None:
+        try:
+            del self.free[0]
+        except IndexError:
+            raise self.taken() from None
+
+    def __exit__(self, *_: object) -> None:
+        self.free.append(None)
+
+    def another(self) -> "OneAtATime":
+        """Return that of a copy of the object."""
+        return OneAtATime(self._what)

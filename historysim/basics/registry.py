@@ -20,19 +20,13 @@ OWN = "historysim"
 
 @attrs.frozen
 class Provider:
-    """The package that a kind comes from.
-
-    Attributes
-    ----------
-    package, version : str
-        Of a class that no installed package declares, the module that it stands in, and what that says.
-    declared : bool
-        Whether an installed package declares it.
-    """
+    """The package that a kind comes from."""
 
     package: str
+    """Its name; the module of a class that no installed package declares."""
     version: str
     declared: bool = True
+    """Whether an installed package declares it."""
 
     def __str__(self) -> str:
         return f"{self.package} {self.version}".rstrip()
@@ -41,22 +35,13 @@ class Provider:
 class Registry(Mapping[str, T], Generic[T]):
     """Classes by the names that scenarios and logs call them.
 
-    Those of this package register themselves when their modules are imported: of one name, those alone in whose source
-    it stands. Those of other packages are entry points of a group, read anew whenever they are asked for: nothing is
-    kept, and a name of this package is never replaced.
+    Those of this package register themselves when their modules are imported: for one name, only those that quote it
+    in their source. Those of other packages are entry points of a group, read anew whenever they are asked for: nothing
+    is kept, and a name of this package is never replaced.
 
-    Parameters
-    ----------
-    group : str
-        The group of entry points, such as ``"historysim.laws"``.
-    base : str
-        What each of them derives from, as ``"module:Class"``.
-    noun : str
-        What one is called in messages.
-    *homes : str
-        Packages and modules where those of this package stand.
-    label : str
-        The class variable that holds the name.
+    ``group`` is the group of entry points, such as ``"historysim.laws"``; ``base`` the base class of all, as
+    ``"module:Class"``; ``noun`` what one is called in messages; ``homes`` are the packages and modules of this package
+    with such classes; ``label`` is the class variable that holds the name.
     """
 
     def __init__(self, group: str, base: str, noun: str, *homes: str, label: str = "kind") -> None:
@@ -64,12 +49,9 @@ class Registry(Mapping[str, T], Generic[T]):
         self._known: dict[str, T] = {}
 
     def register(self, kind: T) -> T:
-        """Make a class known by its name, for as long as the process runs; to stand above the class.
+        """Make a class known by its name, for as long as the process runs; a decorator.
 
-        Raises
-        ------
-        InputError
-            It has no name, or one that another class has.
+        A class without a name, or with that of another class, is an InputError.
         """
         name: Any = vars(kind).get(self.label)
         if not isinstance(name, str) or not name:
@@ -88,7 +70,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return dict(self._known)
 
     def forget(self, name: str) -> None:
-        """Take back what `register` was told of a name."""
+        """Undo `register`."""
         self._known.pop(name, None)
 
     def __getitem__(self, name: str) -> T:
@@ -115,13 +97,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return [name for name in self if among is object or issubclass(self[name], among)]
 
     def named(self, name: Any, among: type = object) -> T:
-        """Return the class of a name; parameters as for `names`.
-
-        Raises
-        ------
-        InputError
-            None has it, or the package that declares it cannot be used.
-        """
+        """Return the class of a name, among subclasses of a class; an unknown name is an InputError."""
         known = name in self
         if known and issubclass(found := self[name], among):
             return found
@@ -141,7 +117,7 @@ class Registry(Mapping[str, T], Generic[T]):
         return Provider(module, str(getattr(sys.modules.get(top), "__version__", "")), declared=False)
 
     def import_own(self, name: str | None = None) -> None:
-        """Import the modules of this package where its kinds stand; of one name, those in whose source it is quoted."""
+        """Import the modules of this package where its kinds stand; for one name, those that quote it."""
         for home in self._homes:
             try:
                 found = importlib.import_module(home)
@@ -167,16 +143,16 @@ class Registry(Mapping[str, T], Generic[T]):
         return found
 
     def _loaded(self, point: "EntryPoint") -> T:
-        whose = f"the {self.noun} {point.name!r} of the package {point.dist.name if point.dist else '?'}"
+        what = f"the {self.noun} {point.name!r} of the package {point.dist.name if point.dist else '?'}"
         try:
             kind: Any = point.load()
         except Exception as error:
-            raise InputError(f"{whose} cannot be loaded from {point.value} ({error}); mend or update it") from error
+            raise InputError(f"{what} cannot be loaded from {point.value} ({error}); mend or update it") from error
         module, _, name = self._base.partition(":")
         base = getattr(importlib.import_module(module), name)
         if not (isinstance(kind, type) and issubclass(kind, base)) or getattr(kind, self.label, None) != point.name:
             raise InputError(
-                f"{whose} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
+                f"{what} is {kind!r}; expected a subclass of {module}.{name} with {self.label} = {point.name!r}"
             )
         return cast("T", kind)
 

@@ -12,11 +12,14 @@ import os
 import select
 import signal
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+
+from historysim.errors import InputError
 
 fcntl: Any
 resource: Any
@@ -38,7 +41,7 @@ REPLACES_OPEN_FILES = os.name == "posix"
 """Whether a file can be renamed and replaced while it is open."""
 
 _FAR = 1 << 43
-"""A byte that no file has, and disks can still tell."""
+"""A byte beyond the end of any file, within what disks can address."""
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
 
@@ -105,7 +108,7 @@ def user(found: os.stat_result) -> int:
 
 @functools.cache
 def host() -> str:
-    """Return eight digits of this machine and its space of processes, to tell it from others on the same disk."""
+    """Return eight digits of this machine and its process namespace: others may share its disks."""
     import hashlib
     import platform
 
@@ -175,3 +178,68 @@ def copy_ends_well(task: Callable[[], None], seconds: float) -> bool:
             os.kill(process, signal.SIGKILL)
         _, status = os.waitpid(process, 0)
     return status == 0
+
+
+MOST_THREADS = 4
+"""Threads by default, at most: one thread, which walks the history, takes a quarter of the time of a replay."""
+
+
+def threads_of(given: int | None) -> int:
+    """Return the number of threads; by default one for each processor, up to `MOST_THREADS`."""
+    if given is None:
+        return min(processors(), MOST_THREADS)
+    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
+        raise InputError(f"threads is {given!r}; expected a whole number of 1 or more")
+    return given
+
+
+_SLOWER = 3
+"""Seconds on the wall for each of a processor, which others use, too."""
+_STARTED = """
+import importlib, json, sys
+sys.path[:], module, name, path, seconds = json.loads(sys.argv[1])
+from historysim.basics import system
+system.carry_out(getattr(importlib.import_module(module), name), path, seconds)
+"""
+
+
+def ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
+    """Return whether a process that reads a file with a function of a module ends by itself, in this processor time.
+
+    A library may read a damaged file without end, or end the process.
+    """
+    # a copy of this process has all libraries, but waits for ever for locks that other threads hold
+    if COPIES_PROCESSES and copy_ends_well(functools.partial(carry_out, read, path, seconds), _SLOWER * seconds):
+        return True
+    return not (COPIES_PROCESSES and threading.active_count() == 1) and _started_ends_well(read, path, seconds)
+
+
+def carry_out(read: Callable[[Path], None], path: str | Path, seconds: int) -> None:
+    """Read a file in this process, which has nothing else to do, prints nothing, and ends here."""
+    import faulthandler
+
+    with contextlib.suppress(BaseException):
+        faulthandler.disable()
+        null = os.open(os.devnull, os.O_WRONLY)
+        for stream in (1, 2):
+            os.dup2(null, stream)
+        limit_processor_time(seconds)
+        read(Path(path))
+    os._exit(0)
+
+
+def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
+    import json
+    import subprocess
+
+    task = json.dumps([sys.path, read.__module__, read.__name__, str(path.absolute()), seconds])
+    try:
+        done = subprocess.run(  # noqa: S603 - this Python, as it is
+            [sys.executable, "-c", _STARTED, task], check=False, timeout=_SLOWER * seconds, stdin=subprocess.DEVNULL
+        )
+    except subprocess.TimeoutExpired:
+        return False
+    except OSError:
+        # a program that embeds Python has no interpreter to start
+        return True
+    return done.returncode == 0

@@ -45,34 +45,23 @@ class Output(NamedTuple):
 
 
 def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bool = False) -> None:
-    """Check that files can be written, and that nothing is lost by it.
+    """Check that outputs break no rule, with the files that the command reads; else it is an InputError.
 
-    Parameters
-    ----------
-    outputs : iterable of Output
-    reads : iterable of Path
-        Files that what is written comes from.
-    force : bool
-        Replace files of other kinds, too; never one that is read.
-
-    Raises
-    ------
-    InputError
-        An output that breaks one of the rules; the message names it, and how to mend it.
+    ``force`` also replaces files of other kinds, never one that is read.
     """
-    taken = list(reads)
+    used = list(reads)
     for output in outputs:
         path = output.path
         check_place(path)
-        if any(is_same(path, other) for other in taken):
+        if any(is_same(path, other) for other in used):
             raise InputError(f"{path}: would overwrite what it is made from; choose another name")
         form = output.form
         if not force and is_file(path) and path.stat().st_size and not form.is_own(path):
             raise InputError(
                 f"{path}: is there already, and is not {form.name}, so that it is not replaced; choose another name, "
-                "or say --force (in Python force=True)"
+                "or give --force (in Python force=True)"
             )
-        taken.append(path)
+        used.append(path)
 
 
 def check_place(path: Path) -> None:
@@ -98,7 +87,7 @@ def is_same(path: Path, other: Path) -> bool:
 
 
 def netcdf(name: str, *contents: str) -> OutputFormat:
-    """Return the form of a netCDF file whose attribute ``content`` is one of these; of none, a history."""
+    """Return the form of a netCDF file with one of these as attribute ``content``; without any, of a history."""
     return OutputFormat(name, (".nc",), lambda path: _content(path) in (contents or ("",)))
 
 
@@ -108,7 +97,7 @@ def marked(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
 
 
 def csv_table(name: str, *headers: str) -> OutputFormat:
-    """Return the form of a table (CSV) whose header begins with one of these names of columns, without their units."""
+    """Return the form of a table (CSV) with a header that begins with these names of columns, without units."""
 
     def is_own(path: Path) -> bool:
         line, end, _ = beginning(path, LOOKED_AT).partition(b"\r\n")
@@ -120,7 +109,7 @@ def csv_table(name: str, *headers: str) -> OutputFormat:
 
 
 def unmarked(name: str, *endings: str) -> OutputFormat:
-    """Return the form of a file that does not say who made it: one that is there is never replaced unasked."""
+    """Return the form of a file without a mark of this program: an existing one is replaced by force alone."""
     return OutputFormat(name, endings, lambda _: False)
 
 

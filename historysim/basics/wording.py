@@ -1,4 +1,4 @@
-"""What messages have in common: what came, what was meant, and how many."""
+"""What messages have in common: what was given, what was meant, and how many."""
 
 import itertools
 from collections.abc import Collection
@@ -20,12 +20,12 @@ MOST_NAMED = 100
 
 def listed(words: Collection[str]) -> str:
     """Return words with commas between them, of very many the first ones and how many more there are."""
-    told = ", ".join(itertools.islice(words, MOST_NAMED))
-    return f"{told}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else told
+    first = ", ".join(itertools.islice(words, MOST_NAMED))
+    return f"{first}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else first
 
 
 def shown(value: object) -> str:
-    """Return what came in place of what was expected, in brief and in the words of TOML and JSON."""
+    """Return a given value in brief and in the words of TOML and JSON."""
     if isinstance(value, bool):
         return str(value).lower()
     # Python refuses to print integers of some thousand digits

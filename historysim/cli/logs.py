@@ -36,7 +36,7 @@ TOTALS = {
 def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
     """Replay the log and check that the result is bit-identical.
 
-    FILE is a result, whose log is replayed, or a log, which is checked with its snapshots.
+    FILE is a result, or a log, which is checked with its snapshots.
     """
     from historysim.log.verification import verify as check
 

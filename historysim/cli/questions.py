@@ -48,7 +48,7 @@ class TableCommand(click.Command):
 
 
 def _tables() -> "dict[str, Question]":
-    """Return the questions whose answer is a table."""
+    """Return the questions with a table as answer."""
     from historysim.results.asking import questions
 
     return {name: each for name, each in questions().items() if each.table is not None}

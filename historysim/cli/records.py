@@ -223,7 +223,7 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
     """
     output = output or Path(f"{scenario.stem}_comparison.png")
     from historysim.results.plots.record_pictures import ComparisonPicture
-    from historysim.scenario.compare import compare as compare_scenario
+    from historysim.scenario.fit import compare as compare_scenario
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
@@ -330,7 +330,7 @@ def _write_runs(
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":
     """Return the loops of the model along what was measured."""
-    from historysim.scenario.compare import compare as compare_scenario
+    from historysim.scenario.fit import compare as compare_scenario
 
     if isinstance(record, Path):
         raise InputError(f"{record}: is no scenario (.toml) with a measured record; expected one for --model")

@@ -10,8 +10,7 @@ import numpy as np
 
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.notices import Notify, silent
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.interaction.cache import kept

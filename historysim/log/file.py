@@ -16,8 +16,7 @@ from typing import Any, Self
 import attrs
 import numpy as np
 
-from historysim.basics.files import SQLITE, check_replaceable, is_log, kind_text, sync_folder
-from historysim.basics.lock import WriterLock
+from historysim.basics.files import SQLITE, WriterLock, check_replaceable, is_log, kind_text, sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_sequence, loads_of, time_text
 from historysim.loads.events import Event

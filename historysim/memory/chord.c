@@ -23,7 +23,7 @@ static void normal_at(const walk *w, const hs_memory *memory, double share, doub
 }
 
 /* Find the displacement at which a chord ends. */
-static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_refusal *refusal) {
+static int find_end(walk *w, hs_memory *memory, double share, target *end) {
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
     double value = hs_toward(c->tangential[0], c->tangential[1], share), limit = 0.0;
@@ -51,8 +51,8 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end, hs_re
     if (c->by_force) {
         if (fabs(value) - limit > HS_LIMIT_SLACK * limit) {
             if (!w->drive->saturate) {
-                refusal->request = value * contact->units.load;
-                refusal->limit = limit * contact->units.load;
+                w->refusal->request = value * contact->units.load;
+                w->refusal->limit = limit * contact->units.load;
                 return HS_BEYOND_LIMIT;
             }
             end->force = copysign(limit, value);
@@ -183,7 +183,7 @@ static int carry(walk *w, hs_memory *memory, const target *end, double share) {
     return HS_OK;
 }
 
-int hs_chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) {
+int hs_chord(walk *w, hs_memory *memory, double share) {
     hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     const hs_law *law = &w->evolution->law;
@@ -211,7 +211,7 @@ int hs_chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal) {
     for (int pass = 0;; ++pass) {
         if (!w->yield.now) normal_at(w, memory, share, &end.d, &end.load);
         int status = hs_put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
-        if (status == HS_OK) status = find_end(w, memory, share, &end, refusal);
+        if (status == HS_OK) status = find_end(w, memory, share, &end);
         if (status != HS_OK) return status;
         w->moved = fabs(end.v - memory->displacement) * contact->units.displacement;
         status = hs_slide_all(w, memory, &end, w->wears && pass < passes);

@@ -51,6 +51,8 @@ typedef struct yielding_chord {
 typedef struct walk {
     const hs_evolution *evolution;
     const hs_drive *drive;
+    hs_refusal *refusal;
+    hs_memory *spare[2]; /* copies to walk on */
     int64_t work; /* since the caller was asked whether to go on */
     int wears, yields;
     int parted; /* whether groups may have come to remember the same again */
@@ -145,20 +147,20 @@ void hs_add_slides(const walk *w, hs_memory *memory);
 /* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
 int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each, hs_losses *losses);
 /* Carry a memory along one chord, to a share of the path. */
-int hs_chord(walk *w, hs_memory *memory, double share, hs_refusal *refusal);
+int hs_chord(walk *w, hs_memory *memory, double share);
 
 /* ---- settle.c: as many chords as it takes ---- */
 
 /* Carry the first of three memories from one share of the path to another, in as many chords as it takes. */
-int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-    hs_refusal *refusal);
+int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share);
 /* Do the same. Where the clock is known and asperities first slide, the way is walked once more to find when. */
-int hs_settle_timed(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-    hs_refusal *refusal);
+int hs_settle_timed(walk *w, hs_memory *memory, double before, double share);
 
 /* ---- evolution.c: paths ---- */
 
 /* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
 int hs_own_contact(hs_memory *memory);
+/* A copy to walk on; where summits change, it has a contact of its own. */
+hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory);
 
 #endif

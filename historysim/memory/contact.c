@@ -138,6 +138,14 @@ hs_contact *hs_contact_copy(const hs_contact *contact) {
     return copy;
 }
 
+int hs_contact_alike(const hs_contact *one, const hs_contact *other) {
+    return one->count == other->count && one->groups == other->groups && !one->load == !other->load &&
+           memcmp(&one->units, &other->units, sizeof one->units) == 0 && one->datum == other->datum &&
+           memcmp(one->gap, other->gap, size_of_arrays(one->count, one->groups, one->load != NULL)) == 0 &&
+           one->watched == other->watched &&
+           (!one->watched || memcmp(one->watch, other->watch, (size_t)one->watched * sizeof *one->watch) == 0);
+}
+
 hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *stiffness,
                            const int64_t *group, double contact_modulus, double displacement_ratio) {
     double highest = summit_height[0], largest = summit_radius[0];

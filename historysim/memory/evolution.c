@@ -64,6 +64,13 @@ int hs_own_contact(hs_memory *memory) {
     return HS_OK;
 }
 
+hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory) {
+    hs_memory *copy = hs_memory_copy(memory);
+    if (!copy || !(w->wears || w->yields) || hs_own_contact(copy) == HS_OK) return copy;
+    hs_memory_free(copy);
+    return NULL;
+}
+
 /* Where the cut belongs that is made at an approach: its share of the path. */
 static int share_at(const walk *w, const hs_memory *memory, double d, double *share) {
     const route *c = &w->course;
@@ -170,17 +177,15 @@ static int is_still(const walk *w, const hs_memory *memory) {
 
 /* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that
  * is bent, followed in chords. */
-static int walk_still(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_plan *plan, double before, double share,
-                      hs_refusal *refusal, int *held) {
+static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share, int *held) {
     const route *c = &w->course;
-    hs_memory *start = spare[0];
+    hs_memory *start = w->spare[0];
     int bent = plan->meets || (c->both && c->load[0] != c->load[1]);
     if (w->yields) hs_contact_assign(start->contact, memory->contact);
     int status = hs_memory_assign(start, memory);
     if (status == HS_OK && bent) {
-        hs_memory *fine = hs_memory_copy(memory);
-        status = fine && w->yields ? hs_own_contact(fine) : HS_OK;
-        if (status == HS_OK) status = fine ? hs_settle_in_chords(w, start, spare[1], fine, before, share, refusal) : HS_OUT_OF_MEMORY;
+        hs_memory *fine = hs_copy_to_change(w, memory);
+        status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, share) : (int)HS_OUT_OF_MEMORY;
         hs_memory_free(fine);
     }
     if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive, held);
@@ -220,14 +225,13 @@ static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution)
     return status;
 }
 
-/* Have copies of a memory to walk on, of the same groups; where summits change, each has a contact of its own. */
-static int make_spares(const walk *w, const hs_memory *memory, hs_memory *spare[2]) {
+/* Have copies of a memory to walk on, of the same groups. */
+static int make_spares(walk *w, const hs_memory *memory) {
     for (int k = 0; k < 2; ++k) {
-        if (spare[k] && spare[k]->contact->groups == memory->contact->groups) continue;
-        hs_memory_free(spare[k]);
-        spare[k] = hs_memory_copy(memory);
-        if (!spare[k]) return HS_OUT_OF_MEMORY;
-        if ((w->wears || w->yields) && hs_own_contact(spare[k]) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (w->spare[k] && w->spare[k]->contact->groups == memory->contact->groups) continue;
+        hs_memory_free(w->spare[k]);
+        w->spare[k] = hs_copy_to_change(w, memory);
+        if (!w->spare[k]) return HS_OUT_OF_MEMORY;
     }
     return HS_OK;
 }
@@ -257,7 +261,7 @@ static int yield_at_rest(walk *w, hs_memory *memory, double share) {
 }
 
 /* Have those stand alone that yield on the path, and all be ready to follow them in chords. */
-static int prepare_to_yield(walk *w, hs_memory *memory, hs_memory *spare[2]) {
+static int prepare_to_yield(walk *w, hs_memory *memory) {
     const hs_evolved *evolved = memory->evolved;
     int status = hs_those_to_yield(memory, w->evolution, w->course.d[1], w->yield.changed);
     for (int pass = 0; pass < 2 && status == HS_OK; ++pass) {
@@ -272,18 +276,13 @@ static int prepare_to_yield(walk *w, hs_memory *memory, hs_memory *spare[2]) {
     }
     if (status == HS_OK) status = hs_own_contact(memory);
     w->parted = 1;
-    return status == HS_OK ? make_spares(w, memory, spare) : status;
+    return status == HS_OK ? make_spares(w, memory) : status;
 }
 
 /* Have groups be one again that have parted as they yielded, once all of them slide. */
 static int join(walk *w, hs_memory *memory) {
-    const hs_contact *contact = memory->contact;
-    for (int64_t k = 0; k < contact->count; ++k) {
-        w->shape.first[contact->order[k]] = contact->gap[k];
-        w->shape.last[contact->order[k]] = contact->weight[k];
-    }
     w->parted = 0;
-    return hs_join_groups(memory, w->shape.first, w->shape.last, memory->approach, 0);
+    return hs_join_groups(memory, NULL, NULL, memory->approach, 0);
 }
 
 /* The part of a path before its first summit yields. */
@@ -303,8 +302,7 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
 }
 
 /* Carry a memory along one path, of which rows are recorded. */
-static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_path *path, double until,
-                     hs_recorder *recorder, int *flag, hs_refusal *refusal) {
+static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
     hs_plan plan;
     int status = HS_OK;
     w->course.first = NULL;
@@ -325,27 +323,27 @@ static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_p
     if (status == HS_OK && still && elastic > 0.0) {
         hs_path leg = yields ? path_to_onset(w, path) : *path;
         int direct = yields ? first >= elastic : path->parts == 1 && until == 1.0;
-        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &plan, refusal);
+        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &plan, w->refusal);
     }
     for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
         double share = until * ((double)part / (double)path->parts), end = hs_least(share, elastic);
         if (before < end) {
             if (!still)
-                status = hs_settle_timed(w, memory, spare[0], spare[1], before, end, refusal);
+                status = hs_settle_timed(w, memory, before, end);
             else if (w->alone)
                 status = hs_walk_on(memory, &plan, before / elastic, end / elastic, w->drive, &held);
             else
-                status = walk_still(w, memory, spare, &plan, before / elastic, end / elastic, refusal, &held);
+                status = walk_still(w, memory, &plan, before / elastic, end / elastic, &held);
             before = end;
         }
         if (status == HS_OK && share > elastic) {
             if (before == elastic) {
                 at_rest = yields_at_rest(w, memory);
-                if (!at_rest) status = prepare_to_yield(w, memory, spare);
+                if (!at_rest) status = prepare_to_yield(w, memory);
             }
             if (status != HS_OK) break;
             status = at_rest ? yield_at_rest(w, memory, share)
-                             : hs_settle_timed(w, memory, spare[0], spare[1], before, share, refusal);
+                             : hs_settle_timed(w, memory, before, share);
             before = share;
         }
         if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 1 + memory->contact->count / 8);
@@ -371,7 +369,6 @@ static int walk_path(walk *w, hs_memory *memory, hs_memory *spare[2], const hs_p
 
 int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                      double until, const hs_evolution *evolution, hs_refusal *refusal) {
-    hs_memory *spare[2] = {NULL, NULL};
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
     walk w;
@@ -380,6 +377,8 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     if (status != HS_OK) return status;
     w.evolution = evolution;
     w.drive = drive;
+    w.refusal = refusal;
+    w.spare[0] = w.spare[1] = NULL;
     w.work = 0;
     w.wears = evolution->wear.kind != HS_NO_WEAR;
     w.yields = evolution->yielding.kind != HS_NO_YIELDING;
@@ -395,14 +394,14 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     if (status == HS_OK && !w.alone) {
         /* it changes places with copies whose summits change */
         if (w.wears || w.yields) status = hs_own_contact(memory);
-        if (status == HS_OK) status = make_spares(&w, memory, spare);
+        if (status == HS_OK) status = make_spares(&w, memory);
     }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         hs_path path = hs_without_dimension(&memory->contact->units, paths + p);
         refusal->path = p;
-        status = walk_path(&w, memory, spare, &path, until, &recorder, &flag, refusal);
+        status = walk_path(&w, memory, &path, until, &recorder, &flag);
     }
-    for (int k = 0; k < 2; ++k) hs_memory_free(spare[k]);
+    for (int k = 0; k < 2; ++k) hs_memory_free(w.spare[k]);
     hs_end_recording(&recorder);
     free_buffers(&w);
     return status;

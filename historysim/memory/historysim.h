@@ -140,12 +140,6 @@ typedef struct hs_clock {
 
 typedef struct hs_memory {
     hs_contact *contact;
-    double approach;        /* of the highest summit */
-    double displacement;    /* tangential */
-    double normal_load;
-    double tangential_load;
-    double dissipated;      /* by all asperities since the start */
-    double excess;          /* what a held tangential load asks for beyond the friction limit, with its sign */
     double *friction;       /* (group) present coefficients */
     double *each;           /* (count) energy that each asperity has dissipated, by its position */
     int64_t *depth;         /* (group) vertices of each stack, the deepest first */
@@ -155,6 +149,12 @@ typedef struct hs_memory {
     struct hs_deep *deep;   /* deeper vertices of a single stack, which copies share; NULL where `vertices` has all */
     hs_evolved *evolved;    /* NULL where asperities do not evolve */
     struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has while times were known */
+    double approach;        /* of the highest summit; from here on, all is numbers */
+    double displacement;    /* tangential */
+    double normal_load;
+    double tangential_load;
+    double dissipated;      /* by all asperities since the start */
+    double excess;          /* what a held tangential load asks for beyond the friction limit, with its sign */
     double slid_labels[2];  /* between which all asperities of a single group have */
     hs_clock clock;
     double known_label;     /* where P' of a single group was worked out last; NaN where it is not known */

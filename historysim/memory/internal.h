@@ -145,6 +145,7 @@ hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, cons
 hs_contact *hs_contact_held(hs_contact *contact);
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);
+int hs_contact_alike(const hs_contact *one, const hs_contact *other);
 
 /* How asperities of a memory evolve: not, 1, or 2 where they may yield; and arrays of numbers that this takes. */
 static inline int hs_evolves(const hs_memory *memory) {
@@ -198,7 +199,9 @@ struct hs_slides {
 };
 struct hs_slides *hs_slides_held(struct hs_slides *slides);
 void hs_slides_let_go(struct hs_slides *slides);
-/* Give a memory times of its own that have been read; returns a status. */
+/* How many times there are. */
+static inline int64_t hs_watched(const hs_contact *contact) { return contact->watched ? contact->watched : contact->count; }
+/* Give a memory times of its own that have been read, or a place for them where there are none; returns a status. */
 int hs_slides_assign(hs_memory *memory, const double *time);
 /* Of asperities that have slid since a start, take the times from another memory that knows them; returns a status. */
 int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory *other);

@@ -40,9 +40,11 @@ static hs_evolved *evolved_of(int64_t count, int yields) {
     return evolved;
 }
 
+/* Copy what asperities have become; the target may also follow how they yield, where the source does not. */
 static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t count) {
-    size_t arrays = hs_evolved_arrays(source->virgin_height != NULL);
-    memcpy(target->summit_height, source->summit_height, arrays * (size_t)count * sizeof(double) + (size_t)count);
+    size_t n = (size_t)count, arrays = hs_evolved_arrays(source->virgin_height != NULL);
+    memcpy(target->summit_height, source->summit_height, arrays * n * sizeof(double));
+    memcpy(target->given, source->given, n);
     target->slid_together = source->slid_together;
     target->erased_memories = source->erased_memories;
     target->erased_energy = source->erased_energy;
@@ -56,7 +58,7 @@ static size_t size_of_numbers(const hs_contact *contact) {
     return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
 }
 
-/* A memory with its arrays, of which nothing is filled in. */
+/* A memory of a contact that does not touch; its arrays are not filled in. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
     hs_memory *memory = (hs_memory *)malloc(sizeof *memory);
@@ -70,6 +72,7 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
         free(evolved);
         return NULL;
     }
+    memset(memory, 0, sizeof *memory);
     memory->friction = numbers;
     memory->each = numbers + groups;
     memory->depth = (int64_t *)(numbers + groups + count);
@@ -78,9 +81,9 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     memory->vertices = vertices;
     memory->evolved = evolved;
     memory->contact = hs_contact_held(contact);
-    memory->deep = NULL;
-    memory->slides = NULL;
+    memory->normal_control = memory->tangential_control = HS_LOAD;
     memory->known_label = memory->known_slope = NAN;
+    hs_set_clock(memory, NAN);
     return memory;
 }
 
@@ -123,18 +126,9 @@ hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
     hs_memory *memory = hs_memory_blank(contact, 4, 0);
     if (!memory) return NULL;
     memory->identity = identity_of(contact, friction);
-    memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
-    memory->lost_slides = 0;
-    hs_set_clock(memory, NAN);
-    memory->approach = memory->displacement = memory->normal_load = 0.0;
-    memory->tangential_load = memory->dissipated = memory->excess = 0.0;
-    memory->normal_control = memory->tangential_control = HS_LOAD;
-    for (int64_t index = 0; index < contact->groups; ++index) {
+    memset(memory->friction, 0, size_of_numbers(contact));
+    for (int64_t index = 0; index < contact->groups; ++index)
         memory->friction[index] = friction[contact->order[contact->first[index]]];
-        memory->depth[index] = 0;
-        memory->steep[index] = 0;
-    }
-    memset(memory->each, 0, (size_t)contact->count * sizeof(double));
     return memory;
 }
 
@@ -162,13 +156,9 @@ int hs_memory_yield(hs_memory *memory) {
     int status = hs_memory_evolve(memory);
     hs_evolved *evolved = status == HS_OK ? evolved_of(memory->contact->count, 1) : NULL;
     if (!evolved) return HS_OUT_OF_MEMORY;
-    memcpy(evolved->summit_height, memory->evolved->summit_height, hs_evolved_arrays(0) * count * sizeof(double));
-    memcpy(evolved->given, memory->evolved->given, count);
+    copy_evolved(evolved, memory->evolved, memory->contact->count);
     memcpy(evolved->virgin_height, evolved->summit_height, count * sizeof(double));
     memcpy(evolved->virgin_radius, evolved->summit_radius, count * sizeof(double));
-    evolved->slid_together = memory->evolved->slid_together;
-    evolved->erased_memories = memory->evolved->erased_memories;
-    evolved->erased_energy = memory->evolved->erased_energy;
     free(memory->evolved);
     memory->evolved = evolved;
     return HS_OK;
@@ -197,24 +187,11 @@ void hs_memory_take(hs_memory *memory, hs_memory *other) {
 }
 
 static void copy_now(hs_memory *target, const hs_memory *source) {
-    target->approach = source->approach;
-    target->displacement = source->displacement;
-    target->normal_load = source->normal_load;
-    target->tangential_load = source->tangential_load;
-    target->dissipated = source->dissipated;
-    target->excess = source->excess;
     if (target->slides != source->slides) {
         hs_slides_let_go(target->slides);
         target->slides = hs_slides_held(source->slides);
     }
-    memcpy(target->slid_labels, source->slid_labels, sizeof target->slid_labels);
-    target->clock = source->clock;
-    target->lost_slides = source->lost_slides;
-    target->known_label = source->known_label;
-    target->known_slope = source->known_slope;
-    target->identity = source->identity;
-    target->normal_control = source->normal_control;
-    target->tangential_control = source->tangential_control;
+    memcpy(&target->approach, &source->approach, sizeof *target - offsetof(hs_memory, approach));
 }
 
 static void copy_numbers(hs_memory *target, const hs_memory *source) {
@@ -355,44 +332,59 @@ void hs_touch_unstrained(hs_memory *memory, int64_t index) {
     memory->steep[index] = 0;
 }
 
-/* Number of the group of each asperity, in the caller's numbering. */
-static void groups_of(const hs_contact *contact, int64_t *group) {
-    for (int64_t index = 0; index < contact->groups; ++index)
-        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = index;
-}
-
-/* The memory of a contact whose groups are parts of those of another: each part keeps what its group remembers, unless its
- * asperities are fresh: then nothing is remembered, and springs are not strained. Arrays are in the caller's numbering. */
-static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const uint8_t *fresh) {
+/* The memory of a contact whose groups are parts of those of another: each part keeps what its group (`parent`) remembers,
+ * unless its asperities are fresh: then springs are not strained. `place` has the earlier positions. Arrays are in the
+ * caller's numbering. */
+static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
+                           const uint8_t *fresh) {
     hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, hs_evolves(memory));
     if (!parts) return NULL;
-    double *each = (double *)malloc((size_t)contact->count * sizeof *each);
-    if (!each) {
-        hs_memory_free(parts);
-        return NULL;
-    }
     copy_now(parts, memory);
     parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
     if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
-    for (int64_t i = 0; i < contact->count; ++i) each[memory->contact->order[i]] = memory->each[i];
-    for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = each[contact->order[i]];
-    free(each);
+    for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = memory->each[place[contact->order[i]]];
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
         int touches = contact->gap[contact->first[index]] < memory->approach;
-        hs_vertex *stack = parts->vertices + index * parts->capacity;
         parts->friction[index] = memory->friction[from];
         parts->depth[index] = touches ? memory->depth[from] : 0;
         parts->steep[index] = touches && memory->steep[from];
-        if ((fresh && fresh[leader]) || parts->depth[index] == 0) {
+        if ((fresh && fresh[leader]) || parts->depth[index] == 0)
             hs_touch_unstrained(parts, index);
-        } else {
-            memcpy(stack, memory->vertices + from * memory->capacity,
-                   (size_t)parts->depth[index] * sizeof *stack);
-        }
+        else
+            memcpy(parts->vertices + index * parts->capacity, memory->vertices + from * memory->capacity,
+                   (size_t)parts->depth[index] * sizeof *parts->vertices);
     }
     hs_refresh_loads(parts);
     return parts;
+}
+
+/* Put asperities (all arrays) into so many other groups, with other gaps and weights unless these are NULL. */
+static int regroup(hs_memory *memory, int64_t parts, const int64_t *group, const double *gap, const double *weight,
+                   const uint8_t *fresh) {
+    if (hs_memory_join(memory) != HS_OK) return HS_OUT_OF_MEMORY;
+    const hs_contact *contact = memory->contact;
+    int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *place = parent + count;
+    if (!parent) return HS_OUT_OF_MEMORY;
+    double *own_gap = (double *)(place + count), *own_weight = own_gap + count;
+    for (int64_t index = 0; index < contact->groups; ++index)
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
+            parent[contact->order[i]] = index;
+            place[contact->order[i]] = i;
+            own_gap[contact->order[i]] = contact->gap[i];
+            own_weight[contact->order[i]] = contact->weight[i];
+        }
+    hs_contact *shaped = hs_contact_of(count, parts, gap ? gap : own_gap, weight ? weight : own_weight, group, 0,
+                                       &contact->units, contact->datum);
+    hs_memory *found = shaped ? of_parts(memory, shaped, parent, place, fresh) : NULL;
+    if (found && fresh) {
+        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
+        found->tangential_load = hs_total_force(found);
+    }
+    if (found) hs_memory_take(memory, found);
+    hs_contact_free(shaped);
+    free(parent);
+    return found ? HS_OK : HS_OUT_OF_MEMORY;
 }
 
 /* Number parts of groups by pairs of keys (asperity); those of one group that are alike in both stay together. */
@@ -422,31 +414,11 @@ static int part(const hs_contact *contact, const double *first_key, const double
 /* Split groups of which asperities are not alike in a pair of keys (asperity) any more. */
 int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key) {
     const hs_contact *contact = memory->contact;
-    size_t count = (size_t)contact->count;
-    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group), *parent = group + count;
-    if (!group) return HS_OUT_OF_MEMORY;
-    int status = part(contact, first_key, second_key, group, &parts);
+    int64_t parts = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
+    int status = group ? part(contact, first_key, second_key, group, &parts) : (int)HS_OUT_OF_MEMORY;
     /* knots are one contact */
-    if (status == HS_OK && parts > contact->groups && contact->load) status = HS_FOREIGN;
-    if (status == HS_OK && parts > contact->groups) {
-        status = hs_memory_join(memory);
-        double *gap = (double *)malloc(2 * count * sizeof *gap), *weight = gap + count;
-        hs_contact *split = NULL;
-        hs_memory *found = NULL;
-        if (gap && status == HS_OK) {
-            for (int64_t i = 0; i < contact->count; ++i) {
-                gap[contact->order[i]] = contact->gap[i];
-                weight[contact->order[i]] = contact->weight[i];
-            }
-            split = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
-        }
-        groups_of(contact, parent);
-        if (split) found = of_parts(memory, split, parent, NULL);
-        status = found ? HS_OK : HS_OUT_OF_MEMORY;
-        if (found) hs_memory_take(memory, found);
-        hs_contact_free(split);
-        free(gap);
-    }
+    if (status == HS_OK && parts > contact->groups)
+        status = contact->load ? (int)HS_FOREIGN : regroup(memory, parts, group, NULL, NULL, NULL);
     free(group);
     return status;
 }
@@ -456,31 +428,16 @@ int hs_part_ways(hs_memory *memory, const double *first_key, const double *secon
  * Where one is fresh, its contact is new. All others keep the anchors of their springs, as far as these are still in
  * contact. The present loads follow. */
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh) {
-    const hs_contact *contact = memory->contact;
-    size_t count = (size_t)contact->count;
-    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group), *parent = group + count;
-    double *key = (double *)malloc(count * sizeof *key);
-    hs_contact *shaped = NULL;
-    hs_memory *found = NULL;
+    size_t count = (size_t)memory->contact->count;
+    int64_t parts = 0, *group = (int64_t *)malloc(2 * count * sizeof *group);
+    double *key = (double *)(group + count);
+    if (!group) return HS_OUT_OF_MEMORY;
     /* asperities of a group that are fresh together share what they remember from now on */
-    if (group && key && hs_memory_join(memory) == HS_OK) {
-        for (size_t i = 0; i < count; ++i) key[i] = fresh[i];
-        if (part(contact, key, key, group, &parts) == HS_OK)
-            shaped = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
-    }
-    if (shaped) {
-        groups_of(contact, parent);
-        found = of_parts(memory, shaped, parent, fresh);
-    }
-    if (found) {
-        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
-        found->tangential_load = hs_total_force(found);
-        hs_memory_take(memory, found);
-    }
-    hs_contact_free(shaped);
+    for (size_t i = 0; i < count; ++i) key[i] = fresh[i];
+    int status = part(memory->contact, key, key, group, &parts);
+    if (status == HS_OK) status = regroup(memory, parts, group, gap, weight, fresh);
     free(group);
-    free(key);
-    return found ? HS_OK : HS_OUT_OF_MEMORY;
+    return status;
 }
 
 int hs_unstrained(const hs_memory *memory) {
@@ -502,41 +459,24 @@ int hs_slides_alike(const hs_memory *memory) {
 }
 
 /* Have those of one coefficient of friction share what they remember from now on, which is the same: nothing where no
- * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's
- * numbering. */
+ * spring is strained, or that all slide. They get gaps and weights at an approach, in the caller's numbering. */
 int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained) {
     const hs_contact *contact = memory->contact;
     size_t count = (size_t)contact->count, groups = (size_t)contact->groups;
-    int64_t parts = 0, *group = (int64_t *)malloc((2 * count + groups) * sizeof *group);
-    int64_t *parent = group + count, *part_of = parent + count;
-    uint8_t *fresh = (uint8_t *)malloc(count);
-    hs_contact *shaped = NULL;
-    hs_memory *found = NULL;
-    if (group && fresh && hs_memory_join(memory) == HS_OK) {
-        groups_of(contact, parent);
-        for (size_t index = 0; index < groups; ++index) {
-            part_of[index] = -1;
-            for (size_t k = 0; k < index && part_of[index] < 0; ++k)
-                if (memory->friction[k] == memory->friction[index]) part_of[index] = part_of[k];
-            if (part_of[index] < 0) part_of[index] = parts++;
-        }
-        for (size_t i = 0; i < count; ++i) group[i] = part_of[parent[i]];
-        memset(fresh, unstrained, count);
-        shaped = hs_contact_of(contact->count, parts, gap, weight, group, 0, &contact->units, contact->datum);
+    int64_t parts = 0, *group = (int64_t *)malloc((count + groups) * sizeof *group + count), *part_of = group + count;
+    uint8_t *fresh = (uint8_t *)(part_of + groups);
+    if (!group) return HS_OUT_OF_MEMORY;
+    for (size_t index = 0; index < groups; ++index) {
+        size_t k = 0;
+        while (k < index && memory->friction[k] != memory->friction[index]) ++k;
+        part_of[index] = k < index ? part_of[k] : parts++;
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) group[contact->order[i]] = part_of[index];
     }
-    if (shaped) {
-        memory->approach = approach;
-        found = of_parts(memory, shaped, parent, fresh);
-    }
-    if (found) {
-        found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
-        found->tangential_load = hs_total_force(found);
-        hs_memory_take(memory, found);
-    }
-    hs_contact_free(shaped);
+    memset(fresh, unstrained, count);
+    memory->approach = approach;
+    int status = regroup(memory, parts, group, gap, weight, fresh);
     free(group);
-    free(fresh);
-    return found ? HS_OK : HS_OUT_OF_MEMORY;
+    return status;
 }
 
 hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {

@@ -21,8 +21,8 @@ typedef struct head {
     uint64_t identity;
     hs_units units;
     double datum;
-    double now[6];
-    double together[3];
+    double now[6];      /* of hs_memory, from the approach on */
+    double together[3]; /* of hs_evolved, from the distance slid together on */
     int64_t watched;
 } head;
 
@@ -61,14 +61,8 @@ static head head_of(const hs_memory *memory) {
     found.identity = memory->identity;
     found.units = contact->units;
     found.datum = contact->datum;
-    double now[6] = {memory->approach,        memory->displacement, memory->normal_load,
-                     memory->tangential_load, memory->dissipated,   memory->excess};
-    memcpy(found.now, now, sizeof now);
-    if (memory->evolved) {
-        found.together[0] = memory->evolved->slid_together;
-        found.together[1] = memory->evolved->erased_memories;
-        found.together[2] = memory->evolved->erased_energy;
-    }
+    memcpy(found.now, &memory->approach, sizeof found.now);
+    if (memory->evolved) memcpy(found.together, &memory->evolved->slid_together, sizeof found.together);
     return found;
 }
 
@@ -82,43 +76,50 @@ size_t hs_memory_size(const hs_memory *memory) {
     return size_of(&whole);
 }
 
-static unsigned char *put(unsigned char *to, const void *from, size_t size) {
-    memcpy(to, from, size);
-    return to + size;
+/* Copy numbers to bytes, or from them; returns where the next ones stand. */
+static unsigned char *pass(unsigned char *bytes, const void *numbers, size_t size, int writes) {
+    if (size) memcpy(writes ? bytes : (void *)numbers, writes ? numbers : bytes, size);
+    return bytes + size;
+}
+
+/* Copy the arrays of a memory to bytes behind those of its contact, or from them. */
+static unsigned char *pass_arrays(const hs_memory *memory, unsigned char *at, int writes) {
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    size_t n = (size_t)contact->count, g = (size_t)contact->groups;
+    at = pass(at, memory->friction, 8 * g, writes);
+    at = pass(at, memory->each, 8 * n, writes);
+    at = pass(at, memory->depth, 8 * g, writes);
+    for (size_t index = 0; index < g; ++index)
+        at = pass(at, memory->vertices + index * (size_t)memory->capacity, (size_t)memory->depth[index] * sizeof(hs_vertex),
+                  writes);
+    if (evolved) at = pass(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n, writes);
+    if (memory->slides) at = pass(at, memory->slides->time, 8 * (size_t)hs_watched(contact), writes);
+    at = pass(at, memory->steep, g, writes);
+    return evolved ? pass(at, evolved->given, n, writes) : at;
 }
 
 int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
-    if (memory->deep) {
-        hs_memory *joined;
-        const hs_memory *whole = hs_whole(memory, &joined);
-        int status = whole ? hs_memory_write(whole, bytes, size) : (int)HS_OUT_OF_MEMORY;
-        hs_memory_free(joined);
-        return status;
+    hs_memory *joined;
+    const hs_memory *whole = hs_whole(memory, &joined);
+    if (!whole) return HS_OUT_OF_MEMORY;
+    const hs_contact *contact = whole->contact;
+    head given = head_of(whole);
+    size_t n = (size_t)contact->count, g = (size_t)contact->groups;
+    int fits = size == size_of(&given);
+    if (fits) {
+        unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
+        at = pass(at, contact->gap, 8 * n, 1);
+        at = pass(at, contact->weight, 8 * n, 1);
+        at = pass(at, contact->order, 8 * n, 1);
+        at = pass(at, contact->first, 8 * (g + 1), 1);
+        at = pass(at, contact->watch, 8 * (size_t)contact->watched, 1);
+        at = pass_arrays(whole, at, 1);
+        uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
+        pass(at, &sum, sizeof sum, 1);
     }
-    const hs_contact *contact = memory->contact;
-    const hs_evolved *evolved = memory->evolved;
-    head given = head_of(memory);
-    size_t n = (size_t)contact->count, g = (size_t)contact->groups, watched = (size_t)contact->watched;
-    if (size != size_of(&given)) return HS_NOT_A_STATE;
-    unsigned char *at = put((unsigned char *)bytes, &given, sizeof given);
-    at = put(at, contact->gap, 8 * n);
-    at = put(at, contact->weight, 8 * n);
-    at = put(at, contact->order, 8 * n);
-    at = put(at, contact->first, 8 * (g + 1));
-    if (watched) at = put(at, contact->watch, 8 * watched);
-    at = put(at, memory->friction, 8 * g);
-    at = put(at, memory->each, 8 * n);
-    at = put(at, memory->depth, 8 * g);
-    for (size_t index = 0; index < g; ++index)
-        at = put(at, memory->vertices + index * (size_t)memory->capacity,
-                 (size_t)memory->depth[index] * sizeof(hs_vertex));
-    if (evolved) at = put(at, evolved->summit_height, hs_evolved_arrays((given.what & YIELDS) != 0) * 8 * n);
-    if (memory->slides) at = put(at, memory->slides->time, 8 * (watched ? watched : n));
-    at = put(at, memory->steep, g);
-    if (evolved) at = put(at, evolved->given, n);
-    uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
-    put(at, &sum, sizeof sum);
-    return HS_OK;
+    hs_memory_free(joined);
+    return fits ? HS_OK : HS_NOT_A_STATE;
 }
 
 /* ---- whether it is one ---------------------------------------------------------------------------------------------------- */
@@ -240,9 +241,7 @@ const char *hs_memory_check(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     const char *wrong = check_contact(contact);
     if (wrong) return wrong;
-    double now[6] = {memory->approach,        memory->displacement, memory->normal_load,
-                     memory->tangential_load, memory->dissipated,   memory->excess};
-    if (!all_finite(now, 6)) return "a load, or where the contact is, is not finite";
+    if (!all_finite(&memory->approach, 6)) return "a load, or where the contact is, is not finite";
     if (!all_finite(memory->friction, contact->groups)) return "a friction coefficient is not finite";
     if (!all_finite(memory->each, contact->count)) return "a dissipated energy is not finite";
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
@@ -257,23 +256,19 @@ const char *hs_memory_check(const hs_memory *memory) {
         wrong = check_stack(memory, index);
         if (wrong) return wrong;
     }
-    for (int64_t i = 0; memory->slides && i < (contact->watched ? contact->watched : contact->count); ++i)
+    for (int64_t i = 0; memory->slides && i < hs_watched(contact); ++i)
         if (isinf(memory->slides->time[i])) return "a time is not finite";
     return memory->evolved ? check_evolved(memory) : NULL;
 }
 
 /* ---- read ------------------------------------------------------------------------------------------------------------------ */
 
-static const unsigned char *take(const unsigned char *from, void *to, size_t size) {
-    memcpy(to, from, size);
-    return from + size;
-}
-
 /* Have a contact watch labels that stand in the bytes; NULL, or what is wrong with them. */
 static const char *read_watch(hs_contact *contact, int64_t watched, const unsigned char *at) {
+    if (watched == 0) return NULL;
     double *watch = (double *)malloc((size_t)watched * 8);
     if (!watch) return "there is not enough memory";
-    take(at, watch, (size_t)watched * 8);
+    memcpy(watch, at, (size_t)watched * 8);
     contact->watched = watched;
     contact->watch = watch;
     for (int64_t i = 0; i < watched; ++i)
@@ -281,64 +276,53 @@ static const char *read_watch(hs_contact *contact, int64_t watched, const unsign
     return NULL;
 }
 
+/* Put gaps and weights that stand in the bytes into the caller's numbering, with the group of each asperity; returns whether
+ * order and groups allow it. */
+static int unsorted(const head *given, const unsigned char *at, const int64_t *order, double *gap, double *weight,
+                    int64_t *group) {
+    const int64_t *first = order + given->count;
+    const size_t n = (size_t)given->count;
+    if (first[0] != 0 || first[given->groups] != given->count) return 0;
+    for (size_t i = 0; i < n; ++i) group[i] = -1;
+    for (int64_t index = 0; index < given->groups; ++index)
+        if (first[index] < 0 || first[index] >= first[index + 1] || first[index + 1] > given->count) return 0;
+    for (int64_t index = 0; index < given->groups; ++index)
+        for (int64_t i = first[index]; i < first[index + 1]; ++i) {
+            int64_t own = order[i];
+            if (own < 0 || own >= given->count || group[own] >= 0) return 0;
+            group[own] = index;
+            memcpy(gap + own, at + 8 * (size_t)i, 8);
+            memcpy(weight + own, at + 8 * (n + (size_t)i), 8);
+            if (!isfinite(gap[own]) || !isfinite(weight[own])) return 0;
+        }
+    return 1;
+}
+
 /* The contact that stands in the bytes, in the order in which it was written; NULL with `why` where it is none. */
 static hs_contact *read_contact(const head *given, const unsigned char *at, hs_contact *like, const char **why) {
     size_t n = (size_t)given->count, g = (size_t)given->groups;
-    double *gap = (double *)malloc(2 * n * 8);
-    int64_t *group = (int64_t *)malloc(n * 8), *order = (int64_t *)malloc(n * 8 + (g + 1) * 8), *first = order + n;
+    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *group = order + n + g + 1;
+    double *gap = (double *)(group + n), *weight = gap + n;
     hs_contact *contact = NULL;
     *why = "there is not enough memory";
-    if (gap && group && order) {
-        double *weight = gap + n;
-        const unsigned char *gaps = at, *weights = at + 8 * n;
-        take(at + 16 * n, order, 8 * (n + g + 1));
-        for (size_t i = 0; i < n; ++i) group[i] = -1;
+    if (!order) return NULL;
+    memcpy(order, at + 16 * n, 8 * (n + g + 1));
+    if (!unsorted(given, at, order, gap, weight, group))
         *why = "groups do not fit";
-        int fits = first[0] == 0 && first[g] == given->count;
-        for (size_t index = 0; index < g && fits; ++index)
-            fits = first[index] >= 0 && first[index] < first[index + 1] && first[index + 1] <= given->count;
-        for (size_t index = 0; index < g && fits; ++index)
-            for (int64_t i = first[index]; i < first[index + 1] && fits; ++i) {
-                fits = order[i] >= 0 && order[i] < given->count && group[order[i]] < 0;
-                if (!fits) break;
-                group[order[i]] = (int64_t)index;
-                memcpy(gap + order[i], gaps + 8 * i, 8);
-                memcpy(weight + order[i], weights + 8 * i, 8);
-                fits = isfinite(gap[order[i]]) && isfinite(weight[order[i]]);
-            }
-        if (fits) {
-            contact = hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0, &given->units,
-                                    given->datum);
-            *why = "there is not enough memory";
-        }
-    }
+    else
+        contact = hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0, &given->units,
+                                given->datum);
     if (contact) {
         /* an order that is not the one that they have belongs to other numbers */
         int same = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
-                   memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, first, 8 * (g + 1)) == 0;
-        if (!same) {
-            hs_contact_free(contact);
-            contact = NULL;
-            *why = "asperities are not in order";
-        }
+                   memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, order + n, 8 * (g + 1)) == 0;
+        *why = same ? read_watch(contact, given->watched, at + 8 * (3 * n + g + 1)) : "asperities are not in order";
     }
-    if (contact && given->watched) *why = read_watch(contact, given->watched, at + 8 * (3 * n + g + 1));
-    if (contact && given->watched && *why) {
-        hs_contact_free(contact);
-        contact = NULL;
-    }
-    if (contact && like && !like->load == !contact->load && like->count == contact->count && like->groups == contact->groups &&
-        memcmp(like->gap, contact->gap, 8 * n) == 0 && memcmp(like->weight, contact->weight, 8 * n) == 0 &&
-        memcmp(like->order, contact->order, 8 * n) == 0 && memcmp(like->first, contact->first, 8 * (g + 1)) == 0 &&
-        memcmp(&like->units, &contact->units, sizeof like->units) == 0 && like->datum == contact->datum &&
-        like->watched == contact->watched &&
-        (!like->watched || memcmp(like->watch, contact->watch, 8 * (size_t)like->watched) == 0)) {
-        hs_contact_free(contact);
-        contact = hs_contact_held(like);
-    }
-    free(gap);
-    free(group);
     free(order);
+    if (contact && (*why || (like && hs_contact_alike(like, contact)))) {
+        hs_contact_free(contact);
+        contact = *why ? NULL : hs_contact_held(like);
+    }
     return contact;
 }
 
@@ -355,7 +339,7 @@ static int has_those_of(const hs_memory *memory, const hs_memory *like) {
 static const char *check_bytes(const unsigned char *bytes, size_t size, head *given) {
     if (size < sizeof *given + sizeof(uint64_t) || memcmp(bytes, magic, sizeof magic) != 0)
         return "the bytes are no saved memory";
-    take(bytes, given, sizeof *given);
+    memcpy(given, bytes, sizeof *given);
     if (given->order != 1) return "the bytes were written on a machine of another byte order";
     if (given->format != FORMAT) return "the memory was saved in a format of another version";
     int64_t most = (int64_t)(size / 8), what = given->what & ~(int64_t)SLIDES;
@@ -370,7 +354,7 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
         if (!isfinite(given->together[k]) || (!(given->what & EVOLVES) && given->together[k] != 0.0))
             return "a sum over all asperities is not what they have become";
     uint64_t sum;
-    take(bytes + size - sizeof sum, &sum, sizeof sum);
+    memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
     return sum != hs_digest(0, bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;
 }
 
@@ -389,7 +373,7 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     int64_t deepest = 0, vertices = 0;
     for (size_t index = 0; index < g; ++index) {
         int64_t depth;
-        take(depths + 8 * index, &depth, 8);
+        memcpy(&depth, depths + 8 * index, 8);
         if (depth < 0 || depth > given.vertices - vertices) deepest = -1;
         if (deepest < 0) break;
         vertices += depth;
@@ -403,47 +387,22 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     }
     hs_contact_free(contact);
     if (!found) return HS_NOT_A_STATE;
-    found->approach = given.now[0];
-    found->displacement = given.now[1];
-    found->normal_load = given.now[2];
-    found->tangential_load = given.now[3];
-    found->dissipated = given.now[4];
-    found->excess = given.now[5];
+    memcpy(&found->approach, given.now, sizeof given.now);
     found->identity = given.identity;
-    found->slid_labels[0] = found->slid_labels[1] = 0.0;
-    found->lost_slides = 0;
-    hs_set_clock(found, NAN);
     found->normal_control = (int32_t)given.normal_control;
     found->tangential_control = (int32_t)given.tangential_control;
-    at = take(at, found->friction, 8 * g);
-    at = take(at, found->each, 8 * n);
-    at = take(at, found->depth, 8 * g);
-    for (size_t index = 0; index < g; ++index)
-        at = take(at, found->vertices + index * (size_t)found->capacity,
-                  (size_t)found->depth[index] * sizeof(hs_vertex));
-    if (found->evolved) {
-        at = take(at, found->evolved->summit_height, hs_evolved_arrays((given.what & YIELDS) != 0) * 8 * n);
-        found->evolved->slid_together = given.together[0];
-        found->evolved->erased_memories = given.together[1];
-        found->evolved->erased_energy = given.together[2];
+    /* times are noted in a place of their own */
+    int slides = (given.what & SLIDES) != 0, status = slides ? hs_slides_assign(found, NULL) : (int)HS_OK;
+    if (status == HS_OK) pass_arrays(found, (unsigned char *)at, 0);
+    if (status == HS_OK && slides) status = hs_slides_assign(found, found->slides->time);
+    if (status != HS_OK) {
+        hs_memory_free(found);
+        *why = "there is not enough memory";
+        return HS_NOT_A_STATE;
     }
-    if (given.what & SLIDES) {
-        size_t slides = 8 * (given.watched ? (size_t)given.watched : n);
-        double *time = (double *)malloc(slides);
-        int status = time ? HS_OK : HS_OUT_OF_MEMORY;
-        if (time) at = take(at, time, slides);
-        if (status == HS_OK) status = hs_slides_assign(found, time);
-        free(time);
-        if (status != HS_OK) {
-            hs_memory_free(found);
-            *why = "there is not enough memory";
-            return HS_NOT_A_STATE;
-        }
-    }
-    at = take(at, found->steep, g);
-    if (found->evolved) take(at, found->evolved->given, n);
+    if (found->evolved) memcpy(&found->evolved->slid_together, given.together, sizeof given.together);
     if (given.what & YIELDS) hs_sum_yielded(found->evolved, given.count);
-    int status = HS_NOT_A_STATE;
+    status = HS_NOT_A_STATE;
     *why = hs_memory_check(found);
     if (!*why && like && !hs_belongs(found, like)) {
         *why = "the state is of another contact";

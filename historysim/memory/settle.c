@@ -101,14 +101,13 @@ static double next_cut(const walk *w, double share, double end) {
 }
 
 /* Carry a copy of a memory from one share of the path to another, in so many chords from cut to cut. */
-static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords,
-                     hs_refusal *refusal) {
+static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double before, double share, int chords) {
     if (w->wears || w->yields) hs_contact_assign(memory->contact, start->contact);
     int status = hs_memory_assign(memory, start);
     for (double here = before; here < share && status == HS_OK;) {
         double next = next_cut(w, here, share);
         for (int k = 1; k <= chords && status == HS_OK; ++k, --w->left) {
-            status = hs_chord(w, memory, k == chords ? next : here + (next - here) * ((double)k / chords), refusal);
+            status = hs_chord(w, memory, k == chords ? next : here + (next - here) * ((double)k / chords));
             if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
         }
         here = next;
@@ -123,33 +122,32 @@ static void swap(hs_memory *one, hs_memory *other) {
 }
 
 static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                       int fewest, hs_refusal *refusal);
+                       int fewest);
 
 /* The same where walks settle slowly, as what happens does so close to one place: each half by itself, to a part
  * of what is tolerated, for their errors add up. */
-static int settle_halves(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                         hs_refusal *refusal) {
+static int settle_halves(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share) {
     double middle = 0.5 * (before + share), tolerated = w->tolerated;
     w->tolerated = PART_OF_HALVES;
     for (int k = 0; k < SIZES; ++k) w->whole[k] = hs_most(w->whole[k], w->size[k]);
-    int status = settle_from(w, memory, coarse, fine, before, middle, FEW_CHORDS, refusal);
-    if (status == HS_OK) status = settle_from(w, memory, coarse, fine, middle, share, FEW_CHORDS, refusal);
+    int status = settle_from(w, memory, coarse, fine, before, middle, FEW_CHORDS);
+    if (status == HS_OK) status = settle_from(w, memory, coarse, fine, middle, share, FEW_CHORDS);
     w->tolerated = tolerated;
     return status;
 }
 
 /* Carry the first of three memories from one share of the path to another, in so many chords from cut to cut or more. */
 static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                       int fewest, hs_refusal *refusal) {
+                       int fewest) {
     double last = HUGE_VAL;
-    int status = in_chords(w, memory, coarse, before, share, fewest, refusal);
+    int status = in_chords(w, memory, coarse, before, share, fewest);
     for (int chords = 2 * fewest; status == HS_OK; chords *= 2) {
-        status = in_chords(w, memory, fine, before, share, chords, refusal);
+        status = in_chords(w, memory, fine, before, share, chords);
         if (status != HS_OK) break;
         double now = distance_to_settled(w, memory, coarse, fine) / w->tolerated;
         if (now <= CLOSE || (now <= 1.0 && last <= 1.0) || w->left <= 0 || chords >= MOST_CHORDS) break;
         if (now > SLOW * last && share - before > SHORTEST)
-            return settle_halves(w, memory, coarse, fine, before, share, refusal);
+            return settle_halves(w, memory, coarse, fine, before, share);
         last = now;
         swap(coarse, fine);
     }
@@ -159,8 +157,7 @@ static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory 
     return HS_OK;
 }
 
-int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                  hs_refusal *refusal) {
+int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share) {
     const route *c = &w->course;
     double touch = memory->contact->sorted_gap[0];
     /* a gap is crossed without load, before the ramp begins */
@@ -173,7 +170,7 @@ int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory
     w->left = 2 * MOST_CHORDS;
     w->tolerated = 1.0;
     memset(w->whole, 0, sizeof w->whole);
-    return settle_from(w, memory, coarse, fine, before, share, pieces < fewest ? fewest / pieces : 1, refusal);
+    return settle_from(w, memory, coarse, fine, before, share, pieces < fewest ? fewest / pieces : 1);
 }
 
 /* How many asperities have slid as a whole. */
@@ -181,21 +178,19 @@ static int64_t have_slid(const hs_memory *memory) { return memory->slides ? memo
 
 /* Carry a memory from one share of the path to another in chords, of which those are cut once more on which asperities first slide:
  * within one, nothing is known of how its end is reached. */
-static int time_slides(walk *w, hs_memory *memory, double before, double share, int chords, int64_t *left,
-                       hs_refusal *refusal) {
+static int time_slides(walk *w, hs_memory *memory, double before, double share, int chords, int64_t *left) {
     int status = HS_OK;
     for (double here = before; here < share && status == HS_OK;) {
         double piece = here, next = next_cut(w, here, share);
         for (int k = 1; k <= chords && status == HS_OK; ++k) {
             double end = k == chords ? next : piece + (next - piece) * ((double)k / chords);
-            hs_memory *start = hs_memory_copy(memory);
+            hs_memory *start = hs_copy_to_change(w, memory);
             if (!start) return HS_OUT_OF_MEMORY;
-            if (w->wears || w->yields) status = hs_own_contact(start);
-            if (status == HS_OK) status = hs_chord(w, memory, end, refusal);
+            status = hs_chord(w, memory, end);
             if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
             if (status == HS_OK && have_slid(memory) > have_slid(start) && *left > 0 && end - here > SHORTEST_TIMED) {
                 *left -= CUTS_OF_CHORD;
-                status = time_slides(w, start, here, end, CUTS_OF_CHORD, left, refusal);
+                status = time_slides(w, start, here, end, CUTS_OF_CHORD, left);
                 swap(memory, start);
             }
             hs_memory_free(start);
@@ -206,27 +201,19 @@ static int time_slides(walk *w, hs_memory *memory, double before, double share, 
     return status;
 }
 
-int hs_settle_timed(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
-                        hs_refusal *refusal) {
+int hs_settle_timed(walk *w, hs_memory *memory, double before, double share) {
     int64_t slid = have_slid(memory), count = memory->contact->count;
-    hs_memory *start = NULL;
-    int status = HS_OK, chords = (int)(CHORDS_OF_PATH * (share - before)) + 1;
-    if (hs_is_timed(memory) && slid < count) {
-        start = hs_memory_copy(memory);
-        if (!start) return HS_OUT_OF_MEMORY;
-        if (w->wears || w->yields) status = hs_own_contact(start);
-    }
-    if (status == HS_OK) status = hs_settle_in_chords(w, memory, coarse, fine, before, share, refusal);
+    int timed = hs_is_timed(memory) && slid < count, chords = (int)(CHORDS_OF_PATH * (share - before)) + 1;
+    hs_memory *start = timed ? hs_copy_to_change(w, memory) : NULL, *known = NULL;
+    if (timed && !start) return HS_OUT_OF_MEMORY;
+    int status = hs_settle_in_chords(w, memory, w->spare[0], w->spare[1], before, share);
     if (status == HS_OK && start && have_slid(memory) > slid) {
-        hs_memory *known = hs_memory_copy(start);
-        int64_t left = MOST_TIMED / memory->contact->count;
-        if (left > MOST_CHORDS_TIMED) left = MOST_CHORDS_TIMED;
-        status = known ? HS_OK : HS_OUT_OF_MEMORY;
-        if (status == HS_OK && (w->wears || w->yields)) status = hs_own_contact(known);
-        if (status == HS_OK) status = time_slides(w, known, before, share, chords, &left, refusal);
+        int64_t left = MOST_TIMED / count < MOST_CHORDS_TIMED ? MOST_TIMED / count : MOST_CHORDS_TIMED;
+        known = hs_copy_to_change(w, start);
+        status = known ? time_slides(w, known, before, share, chords, &left) : (int)HS_OUT_OF_MEMORY;
         if (status == HS_OK) status = hs_slides_replace(memory, start, known);
-        hs_memory_free(known);
     }
+    hs_memory_free(known);
     hs_memory_free(start);
     return status;
 }

@@ -27,13 +27,11 @@ void hs_slides_let_go(struct hs_slides *slides) {
     if (slides && __atomic_sub_fetch(&slides->references, 1, __ATOMIC_ACQ_REL) == 0) free(slides);
 }
 
-static int64_t watched(const hs_contact *contact) { return contact->watched ? contact->watched : contact->count; }
-
 /* Have times that no other memory shares; NULL where there is no memory for them. */
 static struct hs_slides *own_slides(hs_memory *memory) {
     struct hs_slides *shared = memory->slides;
     if (shared && __atomic_load_n(&shared->references, __ATOMIC_ACQUIRE) == 1) return shared;
-    size_t count = (size_t)watched(memory->contact);
+    size_t count = (size_t)hs_watched(memory->contact);
     struct hs_slides *own = (struct hs_slides *)malloc(sizeof *own + count * (sizeof(double) + 1));
     if (!own) {
         memory->lost_slides = 1;
@@ -49,7 +47,7 @@ static struct hs_slides *own_slides(hs_memory *memory) {
 }
 
 void hs_slide_times(const hs_memory *memory, double *time) {
-    int64_t count = watched(memory->contact);
+    int64_t count = hs_watched(memory->contact);
     if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
     for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
 }
@@ -64,7 +62,7 @@ int hs_slides_assign(hs_memory *memory, const double *time) {
     struct hs_slides *own = own_slides(memory);
     if (!own) return HS_OUT_OF_MEMORY;
     own->number = 0;
-    for (int64_t i = 0; i < watched(memory->contact); ++i) {
+    for (int64_t i = 0; time && i < hs_watched(memory->contact); ++i) {
         own->time[i] = time[i];
         own->number += own->has[i] = (uint8_t)!isnan(time[i]);
     }

@@ -17,8 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Array
-from historysim.basics.files import own_file, replacing, sync_file, sync_folder
-from historysim.basics.lock import WriterLock
+from historysim.basics.files import WriterLock, own_file, replacing, sync_file, sync_folder
 from historysim.errors import InputError
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows

@@ -142,6 +142,7 @@ def _opened(path: Path) -> "Iterator[xr.Dataset]":
 
     check_named(path)
     try:
+        # elapsed time in s is no date
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error

@@ -205,6 +205,7 @@ def _is_first(dimension: str, dataset: xr.Dataset) -> bool:
 
 def _append_rows(path: Path, dataset: xr.Dataset, along: str) -> None:
     """Write the rows of all variables along a dimension, block by block."""
+    # xarray would hold each variable in memory as a whole
     with netCDF4.Dataset(path, "a") as file:
         for name, variable in dataset.variables.items():
             if along not in variable.dims:

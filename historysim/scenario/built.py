@@ -1,4 +1,4 @@
-"""A scenario built: its sections read once into the surface, the ensemble and the events that everything else takes."""
+"""A scenario built: its sections made once into the surface, the ensemble and the events of a replay."""
 
 import math
 from collections.abc import Sequence
@@ -7,35 +7,33 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, silent
+from historysim.asperities.ensemble import Ensemble
+from historysim.basics.notices import Notify
 from historysim.basics.places import at, misfit
-from historysim.basics.wording import counted, shown
+from historysim.contact import hertz
 from historysim.errors import InputError
 from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
+from historysim.replaying import Replay
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Coefficients, Sections
 from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
-    from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.laws import FrictionLaw
+    from historysim.contact.materials import MaterialPair
     from historysim.loads.schedule import Cursor
-    from historysim.replaying import Replay
     from historysim.surfaces.summits import Summits
 
 
 WALKED_AT_ONCE = 256
-"""Event times that are walked before it is looked at the clock."""
+"""Event times between two looks at the clock."""
 
 
 class _EndedError(Exception):
-    """The time for a walk is over."""
-
-    def __init__(self, time: float) -> None:
-        super().__init__(time)
-        self.time = time
+    """The seconds of a walk are over; its argument is the time [s] of the last event."""
 
 
 @attrs.frozen
@@ -47,40 +45,41 @@ class BuiltScenario:
     """The file's, as messages call it."""
     surface: BuiltSurface
     """As it is loaded."""
-    ensemble: "Ensemble"
+    ensemble: Ensemble
     events: Sequence[Event] = attrs.field(converter=as_events)
     """In time order; each fits the number of asperities."""
 
-    @property
-    def replay(self) -> "Replay":
-        """The replay of the events on the ensemble, as the scenario says."""
-        from historysim.replaying import Replay
+    def __attrs_post_init__(self) -> None:
+        """Check that the events and the recorded indices fit the number of asperities."""
+        record = self.sections.record.asperities
+        with reported(self.name), at("record", "asperities"):
+            if not isinstance(record, str):
+                chosen_asperities(self.ensemble, (), record)
+        for event in self.events if loads_of(self.events) is None else ():
+            if problem := event.problem(len(self.ensemble)):
+                raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
 
-        loading, record = self.sections.loading, self.sections.record.asperities
+    @property
+    def replay(self) -> Replay:
+        """The replay of the events on the ensemble, as the scenario says."""
+        sections = self.sections
         return Replay(
             self.ensemble,
             self.events,
-            substeps=loading.substeps,
-            saturate=loading.saturate,
-            record=record,
-            instrument=self.sections.instrument,
+            substeps=sections.loading.substeps,
+            saturate=sections.loading.saturate,
+            record=sections.record.asperities,
+            instrument=sections.instrument,
         )
 
     def walk(self, seconds: float) -> float | None:
-        """Walk the loads without recording anything, for as long as that takes or is allowed.
+        """Walk the loads for some seconds, recording nothing; errors as for `Replay`.
 
         Returns
         -------
         float or None
             The time of the last event that was reached [s], where that was not all of them.
-
-        Raises
-        ------
-        LoadError, InputError
-            See `Replay`.
         """
-        from historysim.recording.recorder import StateOnly
-
         end = monotonic() + seconds
 
         def look(cursor: "Cursor", _: object) -> None:
@@ -93,21 +92,18 @@ class BuiltScenario:
         try:
             job.walk(job.recorder(StateOnly), most_rows=rows, after=look)
         except _EndedError as ended:
-            return ended.time
+            return float(ended.args[0])
         return None
 
     def adhering(self) -> "AdheringAsperities | None":
         """Return how adhesive the asperities are where they are pressed most.
 
-        None without ``[adhesion]``, or where nothing touches.
-
-        Raises InputError: an ``[adhesion]`` that cannot be used; the message names the field.
+        None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
         adhesion = self.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
-        from historysim.recording.recorder import largest_approach
 
         with reported(self.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
@@ -120,36 +116,32 @@ class BuiltScenario:
 
 
 def build(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
+    sections: Sections,
+    name: str,
+    pair: "MaterialPair",
+    surface: BuiltSurface,
+    events: Sequence[Event],
+    *,
+    notify: Notify,
 ) -> BuiltScenario:
-    """Build a scenario from its sections, the surface as it comes, and its events.
-
-    Raises InputError: what cannot be used, or an event that does not fit the number of asperities; the message names
-    file and field.
-    """
+    """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
-    surface = as_loaded(sections, name, surface, events, notify)
-    ensemble = ensemble_on(sections, name, surface)
-    for event in events if loads_of(events) is None else ():
-        if problem := event.problem(len(ensemble)):
-            raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+    surface = _as_loaded(name, pair, surface, events, notify)
+    ensemble = ensemble_on(sections, name, pair, surface)
     return BuiltScenario(sections, name, surface, ensemble, events)
 
 
-def as_loaded(
-    sections: Sections, name: str, surface: BuiltSurface, events: Sequence[Event], notify: Notify = silent
+def _as_loaded(
+    name: str, pair: "MaterialPair", surface: BuiltSurface, events: Sequence[Event], notify: Notify
 ) -> BuiltSurface:
-    """Return a surface with what depends on the largest load; what is to be known of that is told.
+    """Return a surface with what depends on the largest load.
 
-    That is the normal contact of a map whose asperities press on one another, and the nominal area of one that lies on
-    a ball: that of the smooth ball under that load, after Hertz. Any other surface is returned as it is.
-
-    Raises InputError: a map that cannot be solved, or nothing ever touches.
+    That is the normal contact of a map with interaction, and the nominal area of one that lies on
+    a ball: that of the smooth ball under that load, after Hertz.
     """
     if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
         return surface
-    modulus = sections.materials.pair().contact_modulus
-    largest_load = max([0.0, *values_of(events, NormalLoad)]) / modulus
+    largest_load = max([0.0, *values_of(events, NormalLoad)]) / pair.contact_modulus
     largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
         surface = attrs.evolve(surface, summits=_on_ball(surface, largest_load, largest_approach))
@@ -166,18 +158,9 @@ def as_loaded(
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemble":
-    """Return the ensemble on a surface as it is loaded.
-
-    Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
-    """
-    from historysim.asperities.ensemble import Ensemble
-
+def ensemble_on(sections: Sections, name: str, pair: "MaterialPair", surface: BuiltSurface) -> Ensemble:
+    """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
     with reported(name):
-        pair = sections.materials.pair()
-        if sections.adhesion and sections.adhesion.work_of_adhesion is not None:
-            with at("adhesion"):
-                pair = pair.with_work_of_adhesion(sections.adhesion.work_of_adhesion)
         friction = _friction(sections, in_surface=surface.friction is not None)
         coefficients: Any = surface.friction if friction is None else friction
         if surface.curve is not None or surface.solutions is not None:
@@ -189,57 +172,40 @@ def ensemble_on(sections: Sections, name: str, surface: BuiltSurface) -> "Ensemb
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                evolving = {
-                    "wear": sections.wear,
-                    "follow_sliding": sections.record.sliding,
-                    "yielding": surface.yielding,
-                }
-                ensemble = Ensemble.from_summits(pair, surface.summits, coefficients, **evolving)
-        _check_record(sections.record.asperities, len(ensemble))
+                ensemble = Ensemble.from_summits(
+                    pair,
+                    surface.summits,
+                    coefficients,
+                    wear=sections.wear,
+                    follow_sliding=sections.record.sliding,
+                    yielding=surface.yielding,
+                )
     return ensemble
 
 
 def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, ...] | FrictionLaw | None":
     friction = sections.friction
-    if in_surface == (friction is not None):
-        problem = (
-            "given both here and in surface.columns; expected one of them"
-            if in_surface
-            else "missing; expected [friction] with a coefficient, or surface.columns.friction"
-        )
-        raise misfit(problem, "friction")
+    if friction is None and not in_surface:
+        raise misfit("missing; expected [friction] with a coefficient, or surface.columns.friction", "friction")
+    if friction is not None and in_surface:
+        raise misfit("given both here and in surface.columns; expected one of them", "friction")
     return friction.coefficient if isinstance(friction, Coefficients) else friction
 
 
 def _check_steady(sections: Sections) -> None:
-    """Check that nothing is asked for that patches of a normal curve cannot do."""
+    """Check that no key asks for what patches of a normal curve cannot do."""
     asked = {
         ("wear",): sections.wear is not None,
         ("record", "sliding"): sections.record.sliding,
         ("friction", "law"): not isinstance(sections.friction, Coefficients | None),
     }
-    for place, is_asked in asked.items():
-        if is_asked:
-            problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
-            raise misfit(problem, *place)
-
-
-def _check_record(record: str | tuple[int, ...], count: int) -> None:
-    if isinstance(record, str):
-        return
-    if not record or len(set(record)) < len(record):
-        raise misfit("expected one or more indices, each of them once", "record", "asperities")
-    for position, index in enumerate(record):
-        if not 0 <= index < count:
-            asperities = counted(count, "asperity", "asperities")
-            problem = f"{shown(index)}; expected an index from 0 to {count - 1}, since the surface has {asperities}"
-            raise misfit(problem, "record", "asperities", position)
+    for place in (key for key, is_asked in asked.items() if is_asked):
+        problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
+        raise misfit(problem, *place)
 
 
 def _on_ball(surface: BuiltSurface, load: float, approach: float) -> "Summits | None":
     """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at an approach [m]."""
-    from historysim.contact import hertz
-
     radius = surface.ball_radius or 0.0
     pressed = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
     area = math.pi * radius * max(pressed, approach)

@@ -25,12 +25,12 @@ class NumbersFile(Format):
 
     @property
     def files(self) -> tuple[str, ...]:
-        """The paths, as they are given."""
+        """The paths in the scenario."""
         return self.file if isinstance(self.file, tuple) else (self.file,)
 
     @property
     def name(self) -> str:
-        """What a message calls it."""
+        """The names of its files, for messages."""
         return ", ".join(Path(file).name for file in self.files)
 
     def table(
@@ -41,35 +41,26 @@ class NumbersFile(Format):
         *,
         missing: bool = False,
     ) -> Table:
-        """Return columns of it, as `historysim.tables.read_table` does; its path is relative to the folder."""
-        tables = [self._table(folder / file, columns, units, missing=missing) for file in self.files]
+        """Return its columns, in their units, by `read_table`; its path is relative to the folder."""
+        tables = []
+        for path in (folder / file for file in self.files):
+            if not is_file(path):
+                problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
+                raise misfit(f"{path.name}: {problem}", "file")
+            try:
+                tables.append(read_table(path, columns, units, self, missing=missing))
+            except InputError as error:
+                # an error of no key belongs to the file
+                error.place = error.place or ("file",)
+                raise
         if len(tables) == 1:
             return tables[0]
-        several = [_of_file(table, file) for table, file in zip(tables, self.files, strict=True)]
         with at("file"):
-            return join_tables(several)
-
-    def _table(
-        self,
-        path: Path,
-        columns: Mapping[str, Column],
-        units: Mapping[str, str | tuple[str, ...]],
-        *,
-        missing: bool,
-    ) -> Table:
-        if not is_file(path):
-            problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
-            raise misfit(f"{path.name}: {problem}", "file")
-        try:
-            return read_table(path, columns, units, self, missing=missing)
-        except InputError as error:
-            # what is wrong with no value of the scenario is wrong with the file
-            error.place = error.place or ("file",)
-            raise
+            return join_tables([_of_file(table, file) for table, file in zip(tables, self.files, strict=True)])
 
 
 def _of_file(table: Table, file: str) -> Table:
-    """Return a table whose parts and notices name its file, and not its lines, which others have, too."""
+    """Return a table whose parts and notices name its file, without line numbers, which other files have, too."""
     name = Path(file).name
     parts = tuple(attrs.evolve(part, label=f"{name}: {part.label}") for part in table.parts)
     notices = tuple(f"{name}: {notice}" for notice in table.notices)
@@ -90,7 +81,7 @@ def column_from_toml(value: object, _: object = Column) -> Column:
 
 
 def column_hooks(converter: Converter) -> None:
-    """Teach a converter columns, and that white space counts in what says how a file is written."""
+    """Let a converter structure columns, and keys of a format, in which white space counts."""
     converter.register_structure_hook(Column, column_from_toml)
     converter.register_structure_hook_factory(
         lambda kind: isinstance(kind, type) and issubclass(kind, Format), _format_hook
@@ -99,7 +90,6 @@ def column_hooks(converter: Converter) -> None:
 
 def _format_hook(kind: type, converter: Converter) -> Callable[[object, object], object]:
     as_it_stands = override(struct_hook=_characters)
-    # sections of other formats name one file, as a text
     files = {"file": override(struct_hook=_files)} if issubclass(kind, NumbersFile) else {}
     as_given = override(struct_hook=_as_given)
     if "run" in {field.name for field in attrs.fields(kind)}:
@@ -125,11 +115,11 @@ def _files(value: object, _: object) -> str | tuple[str, ...]:
 
 
 def _as_given(value: object, _: object) -> object:
-    """Take a key that may be of several kinds, which its class checks."""
+    """Return the value of a key that may be of several kinds, which its class checks."""
     return tuple(value) if isinstance(value, list) else value
 
 
 def _characters(value: object, _: object) -> str:
     if not isinstance(value, str):
-        raise InputError(f"{shown(value)}; expected a text")
+        raise InputError(f"{shown(value)}; expected a string")
     return value

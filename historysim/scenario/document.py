@@ -19,28 +19,16 @@ from historysim.errors import InputError
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
-from historysim.scenario.schema import kind_from_toml, schema_converter, table
+from historysim.scenario.schema import from_table, kind_from_toml, schema_converter, table
 from historysim.scenario.sections import RECORDS, MaterialEntry, Pictures, Sections, material_from_toml
-from historysim.scenario.surface_kinds import CHANGES, SURFACES, SurfaceKind
+from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
 
 DEEPEST = 20
 """Sums within sums that are followed."""
 
 
 def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[str, Sections]:
-    """Return what stands in a file, and what that means.
-
-    Parameters
-    ----------
-    path : Path
-    values : dict, optional
-        Values that take the place of those in the file, by key: ``{"friction.coefficient": 0.3}``.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read or is not TOML, or fields that cannot be used, each with its place.
-    """
+    """Return the TOML of a file, with ``values`` in place of its own, and its sections; errors as for `load`."""
     source = _source(path)
     document = parsed(source)
     if not document:
@@ -51,10 +39,7 @@ def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[
 
 
 def parsed(source: str) -> dict[str, Any]:
-    """Return what a text holds.
-
-    Raises InputError: what is not TOML, or nested too deeply.
-    """
+    """Return the tables of TOML; what is none, or nested too deeply, is an InputError."""
     parts = most("KEY_PARTS")
     if match := re.search(rf"(?<!{_PART})(?:{_PART}++\s*+\.\s*+){{{parts}}}", source):
         line = source.count("\n", 0, match.start()) + 1
@@ -81,12 +66,12 @@ _PART = r"""[^\s.=\[\]{},#]"""
 
 
 def pictures_of(document: Mapping[str, Any]) -> Pictures:
-    """Return the pictures of a scenario alone, which a result draws; errors as for `sections_of`."""
+    """Return the pictures alone of the tables of a scenario, which a result draws; errors as for `sections_of`."""
     return _converter().structure(document.get("picture", []), Pictures)
 
 
 def sections_of(document: Mapping[str, Any]) -> Sections:
-    """Return what the tables of a scenario mean; fields that cannot be used are errors of cattrs, see `reported`."""
+    """Return the sections of the tables of a scenario; fields that cannot be used are errors of cattrs."""
     return _converter().structure(document, Sections)
 
 
@@ -111,10 +96,7 @@ def _is_base(kind: object) -> bool:
 
 
 def _surface_from_toml(converter: Converter, value: object, base: Any) -> SurfaceKind:  # noqa: ANN401 - a class
-    """Return the surface of a table, of which ``kind`` names the class, among the subclasses of another.
-
-    Raises InputError: an unknown kind, keys that do not fit it, or sums within sums without end.
-    """
+    """Return the surface of a table; a part of a sum is one of the subclasses of ``base``."""
     entry = dict(table(value))
     if base is not SurfaceKind:
         for key in {"rule", "prune", "ball_radius"} & entry.keys():
@@ -126,13 +108,14 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
         level, depth = [part for each in level for part in _parts(each)], depth + 1
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    keys = {key: entry.pop(key) for key in CHANGES if key in entry}
-    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    if not keys:
-        return surface
-    from historysim.scenario.surface_kinds.changes import changed
+    from historysim.scenario.surface_kinds.changes import ChangedSurface
 
-    return changed(surface, keys, converter)
+    own = attrs.fields_dict(ChangedSurface).keys() - {"of"}
+    keys = {key: entry.pop(key) for key in sorted(own & entry.keys())}
+    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
+    if keys:
+        surface = from_table(ChangedSurface, {"of": surface, **keys}, converter, "of")
+    return surface
 
 
 def _parts(entry: object) -> list[object]:
@@ -158,10 +141,10 @@ def _record(converter: Converter, value: object, _: object) -> str | tuple[int, 
 
 def _source(path: Path) -> str:
     expected = "expected a scenario file (TOML)"
-    came = what_is_there(path)
-    if came.startswith("is "):
-        raise InputError(f"{came}; {expected}")
-    if not came and (size := path.stat().st_size) > most("SCENARIO_BYTES"):
+    kind = what_is_there(path)
+    if kind.startswith("is "):
+        raise InputError(f"{kind}; {expected}")
+    if not kind and (size := path.stat().st_size) > most("SCENARIO_BYTES"):
         raise InputError(f"has {size:,} bytes; {at_most('SCENARIO_BYTES')}; put long tables into a file beside it")
     try:
         return path.read_bytes().decode("utf-8-sig")
@@ -170,24 +153,15 @@ def _source(path: Path) -> str:
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        came = f"is not UTF-8 text ({error.reason} at byte {error.start})"
-        if path.suffix != ".toml":
-            came = kind_text(path) or came
-        raise InputError(f"{came}; {expected}") from error
+        known = "" if path.suffix == ".toml" else kind_text(path)
+        problem = known or f"is not UTF-8 text ({error.reason} at byte {error.start})"
+        raise InputError(f"{problem}; {expected}") from error
     except ValueError as error:
         raise InputError(f"cannot be a path: {error}") from error
 
 
 def files_of(section: Any, folder: Path) -> Iterator[Path]:  # noqa: ANN401 - a section, or what TOML holds
-    """Yield the files that a section of a scenario names, or its document, in it and in what stands within it.
-
-    Parameters
-    ----------
-    section : object
-        A section, or tables and arrays of TOML.
-    folder : Path
-        Where the scenario stands, to which paths are relative.
-    """
+    """Yield the files that a section of a scenario names, or tables and arrays of TOML; relative to a folder."""
     within: Iterable[tuple[Any, Any]] = ()
     if attrs.has(type(section)):
         within = attrs.asdict(section, recurse=False).items()
@@ -204,8 +178,5 @@ def files_of(section: Any, folder: Path) -> Iterator[Path]:  # noqa: ANN401 - a 
 
 
 def _names(value: object) -> Iterator[str]:
-    if isinstance(value, str):
-        yield value
-    elif isinstance(value, tuple | list):
-        for each in value:
-            yield from _names(each)
+    for each in (value,) if isinstance(value, str) else value if isinstance(value, tuple | list) else ():
+        yield from (each,) if isinstance(each, str) else _names(each)

@@ -1,4 +1,4 @@
-"""Each run of a file by itself, ``loading.run = "each"``: what is found in it, and a table with a row for each."""
+"""Each run of a file by itself, ``loading.run = "each"``: its result, and a table with a row for each."""
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Generic, TypeVar
@@ -21,20 +21,18 @@ Rows = list[tuple[str, ...]]
 
 @attrs.frozen
 class Run(Generic[Result]):
-    """One run."""
+    """One run; its result is None where it cannot be used, and ``problem`` says why."""
 
     number: int
     """From 1, or the value of its column."""
     scenario: Scenario
     """That of this run alone."""
     result: Result | None
-    """What is found in it; None where it cannot be used."""
     problem: str = ""
-    """Why it cannot."""
 
 
 def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Run[Result]]":
-    """Return what is found in each run of a scenario's file; a run that cannot be used does not keep others from it.
+    """Return the result of ``find`` for each run of a scenario's file.
 
     Raises InputError: a file that cannot be used, or none of its runs.
     """
@@ -54,23 +52,23 @@ def each_run(scenario: Scenario, find: Callable[[Scenario], Result]) -> "list[Ru
 
 def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
     """Return a table of the loops of each run; the first row is the heading."""
-    shown = [name for name in (*BRANCH_QUANTITIES, *LOOP_QUANTITIES) if not name.endswith(("_gap", "_zero_load"))]
-    labels = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
-    return _rows(
-        ("loops", *(labels[name][0] for name in shown)),
-        runs,
-        lambda loops: (str(len(loops)), *(loops.text(name, labels[name][1]) for name in shown)),
-    )
+    every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
+    labels = {name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))}
+
+    def row(loops: "Loops") -> tuple[str, ...]:
+        return (str(len(loops)), *(loops.text(name, unit) for name, (_, unit, *_) in labels.items()))
+
+    return _rows(("loops", *(text[0] for text in labels.values())), runs, row)
 
 
 def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:
     """Return a table of the friction of each run; the first row is the heading."""
+    labels = ("slides", "friction coefficient", "static peak", "steady value")
 
     def row(friction: "Sliding") -> tuple[str, ...]:
         lines = dict(friction.summary())
         return tuple(lines[label].partition(":")[0].partition(";")[0] for label in labels)
 
-    labels = ("slides", "friction coefficient", "static peak", "steady value")
     return _rows(labels, runs, row)
 
 
@@ -79,16 +77,13 @@ def fit_rows(runs: "Sequence[Run[Fit]]") -> Rows:
     names = next(list(run.result.values) for run in runs if run.result is not None)
 
     def row(fitted: "Fit") -> tuple[str, ...]:
-        values = tuple(each.text() for each in fitted.parameters)
         rms = quantity_text(fitted.comparison.left.rms, "N", 3)
-        return (*values, f"{fitted.estimates.misfit:.3g}", rms)
+        return (*(each.text() for each in fitted.parameters), f"{fitted.estimates.misfit:.3g}", rms)
 
     return _rows((*names, "misfit over noise", "rms difference"), runs, row)
 
 
 def _rows(heading: tuple[str, ...], runs: "Sequence[Run[Result]]", row: Callable[[Result], tuple[str, ...]]) -> Rows:
-    table: Rows = [("run", *heading)]
-    for run in runs:
-        cells = ("–",) * len(heading) if run.result is None else row(run.result)
-        table.append((str(run.number), *cells))
-    return table
+    missing = ("–",) * len(heading)
+    cells = [(str(run.number), *(missing if run.result is None else row(run.result))) for run in runs]
+    return [("run", *heading), *cells]

@@ -47,11 +47,10 @@ def _of_scenario(
     **options: object,
 ) -> "Drawn":
     """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
-    if asperity is not None and not adhesion:
-        raise InputError(
-            f"asperity {asperity}: of a scenario it needs adhesion, to draw the equilibria of the asperity"
-        )
-    if adhesion and asperity is not None:
+    if asperity is not None:
+        if not adhesion:
+            problem = f"asperity {asperity}: of a scenario it needs adhesion, to draw the equilibria of the asperity"
+            raise InputError(problem)
         branch = adhering_of(scenario).branch(int(asperity))
         return figure_of(branch, title=f"Equilibria of asperity {asperity} after {branch.model.label}", place=place)
     if picture is None and not adhesion and not options and (pictures := drawable(scenario)):

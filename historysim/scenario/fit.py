@@ -1,4 +1,4 @@
-"""``[fit]``: parameters of a scenario fitted to what was measured, and the scenario with what was found."""
+"""The model of a scenario beside what was measured, and ``[fit]``: its parameters fitted to that."""
 
 import os
 from collections.abc import Callable, Iterable, Mapping, MutableMapping
@@ -7,36 +7,33 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
+import tomlkit
 
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
 from historysim.basics.display import html_table
 from historysim.basics.files import replacing
+from historysim.basics.notices import progress_bar
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.basics.targets import FITTED, Output, check_outputs
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.measured.comparison import Comparison, Observation, observe, passed
+from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
-from historysim.scenario.compare import sticking_stiffness
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
-    from historysim.measured.comparison import Comparison
-    from historysim.measured.fitting import Parameter, ParameterFit
     from historysim.results.plots.canvas import Drawn, Place
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
 
 def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
-    """Return ``[fit]``, the model as a function of the parameters that are fitted, and where these start.
-
-    Raises InputError: a scenario without ``[fit]``, or with parameters that it does not have.
-    """
+    """Return ``[fit]``, the model as a function of the fitted parameters, and the values that these start from."""
     ensemble, instrument = scenario.ensemble(), scenario.instrument
     section = scenario.sections.fit
     with reported(scenario.path.name):
@@ -99,13 +96,13 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
 
 @attrs.frozen(eq=False)
 class Fit:
-    """Parameters of a scenario that were fitted to what was measured."""
+    """Parameters of a scenario, fitted to what was measured."""
 
     scenario: Scenario
     """The scenario as it was."""
-    estimates: "ParameterFit"
-    """What was found, how sure it is, and what the data cannot tell."""
-    comparison: "Comparison"
+    estimates: ParameterFit
+    """The estimates with their intervals, and what the data do not determine."""
+    comparison: Comparison
     """The fitted model beside what was measured."""
 
     def __repr__(self) -> str:
@@ -125,38 +122,67 @@ class Fit:
         return self.estimates.values
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): what was found, how sure it is, and how far the two are still apart."""
+        """Return lines of (label, text): the estimates with their intervals, and the difference that is left."""
         return [*self.estimates.summary(), *self.comparison.summary()]
 
     def scenario_text(self, output: str | Path) -> str:
-        """Return the scenario with the fitted values, as TOML that keeps its comments.
-
-        Parameters
-        ----------
-        output : path
-            The file that it is for, to which its paths are relative.
-        """
+        """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
         return fitted_text(self.scenario, self.parameters, Path(output))
 
     def write(self, output: str | Path) -> None:
-        """Write the scenario with the fitted values to a file, whole or not at all.
+        """Write the scenario with the fitted values to a file, which is replaced, whole or not at all.
 
-        Parameters
-        ----------
-        output : path
-            An existing file is replaced.
-
-        Raises
-        ------
-        InputError
-            It is a file that the scenario reads, or has another ending than .toml.
-        OSError
-            It cannot be written.
+        Raises InputError: a file that the scenario reads, or with another ending than .toml.
         """
         text = self.scenario_text(output)
         check_outputs([Output(Path(output), (FITTED,))], self.scenario.files, force=True)
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
+
+
+def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
+    """Return the model of a scenario beside what was measured: the same displacements, and the loads of both.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario with a measured loading and a tangential load to compare with.
+    skip : int
+        Loops at the start that are walked through and not compared.
+
+    Returns
+    -------
+    Comparison
+        Its loops have the dead band that the scenario says of the tangential displacement, else as for `loops`.
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used or measures no tangential load, fewer loops than are to be skipped, or loops that
+        run the wrong way round.
+    LoadError
+        A normal load that the contact cannot carry.
+
+    Examples
+    --------
+    >>> comparison = hs.compare("scenarios/15_instrument_in_series.toml")
+    >>> print(f"{np.sqrt(np.mean(comparison.difference ** 2)) * 1e6:.0f} µN")
+    171 µN
+    """
+    scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
+    measurement = scenario.measurement()
+    with reported(scenario.path.name), at("loading"):
+        observation = observe(measurement, skip=skip)
+    ensemble = scenario.ensemble()
+    response = passed(ensemble, scenario.instrument, observation)
+    return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
+
+
+def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
+    """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
+    state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
+    return float(state.tangential_stiffness)
 
 
 def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
@@ -165,7 +191,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     Parameters
     ----------
     scenario : Scenario or path
-        A scenario with ``[fit]`` whose loading is measured, with a tangential load to fit to.
+        A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
         Count the walks along the record on standard error where that is a terminal and they take long.
 
@@ -177,9 +203,6 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     LoadError
         A normal load that the contact cannot carry.
     """
-    from historysim.measured.comparison import Comparison, observe
-    from historysim.measured.fitting import fit_parameters
-
     scenario = as_scenario(scenario)
     scenario.check_steady_friction()
     measurement = scenario.measurement()
@@ -191,7 +214,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             displacement_noise=section.displacement_noise,
             load_noise=section.load_noise,
         )
-        # how many walks it takes is not known before
+        # nobody knows the number of walks before
         with progress_bar(progress, " walks", desc="fitting", delay=2) as notify:
             estimates = fit_parameters(model, start, observation, notify=notify)
     ensemble, instrument = model(estimates.values)
@@ -200,9 +223,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
-    """Return the scenario with the fitted values, as TOML that keeps its comments; paths are relative to `output`."""
-    import tomlkit
-
+    """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
     for parameter in parameters:
         if parameter.name == "friction":
@@ -210,8 +231,7 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
         elif parameter.name == "lateral_stiffness":
             _put(document["instrument"], "lateral_stiffness", parameter)
         elif parameter.name == "height_scale":
-            surface = scenario.sections.surface
-            scale = getattr(surface, "height_scale", None)
+            scale = getattr(scenario.sections.surface, "height_scale", None)
             _put(document["surface"], "height_scale", parameter, scale or 1.0)
         else:
             _put_moduli(document, scenario, parameter)
@@ -223,20 +243,16 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     return tomlkit.dumps(document)
 
 
-def _put(table: MutableMapping[str, Any], key: str, parameter: "Parameter", unit: float = 1.0) -> None:
+def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: float = 1.0) -> None:
     """Write a fitted value in its place, in front of the comment that stands there."""
-    import tomlkit
-
     value = tomlkit.float_(parameter.value * unit)
     known = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
     value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", known])))
     table[key] = value
 
 
-def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: "Parameter") -> None:
+def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: Parameter) -> None:
     """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
-    import tomlkit
-
     if "shear_modulus" not in document["materials"]:
         pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
         if adhesion is not None:

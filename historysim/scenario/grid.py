@@ -17,22 +17,14 @@ from historysim.scenario.schema import Place
 
 SPACINGS = ("linear", "logarithmic")
 _RANGE = ("from", "to", "count", "spacing")
-_QUANTITY = re.compile(r"\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?)\s*(.*)", re.DOTALL)
-
+_QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.])\s*(.*)", re.DOTALL)
+_STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)""")
 Point = dict[str, Any]
 """Values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``."""
 
 
-_STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)""")
-
-
 def place_of(key: str) -> Place:
-    """Return the place that a key names, as messages write it: ``"loading.waypoints[1].tangential_load"``.
-
-    A name that holds more than letters, digits, ``_`` and ``-`` is quoted as in TOML: ``sweep.over."surface.seed"``.
-
-    Raises InputError: a text that is no such key.
-    """
+    """Return the place of a key, such as ``loading.waypoints[1].tangential_load`` or ``sweep.over."surface.seed"``."""
     place: list[str | int] = []
     end, more = 0, "."
     while more:
@@ -49,7 +41,7 @@ def place_of(key: str) -> Place:
 
 
 def _unquoted(name: str) -> str | None:
-    """Return a name without its quotation marks; None where it is none of TOML."""
+    """Return a name without its quotation marks; None where TOML has no such name."""
     try:
         return next(iter(tomllib.loads(f"{name} = 0")))
     except tomllib.TOMLDecodeError:
@@ -57,19 +49,9 @@ def _unquoted(name: str) -> str | None:
 
 
 def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a document in which keys have other values; the one that is given stays as it is.
+    """Return a copy of a document in which keys have other values; a table that is missing on the way is made.
 
-    Parameters
-    ----------
-    document : dict
-        What stands in a TOML file.
-    values : dict
-        Values by key: ``{"friction.coefficient": 0.3}``. A table that is missing on the way is made.
-
-    Raises
-    ------
-    InputError
-        A key whose place is not there and cannot be made.
+    Raises InputError: a key with a place that is not there and cannot be made.
     """
     result: Any = dict(document)
     for key, value in values.items():
@@ -89,7 +71,7 @@ def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[
 
 
 def text_with_values(text: str, values: Mapping[str, Any]) -> str:
-    """Return the text of a scenario with other values, comments and order kept; parameters and errors as above."""
+    """Return the TOML of a scenario with other values, comments and order kept; errors as for `with_values`."""
     import tomlkit
 
     expected = with_values(tomllib.loads(text), values)
@@ -104,7 +86,7 @@ def text_with_values(text: str, values: Mapping[str, Any]) -> str:
 
 
 def _edited(text: str, values: Mapping[str, Any]) -> str:
-    """Return a text with other values in their places; where it means something else in the end, the caller sees it."""
+    """Return TOML with other values in their places."""
     import tomlkit
 
     document: Any = tomlkit.parse(text)
@@ -120,10 +102,7 @@ def _edited(text: str, values: Mapping[str, Any]) -> str:
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
-    """Return a value as TOML has it: numbers and arrays of numpy, tuples and ranges become its own.
-
-    Raises InputError: a value that a scenario cannot hold.
-    """
+    """Return a value as TOML has it; one that a scenario cannot hold is an InputError."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, tuple | list | range):
@@ -131,7 +110,7 @@ def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if not isinstance(value, str | int | float):
-        raise InputError(f"{value!r}; expected a number, a text, true or false, an array or a table")
+        raise InputError(f"{value!r}; expected a number, a string, true or false, an array or a table")
     return value
 
 
@@ -201,12 +180,12 @@ def _point(axes: Sequence[Axis], values: Sequence[Sequence[Any]]) -> Point:
 
 
 def variable_name(key: str) -> str:
-    """Return the name of a key as netCDF takes it: ``"loading_waypoints_1_tangential_load"``."""
+    """Return the name of a key in netCDF: ``"loading_waypoints_1_tangential_load"``."""
     return re.sub(r"[^A-Za-z0-9]+", "_", key).strip("_")
 
 
 def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> Grid:
-    """Return the grid that keys and their values span.
+    """Return the grid that keys and their values span; what spans none is an InputError with its place.
 
     Parameters
     ----------
@@ -216,12 +195,6 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
         tables is the same as a key with dots.
     together : sequence of sequence of str
         Keys that go through their values together, as one dimension; any other two are crossed.
-
-    Raises
-    ------
-    InputError
-        No keys, no values, a range that is none, or keys of one dimension with different numbers of values; each with
-        its place.
     """
     with at("over"):
         values: dict[str, Any] = {}
@@ -246,10 +219,7 @@ def grid_of(over: Mapping[str, Any], together: Sequence[Sequence[str]] = ()) -> 
 
 
 def expand(value: object) -> list[Any]:
-    """Return the values of an array or of a range, as `grid_of` has them.
-
-    Raises InputError: neither, or a range that is none.
-    """
+    """Return the values of an array or of a range, as `grid_of` has them; anything else is an InputError."""
     if isinstance(value, Mapping):
         return _range(value)
     if isinstance(value, str) or not isinstance(value := plain(value), list):
@@ -260,7 +230,7 @@ def expand(value: object) -> list[Any]:
 
 
 def _flat(over: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield keys with dots; a table is a range where it says from where, else it holds further keys."""
+    """Yield keys with dots; a table with ``from`` is a range, any other holds further keys."""
     for name, value in over.items():
         key = f"{above}.{name}" if above else str(name)
         if isinstance(value, Mapping) and "from" not in value:
@@ -316,28 +286,20 @@ def _range(entry: Mapping[str, Any]) -> list[Any]:
         raise misfit(f"in {other or 'no unit'}, and from in {unit or 'none'}; expected one unit for both", "to")
     if count < 2:
         raise misfit(f"{count}; expected 2 or more, from and to among them", "count")
+    if spacing == "logarithmic" and not low * high > 0:
+        raise InputError("a logarithmic range has from and to of one sign, neither of them 0")
     import numpy as np
 
-    if spacing == "logarithmic":
-        if not low * high > 0:
-            raise InputError("a logarithmic range has from and to of one sign, neither of them 0")
-        numbers = np.geomspace(low, high, count)
-    else:
-        numbers = np.linspace(low, high, count)
+    numbers = (np.geomspace if spacing == "logarithmic" else np.linspace)(low, high, count)
     return [f"{value!r} {unit}" if unit else value for value in numbers.tolist()]
 
 
 def _number(value: object) -> tuple[float, str]:
     """Return a number and its unit."""
-    if isinstance(value, int | float) and not isinstance(value, bool):
-        number, unit = float(value), ""
-    elif isinstance(value, str) and (match := _QUANTITY.fullmatch(value)):
-        try:
-            number, unit = float(match[1]), match[2].strip()
-        except ValueError:
-            raise InputError(f"{shown(value)}; expected a number, or a text with a unit") from None
-    else:
-        raise InputError(f"{shown(value)}; expected a number, or a text with a unit")
+    match = None if isinstance(value, bool) else _QUANTITY.fullmatch(str(value))
+    if match is None:
+        raise InputError(f"{shown(value)}; expected a number, or a string with a unit")
+    number, unit = float(match[1]), match[2].strip()
     if not math.isfinite(number):
         raise InputError(f"{shown(value)}; expected a finite number")
     return number, unit

@@ -1,4 +1,4 @@
-"""Everything that other packages may add to, by what it is called."""
+"""Everything that other packages may add to, by its name."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -28,19 +28,9 @@ def registries() -> Mapping[str, Registry[Any]]:
 
 
 def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, str]]:
-    """Return lines on what there is: groups with their names, the kinds of one group, or the keys of one kind.
+    """Return lines of (name, text): all groups, the kinds of one group such as ``"laws"``, or the keys of one kind.
 
-    Parameters
-    ----------
-    what : str, optional
-        A group, such as ``"laws"``.
-    name : str, optional
-        One of its kinds.
-
-    Raises
-    ------
-    InputError
-        There is no such group or kind.
+    Raises InputError: there is no such group or kind.
     """
     groups = registries()
     if what is None:
@@ -49,12 +39,12 @@ def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, s
         raise InputError(f"{what!r} is no group of kinds; {nearest(what, groups)}")
     registry = groups[what]
     if name is None:
-        return [(each, f"{about(kind)}{_whose(registry, kind)}") for each, kind in registry.items()]
+        return [(each, _line(registry, kind)) for each, kind in registry.items()]
     kind = registry.named(name)
     fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in fields_of(kind)]
-    return [(name, f"{about(kind)}{_whose(registry, kind)}"), *fields]
+    return [(name, _line(registry, kind)), *fields]
 
 
-def _whose(registry: Registry[Any], kind: type) -> str:
+def _line(registry: Registry[Any], kind: type) -> str:
     provider = registry.provider(kind)
-    return "" if provider is None else f" [{provider}]"
+    return about(kind) + ("" if provider is None else f" [{provider}]")

@@ -1,26 +1,25 @@
 """Find loops, or sliding friction, in a history, a measurement, a scenario, or a file of them."""
 
+import functools
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from functools import singledispatch
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import xarray as xr
 
+from historysim.asperities.instrument import RIGID
 from historysim.basics.places import at
 from historysim.errors import InputError
+from historysim.measured.branches import DEFAULT, Definitions
+from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.measurement import Measurement
+from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
 from historysim.results.result_files import kind_of, open_result
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import given, reported
-
-if TYPE_CHECKING:
-    from historysim.measured.branches import Definitions
-    from historysim.measured.loops import Loops
-    from historysim.measured.sliding import Over, Sliding
 
 Record = xr.Dataset | Measurement | Scenario | str | Path
 Opened = Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]
@@ -32,29 +31,28 @@ def loops(
     dead_band: float | None = None,
     skip: int = 0,
     skip_per_level: int = 0,
-    definitions: "Definitions | None" = None,
-) -> "Loops":
+    definitions: Definitions | None = None,
+) -> Loops:
     """Return the friction loops of a record, measured or simulated.
 
     Parameters
     ----------
     record : xarray.Dataset, Measurement, Scenario or path
-        A history; a measurement; a scenario (TOML) that replays one; or the file of a scenario or of a result
-        (netCDF).
+        A history; a measurement; a scenario that replays one; or the file of a scenario (TOML) or a result (netCDF).
     dead_band : float, optional
-        The smallest swing of the tangential displacement that counts as a reversal [m]; by default what a measurement
-        or its scenario says of that channel, else 5 % of the range of the displacement.
+        The smallest swing of the tangential displacement that counts as a reversal [m]; by default that of the
+        measurement or its scenario, else 5 % of the range of the displacement.
     skip : int
-        How many loops at the start are left out.
+        Loops at the start that are left out.
     skip_per_level : int
-        How many loops are left out at the start of each series at one normal load.
+        Loops that are left out at the start of each series at one normal load.
     definitions : Definitions, optional
         What is taken for sliding, for reached, and for the beginning of a branch.
 
     Raises
     ------
     InputError
-        Something else, a file that cannot be used, a record without a whole loop, or one whose loops run the wrong way
+        Something else, a file that cannot be used, a record without a whole loop, or with loops that run the wrong way
         round.
 
     Examples
@@ -63,10 +61,6 @@ def loops(
     >>> len(loops)
     8
     """
-    from historysim.asperities.instrument import RIGID
-    from historysim.measured.branches import DEFAULT
-    from historysim.measured.loops import loops_of_history, loops_of_measurement
-
     options: dict[str, Any] = {
         "dead_band": dead_band,
         "skip": skip,
@@ -82,14 +76,13 @@ def loops(
         return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 
 
-def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) -> "Sliding":
+def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> Sliding:
     """Return friction over time or distance of a record that slides one way, measured or simulated.
 
     Parameters
     ----------
-    record : xarray.Dataset, Measurement, Scenario or path
-        A history; a measurement; a scenario (TOML) that replays one; or the file of a scenario or of a result
-        (netCDF).
+    record
+        As for `loops`.
     over : {"time", "distance"}, optional
         What friction is given over; by default the distance where the displacement is known.
     windows : int
@@ -105,15 +98,13 @@ def sliding(record: "Record", *, over: "Over | None" = None, windows: int = 50) 
     InputError
         Something else, a file that cannot be used, or a record that turns back or never presses.
     """
-    from historysim.measured.sliding import sliding_of_history, sliding_of_measurement
-
     with _opened(record) as (channels, _):
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)
         return sliding_of_measurement(channels, over=over, windows=windows)
 
 
-@singledispatch
+@functools.singledispatch
 def _opened(record: object) -> AbstractContextManager[tuple[xr.Dataset | Measurement, Scenario | None]]:
     """Give a history or a measurement by the kind of record, and the scenario of a measurement."""
     raise InputError(
@@ -159,7 +150,7 @@ def _(record: str | Path) -> Opened:
 
 
 def _question(scenario: Scenario) -> str:
-    """Return the question whether the right columns were read, which names them."""
+    """Return the columns that were read, as a question whether they are right."""
     loading = scenario.measured_loading()
     channels = {**given(loading.columns), **given(loading.response)}
     used = [
@@ -170,13 +161,16 @@ def _question(scenario: Scenario) -> str:
     return f"are the columns right, {' and '.join(used)}? historysim columns {loading.files[0]} shows what there is"
 
 
-def find_loops(*args: Any, **options: Any) -> "Loops":  # noqa: ANN401 - what `loops` takes
-    """Return what `loops` does, under its earlier name, and warn."""
-    warnings.warn("hs.find_loops is called hs.loops now, as its command is", DeprecationWarning, stacklevel=2)
-    return loops(*args, **options)
+def _earlier(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function under its earlier name, which warns."""
+
+    @functools.wraps(function)
+    def called(*args: Any, **options: Any) -> Any:  # noqa: ANN401 - of the function
+        own = function.__name__
+        warnings.warn(f"hs.{name} is called hs.{own} now, as its command is", DeprecationWarning, stacklevel=2)
+        return function(*args, **options)
+
+    return called
 
 
-def find_sliding(*args: Any, **options: Any) -> "Sliding":  # noqa: ANN401 - what `sliding` takes
-    """Return what `sliding` does, under its earlier name, and warn."""
-    warnings.warn("hs.find_sliding is called hs.sliding now, as its command is", DeprecationWarning, stacklevel=2)
-    return sliding(*args, **options)
+find_loops, find_sliding = _earlier("find_loops", loops), _earlier("find_sliding", sliding)

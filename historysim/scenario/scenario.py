@@ -1,8 +1,4 @@
-"""A scenario: materials, surface, friction, loading and what to record, from one TOML file.
-
-Numbers are SI; texts may carry units. Relative paths are relative to the scenario file. The sections
-build the same objects that a program would: an ``Ensemble`` and a list of events.
-"""
+"""A scenario: materials, surface, friction, loading and what to record, from one TOML file."""
 
 import functools
 import logging
@@ -30,6 +26,7 @@ from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
+    from historysim.contact.materials import MaterialPair
     from historysim.measured.measurement import Measurement
     from historysim.replaying import Replay
     from historysim.scenario.built import BuiltScenario
@@ -40,7 +37,7 @@ logger = logging.getLogger(__name__)
 
 @attrs.frozen
 class Scenario:
-    """A scenario and the file that it came from."""
+    """A scenario and its file."""
 
     path: Path
     """The file."""
@@ -70,11 +67,6 @@ class Scenario:
         return self.sections.loading.substeps
 
     @property
-    def saturate(self) -> bool:
-        """Whether a tangential load beyond the limit is held at the limit."""
-        return self.sections.loading.saturate
-
-    @property
     def record(self) -> str | tuple[int, ...]:
         """The asperities to record: ``"touching"``, ``"all"``, ``"totals"`` or indices."""
         return self.sections.record.asperities
@@ -86,7 +78,7 @@ class Scenario:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """Who made the data, what for, under which licence (ACDD), and named states: attributes of what is written."""
+        """Attributes of what is written: who made the data, what for, under which licence (ACDD); named states."""
         from historysim.recording.provenance import named_states_attribute
 
         foreign = {"packages": ", ".join(self.packages)} if self.packages else {}
@@ -94,38 +86,29 @@ class Scenario:
 
     @property
     def packages(self) -> tuple[str, ...]:
-        """Packages of others that its surface, its loading and its laws come from, each with its version."""
+        """Packages of others that have its surface, its loading and its laws, each with its version."""
         return tuple(dict.fromkeys(_packages(self.sections)))
 
     @property
     def seeds(self) -> list[int]:
-        """The seeds of all that is drawn by chance: of the surface, in the order of the file, and of friction."""
+        """The seeds of the surface, in the order of the file, and of friction."""
         drawn = (self.sections.surface, self.sections.friction)
         return [seed for section in drawn if section is not None for seed in _seeds(section)]
 
     @property
     def document(self) -> dict[str, Any]:
-        """What stands in it, to be read only."""
+        """Its tables, to be read only."""
         return _document(self.text)
 
     def at(self, point: Mapping[str, Any]) -> "Scenario":
-        """Return it with the values of a point of a sweep, and with its text as it was.
-
-        Raises
-        ------
-        InputError
-            Fields that cannot be used, each with its key.
-        """
+        """Return it with the values of a point of a sweep, and with its text as it was; errors as for `load`."""
         with reported(self.path.name):
             return attrs.evolve(self, sections=sections_of(with_values(self.document, point)))
 
     def surface(self) -> BuiltSurface:
         """Return the surface and its summits, as they come.
 
-        Raises
-        ------
-        InputError
-            A surface that cannot be used; the message names file and field.
+        Raises InputError: a surface that cannot be used; the message names file and field.
         """
         with reported(self.path.name), at("surface"):
             built = self.sections.surface.build(self.path.parent)
@@ -135,13 +118,7 @@ class Scenario:
             return built
 
     def unprepared_surface(self) -> BuiltSurface | None:
-        """Return the surface as it comes, without filters and what else prepares a map; None where nothing does.
-
-        Raises
-        ------
-        InputError
-            As for `surface`.
-        """
+        """Return the surface without filters and what else prepares a map; None where nothing does."""
         plain = self.sections.surface.unprepared()
         with reported(self.path.name), at("surface"):
             return plain.build(self.path.parent) if plain else None
@@ -152,7 +129,7 @@ class Scenario:
         Parameters
         ----------
         notify : callable, optional
-            Takes what is to be known of how the surface was made, unless it is given, and of how a file was read.
+            Takes notices on how the surface was made, unless it is given, and on how a file was read.
         surface : BuiltSurface, optional
             What `surface` gives, where it is made already.
 
@@ -169,15 +146,12 @@ class Scenario:
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
         from historysim.scenario.built import build
 
-        return build(self.sections, self.path.name, surface, events, notify)
+        return build(self.sections, self.path.name, self._pair(), surface, events, notify=notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
 
-        Raises
-        ------
-        InputError
-            Materials, summits or friction that cannot be used; the message names file and field.
+        Raises InputError: materials, summits or friction that cannot be used; the message names file and field.
         """
         surface = self.surface()
         # events may come from a large file, and few surfaces depend on them
@@ -185,19 +159,26 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self.sections, self.path.name, surface)
+        return ensemble_on(self.sections, self.path.name, self._pair(), surface)
+
+    def _pair(self) -> "MaterialPair":
+        """Return the pair of materials, with the work of adhesion of ``[adhesion]``."""
+        adhesion = self.sections.adhesion
+        with reported(self.path.name):
+            pair = self.sections.materials.pair()
+            if adhesion is None or adhesion.work_of_adhesion is None:
+                return pair
+            with at("adhesion"):
+                return pair.with_work_of_adhesion(adhesion.work_of_adhesion)
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""
         return self.build().replay
 
     def events(self, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events, in time order; what is to be known of how a file was read is told.
+        """Return the events, in time order; ``notify`` takes notices on how a file was read.
 
-        Raises
-        ------
-        InputError
-            Loads that cannot be used; the message names file and field, or line and column.
+        Raises InputError: loads that cannot be used; the message names file and field, or line and column.
         """
         with reported(self.path.name):
             events = self.sections.loading.events(self.path.parent, notify)
@@ -214,7 +195,7 @@ class Scenario:
 
     @contextmanager
     def placed(self) -> Iterator[None]:
-        """Say of an event that cannot be carried out where it stands in the file: at a waypoint, or in which line."""
+        """Put the place of an event that cannot be carried out before its error: the waypoint, or the line."""
         try:
             yield
         except (LoadError, InputError) as error:
@@ -237,18 +218,12 @@ class Scenario:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """The file that it came from, and all that it names."""
+        """Its own file, and all that it names."""
         return self.path, *files_of(self.sections, self.path.parent)
 
     @property
     def measured_files(self) -> tuple[Path, ...]:
-        """The files that the scenario replays.
-
-        Raises
-        ------
-        InputError
-            A scenario whose loading is not measured.
-        """
+        """The files that the scenario replays; a loading that is not measured is an InputError."""
         return tuple(self.path.parent / file for file in self.measured_loading().files)
 
     def picture_data(self, kind: str) -> object:
@@ -260,10 +235,7 @@ class Scenario:
     def measurement(self) -> "Measurement":
         """Return what was measured, from the file that the scenario replays.
 
-        Raises
-        ------
-        InputError
-            A scenario whose loading is not measured, or a file that cannot be used.
+        Raises InputError: a loading that is not measured, or a file that cannot be used.
         """
         loading = self.measured_loading()
         with reported(self.path.name):
@@ -271,17 +243,14 @@ class Scenario:
 
     @property
     def run(self) -> int | str | None:
-        """Which run of its file is read, or ``"each"``; None where that is not said."""
+        """Which run of its file is read, or ``"each"``; None where that is open."""
         run: int | str | None = getattr(self.sections.loading, "run", None)
         return run
 
     def runs(self) -> "list[Scenario]":
         """Return a scenario for each run of its file; itself alone, unless ``loading.run`` is ``"each"``.
 
-        Raises
-        ------
-        InputError
-            A scenario whose loading is not measured, or a file that cannot be used.
+        Raises InputError: as for `measurement`.
         """
         from historysim.scenario.loading_kinds.assembly import runs_of
         from historysim.scenario.loading_kinds.measured import EACH
@@ -297,18 +266,10 @@ class Scenario:
         ]
 
     def check_steady_friction(self) -> None:
-        """Check that friction has no course, along which a record is not compared.
-
-        Raises
-        ------
-        InputError
-            It has one.
-        """
+        """Check that friction has no course, along which a record is not compared; one is an InputError."""
         with reported(self.path.name):
             if self.sections.course is not None:
-                problem = (
-                    "a record is compared with, and fitted by, one coefficient throughout; expected none, or run it"
-                )
+                problem = "a record is compared with, and fitted by, one coefficient; expected none, or run it"
                 raise misfit(problem, "friction", "course")
 
     def measured_loading(self) -> "MeasuredLoading":
@@ -321,13 +282,11 @@ class Scenario:
         return measured
 
 
-@functools.lru_cache(maxsize=1)
-def _document(text: str) -> dict[str, Any]:
-    return parsed(text)
+_document = functools.lru_cache(maxsize=1)(parsed)
 
 
 def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) -> Scenario:
-    """Return the scenario that stands in a file.
+    """Return the scenario of a file.
 
     Parameters
     ----------
@@ -362,20 +321,7 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
 
 
 def scenario_of(document: Mapping[str, Any], name: str) -> Scenario:
-    """Return the scenario that tables say, as if a file of that name in the present folder held them.
-
-    Parameters
-    ----------
-    document : dict
-        The tables of a scenario, with values as TOML has them.
-    name : str
-        What messages and titles call it.
-
-    Raises
-    ------
-    InputError
-        Fields that cannot be used: one line for each, with the path to it.
-    """
+    """Return the scenario of tables, as if a file of that name in this folder held them; errors as for `load`."""
     import tomlkit
 
     with reported(name):
@@ -388,7 +334,7 @@ def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
 
 
 def _packages(section: attrs.AttrsInstance) -> Iterator[str]:
-    """Yield the packages of others that the classes of a section, and of those within it, come from."""
+    """Yield the packages of others that have the classes of a section, and of those within it."""
     registry = getattr(section, "registry", None)
     if registry is not None and (provider := registry.provider(type(section))) is not None:
         yield str(provider)

@@ -4,6 +4,7 @@ import numpy as np
 
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted
+from historysim.loads.event_sequence import time_text
 from historysim.recording.provenance import validity_findings
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.sections import SweepSection
@@ -11,21 +12,13 @@ from historysim.scenario.surface_kinds import BuiltSurface
 
 
 def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
-    """Return what a scenario asks for, in a few lines; it is checked on the way.
+    """Check a scenario and return it in lines of (label, text), with a warning for each broken assumption of the model.
 
     Parameters
     ----------
     scenario : Scenario
     walk : float
         Seconds for which its loads are walked; a line says how far, where that is not enough.
-
-    Returns
-    -------
-    list of (label, text)
-        Title, asperities, events and how long they last, substeps, what is recorded, laws of friction, wear and
-        yielding, of a map that is filtered or otherwise prepared its statistics before and after, with ``[adhesion]``
-        how adhesive the asperities are, what is to be known about how the surface was made, and a warning for each
-        assumption of the model that does not hold at the greatest load.
 
     Raises
     ------
@@ -61,8 +54,6 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
 
 
 def _walked_line(reached: float, seconds: float) -> str:
-    from historysim.loads.event_sequence import time_text
-
     return (
         f"the loads were walked up to t = {time_text(reached)} within {seconds:g} s, and not beyond; the environment "
         "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
@@ -76,7 +67,7 @@ def _sweep_line(sweep: SweepSection) -> str:
 
 
 def _map_line(built: BuiltSurface) -> str:
-    """Return in a line what the map and the summits of a surface are like."""
+    """Return the statistics of a map and its summits in a line."""
     surface, summits = built.surface, built.summits
     if surface is None or summits is None:
         return "none"

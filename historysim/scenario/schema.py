@@ -1,8 +1,4 @@
-"""TOML tables → frozen attrs classes; every message carries the path to its field.
-
-A section of a scenario is an attrs class. Its fields are declared with the types of this module, which
-say what unit a value has; the rest (unknown keys, missing keys, wrong types) follows from the class.
-"""
+"""TOML tables → frozen attrs classes with units and types at their fields; every message has the path to its field."""
 
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
@@ -37,10 +33,7 @@ MOST_PROBLEMS = 10
 
 @contextmanager
 def reported(source: str) -> Iterator[None]:
-    """Turn what was raised inside into one message with the path to each field.
-
-    Raises InputError: one line ``source: path: problem`` for each problem.
-    """
+    """Turn errors raised inside into one InputError: a line ``source: path: problem`` for each."""
     try:
         yield
     except (InputError, BaseValidationError, ForbiddenExtraKeysError) as error:
@@ -63,15 +56,7 @@ def _number(value: object, unit: str) -> float:
 
 
 def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
-    """Return the items of a TOML array, each structured; messages carry their places.
-
-    Raises
-    ------
-    InputError
-        No array.
-    IterableValidationError
-        Items that cannot be used.
-    """
+    """Return the items of a TOML array, each structured; their errors are gathered in an IterableValidationError."""
     if not isinstance(value, list):
         raise InputError(f"{shown(value)}; expected an array [ … ]")
     items, errors = [], []
@@ -104,7 +89,7 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
 
 @attrs.frozen
 class KindOf:
-    """Marks a field whose table names its class: a kind of a registry, which is imported when a table says so."""
+    """Marks a field with a table that names its class: a kind of a registry, which is imported then."""
 
     registry: str
     """As ``"module:NAME"``."""
@@ -225,10 +210,10 @@ def _structure_of(cls: Hashable, converter: Converter, as_given: tuple[str, ...]
 
 
 def with_kinds(cls: Any, value: object, converter: Converter, *, in_turn: bool = False) -> Any:  # noqa: ANN401 - one
-    """Return an instance of a class of a table, whose further keys are names of kinds.
+    """Return an instance of a class of a table with further keys that are names of kinds.
 
-    ``cls.by_kind`` says which field takes them, and of which registry they are. Of an event, or what else has a time
-    first, one value is a tuple of what it has beside it; a table is the event. With ``in_turn`` the value is an array.
+    ``cls.by_kind`` says which field takes them, and which registry has them. One value of an event becomes a tuple of
+    its fields beside the time; a table becomes the event. With ``in_turn`` the value is an array.
     """
     field, kinds = cls.by_kind
     entry, found = dict(table(value)), dict[str, Any]()
@@ -283,9 +268,7 @@ def table_hook(
 def kind_from_toml(
     converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
 ) -> Any:  # noqa: ANN401 - of the class that is named
-    """Return what a TOML table says whose ``key`` names the class that its other keys belong to.
-
-    Of ``kinds`` those ``among`` the subclasses of a class.
+    """Structure a TOML table as the class that its ``key`` names, of ``kinds`` ``among`` the subclasses of one.
 
     Raises InputError: no table, no such kind, or one of a package that cannot be used.
     """
@@ -310,9 +293,11 @@ def table(value: object) -> dict[str, Any]:
 
 
 def text(value: object, _: object = str) -> str:
-    """Return a value that is a text and not blank; anything else is an InputError."""
-    if not isinstance(value, str) or not value.strip():
-        raise InputError(f"{shown(value)}; expected a text" + (" that is not blank" if isinstance(value, str) else ""))
+    """Return a string that is not blank; anything else is an InputError."""
+    if not isinstance(value, str):
+        raise InputError(f"{shown(value)}; expected a string")
+    if not value.strip():
+        raise InputError(f"{shown(value)}; expected a string that is not blank")
     return value
 
 
@@ -366,12 +351,12 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
             for key in sorted(error.extra_fields):
                 yield f"{path_text((*above, key))}: unknown key; {nearest(key, known)}"
         case KeyError():
-            yield _said(above, "missing; expected a value")
+            yield _line(above, "missing; expected a value")
         case InputError():
-            yield _said((*above, *error.place), str(error.args[0]))
+            yield _line((*above, *error.place), str(error.args[0]))
         case _:
             raise error
 
 
-def _said(place: Place, problem: str) -> str:
+def _line(place: Place, problem: str) -> str:
     return f"{path_text(place)}: {problem}" if place else problem

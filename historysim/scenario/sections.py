@@ -23,6 +23,7 @@ from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
+from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
     AnyFrictionLaw,
@@ -40,12 +41,8 @@ if TYPE_CHECKING:
     from historysim.contact.materials import Material, MaterialPair
     from historysim.loads.friction_course import FrictionCourse, Over
     from historysim.results.plots.pictures import Picture
-    from historysim.scenario.grid import Grid
 
 Pictures = tuple["Picture", ...]
-"""What ``[picture]`` says."""
-
-
 MaterialEntry = Annotated[Any, "material"]
 """A `Material`, which is imported when there is one."""
 
@@ -70,14 +67,14 @@ class MaterialsSection:
     shear_modulus: Pressure | None = None
     """G* of the pair."""
     hardness: Pressure | None = None
-    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it tells
-    whether the model may be used."""
+    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it serves
+    the check whether the model may be used."""
     yield_stress: Pressure | None = None
     """Of the softer one, likewise."""
 
     def __attrs_post_init__(self) -> None:
         """Check that the pair is given in one way, and fully."""
-        limits = {"hardness", "yield_stress"} & set(given(self))
+        limits = {"hardness", "yield_stress"} & given(self).keys()
         keys = [key for key in given(self) if key not in limits]
         if self.first is not None and limits:
             raise misfit("belongs to one material; expected it in first or second", min(limits))
@@ -153,7 +150,7 @@ class CourseFile(NumbersFile):
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing."""
         with at("columns"):
-            _place(self.columns)
+            _over(self.columns)
 
     def course(self, folder: Path) -> "FrictionCourse":
         """Return the course that the file has; its path is relative to the folder."""
@@ -165,7 +162,7 @@ class CourseFile(NumbersFile):
                 raise misfit(f"{self.name}: {error.args[0]}") from error
 
 
-def _place(course: Mapping[str, object]) -> "Over":
+def _over(course: Mapping[str, object]) -> "Over":
     if ("time" in course) == ("distance" in course):
         problem = "time and distance together" if "time" in course else "neither time nor distance"
         raise InputError(f"{problem}; expected one of them, with which the coefficient goes")
@@ -175,7 +172,7 @@ def _place(course: Mapping[str, object]) -> "Over":
 def _course(course: Mapping[str, Any]) -> "FrictionCourse":
     from historysim.loads.friction_course import FrictionCourse
 
-    over = _place(course)
+    over = _over(course)
     return FrictionCourse(over, course[over], course["coefficient"])
 
 
@@ -190,10 +187,7 @@ class Coefficients:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
-        """Return what ``[friction]`` says.
-
-        Raises InputError: no such law, or keys that are neither of a coefficient nor of the law.
-        """
+        """Return the coefficients of ``[friction]``, or its law."""
         entry = table(value)
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
@@ -316,7 +310,7 @@ class MetadataSection:
     """Which version of the data."""
 
     def attributes(self) -> dict[str, str]:
-        """Return what is given as attributes of a file; keywords stand in one text, with commas."""
+        """Return the attributes of a file; keywords are one string, with commas."""
         return {key: value if isinstance(value, str) else ", ".join(value) for key, value in given(self).items()}
 
 
@@ -365,10 +359,8 @@ class SweepSection:
         """Check that there is a grid."""
         self.grid()
 
-    def grid(self) -> "Grid":
+    def grid(self) -> Grid:
         """Return the grid that the keys span."""
-        from historysim.scenario.grid import grid_of
-
         return grid_of(self.over, self.together)
 
 
@@ -386,7 +378,7 @@ class DesignSection:
     """
 
     key: str
-    """The key whose value is looked for."""
+    """The key to find a value for."""
     between: tuple[Any, ...]
     """The least and the greatest value."""
     target: Any = None
@@ -413,10 +405,8 @@ class DesignSection:
             raise misfit("expected a share from 0.5 to below 1, with below or above", "quantile")
         self.grid()
 
-    def grid(self) -> "Grid":
+    def grid(self) -> Grid:
         """Return the grid over which the search is repeated: of one point where there is none."""
-        from historysim.scenario.grid import Grid, grid_of
-
         return grid_of(self.over) if self.over is not None else Grid(())
 
 

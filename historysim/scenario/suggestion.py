@@ -10,6 +10,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 
+from historysim.basics.array_types import Floats
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -18,9 +19,8 @@ from historysim.tables import Format, Listing, read_table
 
 UNKNOWN = "?"
 NOISE = 0.05
-"""Share of its greatest value that a normal load may be below zero and still press, but for noise and its zero."""
-# a word ends where no letter follows: "_" and digits may
-# and begins at the start, or behind the name of a device or a group
+"""Share of its greatest value that a normal load may be below zero, by noise and its zero, and still press."""
+# a word ends where no letter follows ("_" and digits may), and begins at the start or behind a device or a group
 _AT = r"^(?:.*[./:|>])?\W*"
 _TIME = re.compile(rf"(?i){_AT}(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
 _NORMAL = re.compile(rf"(?i)normal|{_AT}(fn|fz|f_n|n|load|p)(?![^\W\d_])|press|applied")
@@ -44,18 +44,9 @@ _FORCES, _LENGTHS, _TIMES = ("N", "kg"), ("m",), ("s",)
 
 
 def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
-    """Return a section ``[loading]`` in TOML that names what can be told of a file, and marks what cannot.
+    """Return a section ``[loading]`` in TOML for a file with these columns, and marks where something is open.
 
-    Parameters
-    ----------
-    path : Path
-        The file, as it is found from where the scenario stands.
-    listings : sequence of Listing
-        Its columns.
-    layout : Format
-        How it is written.
-    blocks : int
-        How many tables it has.
+    The path is relative to the scenario; ``blocks`` is the number of tables in the file.
     """
     lines = ["[loading]", f"file = {_quoted(path.as_posix())}"]
     if blocks > 1:
@@ -92,17 +83,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
 
 
 def suggested_scenario(path: Path, output: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
-    """Return a whole scenario in TOML to start from; what a file of numbers does not tell is left as comments.
-
-    Parameters
-    ----------
-    path : Path
-        The file of numbers.
-    output : Path
-        Where the scenario will stand; its path to the file is relative to that.
-    listings, layout, blocks
-        As for `suggested_loading`.
-    """
+    """Return a scenario in TOML to start from, for the file ``output``; keys of no column stand in it as comments."""
     loading = suggested_loading(path, listings, layout, blocks)
     if output.parent.absolute() != Path.cwd():
         relative = Path(os.path.relpath(path.absolute(), output.parent.absolute())).as_posix()
@@ -133,25 +114,32 @@ parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
 
 
 def _runs(path: Path, time: Listing | None, layout: Format) -> int:
-    """Return how many runs a file has, by where its clock starts again; 1 where that cannot be read."""
+    """Return how many runs a file has, by the starts of its clock; 1 where that cannot be read."""
     if time is None or layout.block == "all":
         return 1
-    column = column_from_toml(tomllib.loads(f"column = {_reference(time)}")["column"])
+    return 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())
+
+
+def _values(path: Path, listing: Listing, layout: Format, unit: str, own_unit: str | None = None) -> Floats:
+    """Return the finite values of a column in a unit; none where it cannot be read."""
+    column = column_from_toml(tomllib.loads(f"column = {_reference(listing)}")["column"])
+    if own_unit is not None:
+        column = attrs.evolve(column, unit=own_unit)
     try:
-        values = read_table(path, {"time": column}, {"time": "s"}, layout, missing=True).columns["time"]
+        values = read_table(path, {"read": column}, {"read": unit}, layout, missing=True).columns["read"]
     except InputError:
-        return 1
-    return 1 + int((np.diff(values[np.isfinite(values)]) < 0).sum())
+        return np.empty(0)
+    return values[np.isfinite(values)]
 
 
 def _other(listings: Sequence[Listing], chosen: Listing | None, used: set[str]) -> tuple[str, str]:
-    """Return that other columns could be the tangential load, too."""
+    """Return a comment on other columns that could be the tangential load."""
     others = [_name(each) for each in _fitting(listings, _FORCES, _TANGENTIAL, used)] if chosen else []
     return "", f"or {', '.join(map(_quoted, others))}" if others else ""
 
 
 def _found(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern[str], used: set[str]) -> Listing | None:
-    """Return the column whose name and unit fit: one alone, or of several the one that is meant before others."""
+    """Return the column with a fitting name and unit: one alone, or of several the first by `_FIRST_OF_SEVERAL`."""
     fitting = _fitting(listings, kinds, name, used)
     for first in _FIRST_OF_SEVERAL if len(fitting) > 1 else ():
         meant = [each for each in fitting if first.search(_name(each))]
@@ -177,18 +165,12 @@ def _fitting(listings: Sequence[Listing], kinds: Sequence[str], name: re.Pattern
 
 
 def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str, str]:
-    """Return what has to be said of a normal load below zero, and why; nothing where it presses, or cannot be read."""
+    """Return a key for a normal load below zero, and a comment; empty where it presses, or cannot be read."""
     if listing is None:
         return "", ""
-    reference = tomllib.loads(f"column = {_reference(listing)}")["column"]
-    column = column_from_toml(reference)
-    # its sign is of no unit, so that one stands for those that nobody has filled in yet
+    # the sign needs no unit: N stands for one that is still open
     unit = f"{listing.unit}f" if listing.unit and _is_of(listing.unit, ("kg",)) else listing.unit or "N"
-    try:
-        read = read_table(path, {"load": attrs.evolve(column, unit=unit)}, {"load": "N"}, layout, missing=True)
-    except InputError:
-        return "", ""
-    values = read.columns["load"][np.isfinite(read.columns["load"])]
+    values = _values(path, listing, layout, "N", unit)
     below = int((values < 0).sum())
     if not below:
         return "", ""
@@ -206,9 +188,7 @@ def _reference(listing: Listing) -> str:
 def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = ("", "")) -> str:
     if listing is None:
         return f'{key} = "{UNKNOWN}"  # fill in: one of the columns above'
-    reference = _reference(listing)
-    extra = []
-    comment = ""
+    reference, comment, extra = _reference(listing), "", list[str]()
     if not listing.unit and (named_unit := _unit_in_name(listing)):
         extra.append(f'unit = "{named_unit}"')
         comment = "  # as its name ends: check it"
@@ -218,9 +198,9 @@ def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = (
     elif key.endswith("_load") and _is_of(listing.unit, ("kg",)):
         extra.append(f'unit = "{listing.unit}f"')
         comment = "  # a balance: its masses are forces"
-    said, why = sign
-    if said:
-        extra.append(said)
+    more, why = sign
+    if more:
+        extra.append(more)
     if why:
         comment += f"; {why}" if comment else f"  # {why}"
     if not extra:
@@ -230,13 +210,13 @@ def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = (
 
 
 def _name(listing: Listing) -> str:
-    """Return the name of a column; nothing where it has none, or one that may be that of its neighbour."""
+    """Return the name of a column; empty where it has none, or one that may be its neighbour's."""
     match = re.search(r'"((?:[^"\\]|\\.)*)"', listing.column.partition(" # under ")[0])
     return match[1] if match else ""
 
 
 def _unit_in_name(listing: Listing) -> str:
-    """Return the unit that the name of a column ends with; a file read without a word on it takes none from there."""
+    """Return the unit at the end of the name of a column; readers of files take none from there."""
     match = _UNIT_IN_NAME.fullmatch(_name(listing))
     return match[1] if match else ""
 

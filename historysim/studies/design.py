@@ -12,9 +12,8 @@ import numpy as np
 from historysim.basics.arguments import scalar
 from historysim.basics.array_types import Floats
 from historysim.basics.display import Lines
-from historysim.basics.notices import Notify, silent
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import counted, nearest
 from historysim.errors import HistorySimError, InputError
@@ -24,7 +23,7 @@ from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
 from historysim.studies.sweep_table import FAILURE, failures, swept_coordinates, table_attributes, unit_of
-from historysim.studies.workers import AHEAD, executor_for, outcomes
+from historysim.studies.workers import executor_for, in_order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -151,14 +150,9 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     points = list(grid.points())
     with executor_for(workers, executor) as (chosen, count):
 
-        def each(function: Callable[[tuple[int, Point]], T]) -> list[T]:
-            """Return what a function gives at each point, in their order."""
+        def each(function: Callable[[Point], T]) -> list[T]:
             with progress_bar(progress, "search", len(points), leave=False) as done:
-                found = {}
-                for (index, _), outcome in outcomes(function, enumerate(points), chosen, AHEAD * count):
-                    found[index] = outcome
-                    done()
-            return [found[index] for index in range(len(points))]
+                return in_order(function, points, chosen, count, done)
 
         roots = each(functools.partial(_search, problem))
         values = np.array([one.value for one in roots])
@@ -167,6 +161,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         _notify_of(problem, points, roots, notify)
         with reported(scenario.path.name), at("design"):
             middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
+        # the spread over the points if all had the one value that is recommended
         beside = each(functools.partial(_output_at, problem, middle))
     return _dataset(problem, grid, roots, beside, middle)
 
@@ -246,10 +241,10 @@ def _limited(problem: Problem, roots: Sequence[Root]) -> float:
     return float(np.clip(value, problem.low, problem.high))
 
 
-def _search(problem: Problem, task: tuple[int, Point]) -> Root:
-    """Return where the output crosses its target at a point, which has a number."""
+def _search(problem: Problem, point: Point) -> Root:
+    """Return where the output crosses its target."""
     try:
-        return _crossing(problem, task[1])
+        return _crossing(problem, point)
     except HistorySimError as error:
         return Root(reason=str(error))
 
@@ -283,6 +278,7 @@ def _crossing(problem: Problem, point: Point) -> Root:
     accuracy = ROOT_TOLERANCE * abs(low) or ROOT_TOLERANCE * abs(high)
     root = float(brentq(missed, low, high, xtol=accuracy, rtol=ROOT_TOLERANCE))
     output = problem.output_at(point, root)
+    # Brent's method also ends at a jump, where another asperity begins to decide
     if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
         reached = quantity_text(output, problem.unit)
         return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
@@ -296,9 +292,9 @@ def _why_none(problem: Problem, outputs: Floats) -> str:
     return "; expected a key that changes it"
 
 
-def _output_at(problem: Problem, value: float, task: tuple[int, Point]) -> float:
+def _output_at(problem: Problem, value: float, point: Point) -> float:
     try:
-        return problem.output_at(task[1], value)
+        return problem.output_at(point, value)
     except HistorySimError:
         return math.nan
 

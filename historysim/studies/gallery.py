@@ -1,6 +1,7 @@
 """All pictures of a folder of scenarios on one page that opens anywhere."""
 
 import ast
+import functools
 import itertools
 import re
 import runpy
@@ -12,12 +13,11 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, replacing
-from historysim.basics.notices import Notify, silent
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.errors import InputError
 from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.scenario import Scenario, load
-from historysim.studies.workers import AHEAD, executor_for, outcomes
+from historysim.studies.workers import executor_for, in_order
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,21 +83,15 @@ def gallery(
     paths = files_of_gallery(folder, scripts=scripts)
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
-    tasks = [(folder, path) for path in paths]
-    by_path: dict[Path, tuple[Section, str]] = {}
-    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(tasks)) as done:
-        for (_, path), entry in outcomes(_shown, tasks, executor, AHEAD * count):
-            by_path[path] = entry
-            done()
-    titles = Counter(section.title for section, _ in by_path.values())
+    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(paths)) as done:
+        entries = in_order(functools.partial(_shown, folder), paths, executor, count, done)
+    titles = Counter(section.title for section, _ in entries)
     groups: dict[str, list[Section]] = {}
-    for path in paths:
-        section, failure = by_path[path]
+    for path, (section, failure) in zip(paths, entries, strict=True):
         if failure:
             notify(f"{path}: {failure}")
-        if titles[section.title] > 1:
-            section = attrs.evolve(section, title=f"{section.title} ({path.stem})")
-        groups.setdefault(path.parent.as_posix(), []).append(section)
+        title = f"{section.title} ({path.stem})" if titles[section.title] > 1 else section.title
+        groups.setdefault(path.parent.as_posix(), []).append(attrs.evolve(section, title=title))
     text = page(TITLE, [contents(groups), *(section for each in groups.values() for section in each)])
     if output is not None:
         with replacing(Path(output)) as unfinished:
@@ -125,11 +119,10 @@ def _is_example(path: Path) -> bool:
         return any(line.strip() == EXAMPLE for line in stream)
 
 
-def _shown(task: tuple[Path, Path]) -> "tuple[Section, str]":
+def _shown(folder: Path, path: Path) -> "tuple[Section, str]":
     """Return a file of a folder as a section of the page, and why it has no picture; empty where it has."""
     from historysim.results.report.page import Section, paragraph
 
-    folder, path = task
     name = path.relative_to(folder).as_posix()
     title, parts, failure = name, [paragraph(name, "note")], ""
     try:

@@ -1,5 +1,6 @@
 """Sweeps: a scenario at many points, each a cell that is computed once and kept, gathered in one Dataset."""
 
+import contextlib
 import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -8,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, silent
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.places import at
-from historysim.basics.progress import progress_bar
 from historysim.errors import HistorySimError, InputError
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -93,49 +93,47 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     [19.61 29.41]
     """
     scenario = as_scenario(scenario)
-    if over is None:
-        grid, outputs = sweep_of(scenario, outputs)
-    else:
-        with at("sweep"):
-            grid, outputs = grid_of(over, together), chosen_outputs(outputs)
-        # a key or a value that is wrong is an error before anything is computed
-        swept_coordinates(scenario, grid)
+    grid, outputs = sweep_of(scenario, outputs, over, together)
     check_workers(workers)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
     kept = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
     logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", kept)
     try:
-        if executor is None and workers > 1:
-            plan.carry_out(None, workers, progress=progress)
-        else:
-            with executor_for(workers, executor) as (chosen, count):
-                plan.carry_out(chosen, count, progress=progress)
+        plan.carry_out(executor, workers, progress=progress)
     except KeyboardInterrupt as error:
-        there = f"{len(plan.cells):,} of {len(plan.points):,} cells"
-        kept = (
-            f"{store} keeps {there}, and the same sweep goes on there" if store else f"{there} are lost without a store"
-        )
-        raise KeyboardInterrupt(f"interrupted; {kept}") from error
+        raise KeyboardInterrupt(f"interrupted; {plan.what_is_kept()}") from error
     reasons = dict(sorted((plan.reasons | unlike(plan.cells)).items()))
-    for index, reason in list(reasons.items())[:MOST_NOTICES]:
-        point = ", ".join(f"{key} = {value}" for key, value in plan.points[index].items())
-        notify(f"cell {index} ({point}) failed: {reason}")
-    if len(reasons) > MOST_NOTICES:
-        notify(f"… and {len(reasons) - MOST_NOTICES:,} more cells have failed")
+    _notify_of(reasons, plan.points, notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
     return gathered(scenario, grid, cells, reasons)
 
 
-def sweep_of(scenario: Scenario, outputs: Sequence[str] = ()) -> tuple[Grid, tuple[str, ...]]:
-    """Return grid and outputs of the ``[sweep]`` of a scenario, or other outputs; InputError names file and key."""
+def _notify_of(reasons: Mapping[int, str], points: Sequence[Point], notify: Notify) -> None:
+    for index, reason in list(reasons.items())[:MOST_NOTICES]:
+        point = ", ".join(f"{key} = {value}" for key, value in points[index].items())
+        notify(f"cell {index} ({point}) failed: {reason}")
+    if len(reasons) > MOST_NOTICES:
+        notify(f"… and {len(reasons) - MOST_NOTICES:,} more cells have failed")
+
+
+def sweep_of(
+    scenario: Scenario,
+    outputs: Sequence[str] = (),
+    over: Mapping[str, Any] | None = None,
+    together: Sequence[Sequence[str]] = (),
+) -> tuple[Grid, tuple[str, ...]]:
+    """Return grid and outputs of a sweep, by default those of ``[sweep]``; InputError names file and key."""
     section = scenario.sections.sweep
     with reported(scenario.path.name):
-        if section is None:
-            raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
+        if over is None:
+            if section is None:
+                raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
+            over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
         with at("sweep"):
-            grid, chosen = section.grid(), chosen_outputs(tuple(outputs) or section.outputs)
+            grid, outputs = grid_of(over, together), chosen_outputs(outputs)
+    # a key or a value that is wrong is an error before anything is computed
     swept_coordinates(scenario, grid)
-    return grid, chosen
+    return grid, outputs
 
 
 @attrs.frozen
@@ -210,6 +208,7 @@ class _Plan:
         self.names = [""] * len(self.points)
         if self.folder is None:
             return
+        # damaged and unfinished cells count as missing, and are computed again
         self.folder.mkdir(parents=True, exist_ok=True)
         store = Store(self.folder)
         store.tidy()
@@ -218,14 +217,22 @@ class _Plan:
             if (kept := store.read(name)) is not None:
                 self.cells[index] = kept
 
-    def carry_out(self, executor: "Executor | None", workers: int, *, progress: bool) -> None:
-        """Compute what is not there: with an executor, or with processes that are made for it."""
-        if len(self.cells) == len(self.points):
-            return
-        total, there = len(self.points), len(self.cells)
-        with progress_bar(progress, "cell", total, initial=there) as done:
+    def carry_out(self, given: object, workers: int, *, progress: bool) -> None:
+        """Compute what is not there: with a given executor, in this process, or with processes that are made for it."""
+        with contextlib.ExitStack() as stack:
+            executor = None
+            if given is not None or workers == 1:
+                executor, workers = stack.enter_context(executor_for(workers, given))
+            done = stack.enter_context(progress_bar(progress, "cell", len(self.points), initial=len(self.cells)))
             passed_over = self._run(self._batches(workers), executor, workers, done)
             self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
+
+    def what_is_kept(self) -> str:
+        """Return what an interrupt leaves."""
+        there = f"{len(self.cells):,} of {len(self.points):,} cells"
+        if self.folder is None:
+            return f"{there} are lost without a store"
+        return f"{self.folder} keeps {there}, and the same sweep goes on there"
 
     def _batches(self, workers: int) -> list[Batch]:
         left = [index for index in range(len(self.points)) if index not in self.cells]
@@ -270,6 +277,7 @@ class _Plan:
                 batches = []
             except BrokenError as broken:
                 batches = broken.waiting
+                # which of the cells under way was killed is not known: each is tried alone
                 for batch in broken.suspects:
                     for cell_alone in batch.cells:
                         one = attrs.evolve(batch, cells=(cell_alone,))

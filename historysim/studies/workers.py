@@ -1,6 +1,7 @@
 """Where the cells of a sweep are computed: in this process, in several, or wherever an executor has its workers."""
 
 import contextlib
+import functools
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -8,7 +9,7 @@ import signal
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
 from typing import Any, ParamSpec, TypeVar, final
 
@@ -16,6 +17,7 @@ from historysim.errors import HistorySimError, InputError
 
 P = ParamSpec("P")
 T = TypeVar("T")
+R = TypeVar("R")
 
 AHEAD = 2  # tasks that each worker is given before it has ended its first, so that none ever waits
 
@@ -145,6 +147,22 @@ def outcomes(
                 del running[future]
         except BrokenExecutor as error:
             raise BrokenError([*running.values()], [*waiting]) from error
+
+
+def in_order(
+    function: Callable[[T], R], tasks: Sequence[T], executor: Executor, workers: int, done: Callable[[], object]
+) -> list[R]:
+    """Return the results of tasks in their order, and call `done` as each ends."""
+    found: dict[int, R] = {}
+    numbered = functools.partial(_of_numbered, function)
+    for (index, _), result in outcomes(numbered, enumerate(tasks), executor, AHEAD * workers):
+        found[index] = result
+        done()
+    return [found[index] for index in range(len(tasks))]
+
+
+def _of_numbered(function: Callable[[T], R], task: tuple[int, T]) -> R:
+    return function(task[1])
 
 
 class BrokenError(HistorySimError):

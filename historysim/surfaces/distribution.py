@@ -19,8 +19,7 @@ import numpy.typing as npt
 from scipy.special import ndtri
 
 from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Floats, FrozenArrays
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 

@@ -8,9 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.array_types import Booleans, Floats, FrozenArrays
 from historysim.basics.display import html_table
-from historysim.basics.frozen_arrays import FrozenArrays
 from historysim.basics.units import in_si, quantity_text, range_text
 from historysim.errors import InputError
 from historysim.surfaces.filters import gaussian_mean

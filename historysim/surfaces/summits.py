@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import one_per, scalar, workable
-from historysim.basics.array_types import Array, Floats, Integers
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Array, Floats, FrozenArrays, Integers
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import range_text

@@ -12,8 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Floats, FrozenArrays
 from historysim.errors import InputError
 
 Axis = Literal["x", "y"]

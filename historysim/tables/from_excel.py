@@ -5,8 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from historysim.basics.limits import check_archive, most
-from historysim.basics.system import limit_memory
-from historysim.basics.trial import ends_well
+from historysim.basics.system import ends_well, limit_memory
 from historysim.errors import InputError
 from historysim.tables.arrays import readable
 from historysim.tables.columns import Format

@@ -11,6 +11,7 @@ import pytest
 
 import historysim
 from historysim.basics import system
+from historysim.errors import InputError
 
 POSIX = {
     "O_CLOEXEC",
@@ -103,3 +104,16 @@ def test_a_byte_is_locked_once(tmp_path):
     told = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout
     assert told.split() == ["False", "True"]
     os.close(handle)
+
+
+@pytest.mark.parametrize(("there", "expected"), [(1, 1), (3, 3), (64, system.MOST_THREADS)])
+def test_by_default_there_is_a_thread_for_each_processor_up_to_a_few(monkeypatch, there, expected):
+    monkeypatch.setattr(system, "processors", lambda: there)
+    assert system.threads_of(None) == expected
+    assert system.threads_of(7) == 7
+
+
+@pytest.mark.parametrize("given", [0, -1, 2.0, True, "two"])
+def test_what_is_no_number_of_threads_is_refused(given):
+    with pytest.raises(InputError, match=r"threads is .*; expected a whole number of 1 or more"):
+        system.threads_of(given)

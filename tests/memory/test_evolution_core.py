@@ -267,29 +267,20 @@ TOUCHING = [
 ]
 
 
-@pytest.mark.parametrize("parts", [1, 10, 100])
-def test_jkr_friction_near_touch_and_lift_off_is_that_of_springs(parts):
+def test_jkr_friction_near_touch_and_lift_off_is_that_of_springs_whatever_the_substeps():
     rows = [EvolvingSprings(1.0, 0.25, HEIGHT, RADIUS, of_jkr, 0.12) for _ in range(2)]
     law = {"kind": "strength", "depends_on": "own", "shear_strength": STRENGTH, "work_of_adhesion": ADHESION}
-    core = Evolving(1.0, 0.25, HEIGHT, RADIUS, law=law)
+    cores = {parts: Evolving(1.0, 0.25, HEIGHT, RADIUS, law=law) for parts in (1, 10, 100)}
     for target in TOUCHING:
         for row, steps in zip(rows, (250, 500), strict=True):
             row.go(*target, steps)
-        assert core.go(*target, parts) == 0
-        for name, floor in (("dissipated", 2e-3), ("slid", 2e-3)):
-            coarse, fine = (getattr(row, name).sum() for row in rows)
-            found = core.dissipated if name == "dissipated" else core.each("slid_distance").sum()
-            assert found == pytest.approx(2 * fine - coarse, abs=2 * abs(fine - coarse) + floor * abs(fine)), name
-        assert core.tangential_load == pytest.approx(rows[1].tangential_loads.sum(), abs=2e-4)
-
-
-def test_substeps_change_what_depends_on_the_own_load_by_less_than_the_tolerance():
-    law = {"kind": "strength", "depends_on": "own", "shear_strength": STRENGTH, "work_of_adhesion": ADHESION}
-    ends = []
-    for parts in (1, 10, 100):
-        core = Evolving(1.0, 0.25, HEIGHT, RADIUS, law=law)
-        assert not any(core.go(*target, parts) for target in TOUCHING)
-        ends.append([core.dissipated, *core.each("slid_distance")])
+        for parts, core in cores.items():
+            assert core.go(*target, parts) == 0
+            for name, found in (("dissipated", core.dissipated), ("slid", core.each("slid_distance").sum())):
+                coarse, fine = (getattr(row, name).sum() for row in rows)
+                assert found == pytest.approx(2 * fine - coarse, abs=2 * abs(fine - coarse) + 2e-3 * abs(fine)), name
+            assert core.tangential_load == pytest.approx(rows[1].tangential_loads.sum(), abs=2e-4)
+    ends = [[core.dissipated, *core.each("slid_distance")] for core in cores.values()]
     assert (np.ptp(ends, axis=0) <= 1e-3 * np.max(ends, axis=0)).all()
 
 

@@ -189,30 +189,15 @@ def test_half_a_cycle_is_the_virgin_curve_scaled_by_two(share, several):
         assert fallen == pytest.approx(2 * rise.tangential_displacement, rel=1e-12)
 
 
-INNER_LOOPS = [(0.003, -0.002), (0.0025, -0.001, 0.002, 0.0, 0.001), (0.0049, -0.0049, 0.0048, -0.0048, 0.0047)]
-
-
-@pytest.mark.parametrize("turns", INNER_LOOPS)
-def test_closing_inner_loops_restores_the_outer_state_bit_for_bit(turns):
-    states = [ramped(SPHERE, (LOAD, 0.0), (LOAD, turns[0]))]
-    for load in turns[1:]:
-        states.append(ramped(SPHERE, (LOAD, load), state=states[-1]))
-    back = states[-1]
-    for load, outer in zip(turns[-2::-1], states[-2::-1], strict=True):
-        back = ramped(SPHERE, (LOAD, load), state=back)
-        assert_same_memory(back, outer)
-        assert back.dissipated_energy > outer.dissipated_energy
-
-
-@pytest.mark.parametrize("several", [False, True])
+@pytest.mark.parametrize("turns", [(0.8, -0.6, 0.5, -0.45, 0.3, 0.1, 0.2), (0.98, -0.98, 0.96, -0.96, 0.94)])
+@pytest.mark.parametrize(("count", "several"), [(1, False), (20, False), (20, True)])
 @pytest.mark.parametrize("by_load", [False, True])
-def test_nested_loops_close_in_ensembles(several, by_load):
-    contact = scattered(20, several)
-    ensemble = ensemble_of(contact)
-    approach = contact.approach(0.2)
-    turns = np.array([0.8, -0.6, 0.5, -0.45, 0.3, 0.1, 0.2])
+def test_closing_inner_loops_restores_the_outer_state_bit_for_bit(count, several, by_load, turns):
+    contact = scattered(count, several)
+    ensemble, load = ensemble_of(contact), 0.01 * count
+    approach = contact.approach(load)
     if by_load:
-        follow_on, targets = ramped, [(0.2, turn * contact.limit(approach)) for turn in turns]
+        follow_on, targets = ramped, [(load, turn * contact.limit(approach)) for turn in turns]
     else:
         follow_on, targets = displaced, [(approach, turn * THETA * 0.4 * approach) for turn in turns]
     states = [follow_on(ensemble, (targets[0][0], 0.0), targets[0])]
@@ -224,6 +209,7 @@ def test_nested_loops_close_in_ensembles(several, by_load):
     for target, outer in zip(targets[-2::-1], states[-2::-1], strict=True):
         back = follow_on(ensemble, target, state=back)
         assert_same_memory(back, outer, rounding)
+        assert back.dissipated_energy > outer.dissipated_energy
 
 
 def mirrored(moves):
@@ -462,27 +448,17 @@ def test_substeps_change_nothing(count, several):
         assert_same_history(once, often.isel(step=slice(None, None, 7)), 1e-12)
 
 
-def test_substeps_of_ramps_change_nothing():
-    for seed in range(8):
-        contact = scattered(6, seed=seed)
-        ensemble = ensemble_of(contact)
-        moves = random_moves(np.random.default_rng(seed), contact, 0.1)
-        once, often = (hs.replay(ensemble, to_events(moves), substeps=n, record="all") for n in (1, 5))
-        # the energy of a ramp is refined to 1e-6 of itself
-        assert_same_history(once, often.isel(step=slice(None, None, 5)), 1e-12, energy=2e-6)
-
-
-def test_substeps_of_ramps_over_several_coefficients_change_nothing_beyond_the_tolerance():
-    contact = scattered(6, several=True)
+@pytest.mark.parametrize(("several", "tolerance"), [(False, 1e-6), (True, 1e-5), (True, 1e-7)])
+def test_substeps_of_ramps_change_nothing_beyond_the_tolerance(several, tolerance):
+    ensemble = ensemble_of(scattered(6, several), tolerance=tolerance)
     events = ramps((0.05, 0.0), (0.1, 0.02), (0.06, -0.01), (0.02, 0.003), (0.1, 0.003))
-    for tolerance in (1e-5, 1e-7):
-        ensemble = ensemble_of(contact, tolerance=tolerance)
-        once, often = (hs.replay(ensemble, events, substeps=n, record="all") for n in (1, 4))
-        # one tolerance per ramp
-        assert_same_history(once, often.isel(step=slice(None, None, 4)), 5 * tolerance)
+    once, often = (hs.replay(ensemble, events, substeps=n, record="all") for n in (1, 4))
+    # one tolerance per ramp; with one coefficient it is that of the energy alone
+    rounding = 5 * tolerance if several else 1e-12
+    assert_same_history(once, often.isel(step=slice(None, None, 4)), rounding, energy=5 * tolerance)
 
 
-@pytest.mark.parametrize("target", [(0.03, 0.004), (0.02, -0.002), (0.004, -0.001), (0.03, 0.012)])
+@pytest.mark.parametrize("target", [(0.004, -0.001), (0.03, 0.012)])
 @pytest.mark.parametrize("advance", [ramped, displaced])
 def test_400_substeps_and_a_single_one_agree(advance, target):
     ensemble = ensemble_of(scattered(10)._replace(friction=np.full(10, MU)))
@@ -497,44 +473,6 @@ def test_400_substeps_and_a_single_one_agree(advance, target):
     assert_same_memory(cut, whole, rounding=1e-12)
     # a ramp's energy is refined to 1e-6, a straight path's is exact
     assert cut.dissipated_energy == pytest.approx(whole.dissipated_energy, rel=2e-6 if advance is ramped else 1e-11)
-
-
-def halfway(events):
-    """The same waypoints with one more half-way between each two of a channel, in the kind of the later one."""
-    written = []
-    for time in sorted({event.time for event in events}):
-        present = [event for event in events if event.time == time]
-        if time > 0:
-            before = {event.channel: event for event in events if event.time == time - 1}
-            if all(type(before[event.channel]) is type(event) for event in present):
-                written += [
-                    type(event)(
-                        time - 0.5, before[event.channel].value + (event.value - before[event.channel].value) / 2
-                    )
-                    for event in present
-                ]
-        written += present
-    return written
-
-
-@pytest.mark.parametrize("control", ["load", "displacement"])
-def test_splitting_an_event_in_two_changes_nothing(control):
-    for seed in range(6):
-        contact = scattered(6, seed=seed)
-        ensemble = ensemble_of(contact)
-        rng = np.random.default_rng(seed)
-        if control == "load":
-            loads = rng.uniform(0.02, 0.1, 10)
-            events = ramps(*zip(loads, rng.uniform(-0.95, 0.95, 10) * contact.friction[0] * loads, strict=True))
-        else:
-            approach, shift = rng.uniform(-0.002, 0.03, 10), rng.uniform(-0.015, 0.015, 10)
-            events = [
-                event
-                for k in range(10)
-                for event in (hs.NormalDisplacement(k, approach[k]), hs.TangentialDisplacement(k, shift[k]))
-            ]
-        whole, split = (hs.replay(ensemble, path, record="all") for path in (events, halfway(events)))
-        assert_same_history(whole, split.isel(step=slice(None, None, 2)), 1e-12, energy=2e-6)
 
 
 def test_splitting_mixed_control_along_approach_and_displacement_changes_nothing():
@@ -973,21 +911,12 @@ def assert_closes(history):
 
 
 @pytest.mark.parametrize("by_load", [False, True])
-@pytest.mark.parametrize("count", [1, 20])
-def test_all_loops_of_a_spiral_close_on_the_way_out(count, by_load):
+@pytest.mark.parametrize(("count", "turns"), [(1, 3000), (20, 3000), pytest.param(1, 100_000, marks=pytest.mark.slow)])
+def test_all_loops_of_a_spiral_close_on_the_way_out(count, turns, by_load):
     contact = scattered(count)
     approach = contact.approach(0.02 * count)
     unit = contact.limit(approach) if by_load else THETA * contact.friction[0] * approach
-    assert_closes(spiral(ensemble_of(contact), spiral_turns(3000) * unit, 0.02 * count, by_load))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("by_load", [False, True])
-def test_all_loops_of_a_very_long_spiral_close_on_the_way_out(by_load):
-    contact = scattered(1)
-    approach = contact.approach(0.02)
-    unit = contact.limit(approach) if by_load else THETA * contact.friction[0] * approach
-    assert_closes(spiral(ensemble_of(contact), spiral_turns(100_000) * unit, 0.02, by_load))
+    assert_closes(spiral(ensemble_of(contact), spiral_turns(turns) * unit, 0.02 * count, by_load))
 
 
 def test_the_memory_is_as_deep_as_the_reversals_that_are_open():
@@ -1007,12 +936,3 @@ def test_equal_loops_do_not_fill_the_memory():
         state = ramped(SPHERE, (LOAD, -0.8 * LIMIT), (LOAD, 0.8 * LIMIT), state=state)
     assert len(state.vertices()) == 3
     assert SPHERE.asperity(0, state).reversal_points.size == 0
-
-
-def test_a_spiral_over_several_coefficients_closes_to_rounding():
-    contact = scattered(8, several=True)
-    approach = contact.approach(0.16)
-    loads = spiral_turns(40) * contact.limit(approach)
-    history = spiral(ensemble_of(contact), loads, 0.16, by_load=True)
-    values = history.tangential_displacement.values
-    assert values == pytest.approx(values[::-1], abs=1e-13 * THETA * approach)

@@ -4,7 +4,7 @@ import copy
 
 import numpy as np
 import pytest
-from histories import TABLE, follow, histories, random_contact, random_moves, to_events
+from histories import follow, histories, random_contact, to_events
 from hypothesis import given, settings
 from springs import Contact, SpringRow
 
@@ -52,36 +52,6 @@ def test_virgin_loading_converges_to_cattaneo_mindlin_with_second_order():
     assert np.all(errors[:, 2] < 1e-9)
 
 
-@pytest.mark.parametrize("fraction", [0.05, 0.4, 0.8, 0.99])
-def test_the_midpoint_bound_covers_the_error_and_is_not_idle(fraction):
-    row = loaded(400)
-    row.apply(("load", LOAD), ("displacement", virgin_displacement(fraction) * LARGEST_SLIP))
-    error = abs(row.total_tangential_load - fraction * 0.5 * LOAD)
-    assert error < row.tangential_load_error.sum() < 2 / 400**2 * 0.5 * LOAD
-
-
-@pytest.mark.parametrize("fraction", [0.2, 0.6, 0.9])
-def test_the_closed_loop_costs_the_closed_form_energy(fraction):
-    row = loaded(2000)
-    costs = []
-    for sign in (1, -1, 1):
-        row.apply(("load", LOAD), ("load", sign * fraction * 0.5 * LOAD), substeps=10)
-        costs.append(row.dissipated_energy[0])
-    radius = row.contact_radius[0]
-    left = 1 - fraction
-    loop = 9 * (0.5 * LOAD) ** 2 / (10 * radius * 0.25)
-    loop *= 1 - left ** (5 / 3) - 5 * fraction / 6 * (1 + left ** (2 / 3))
-    assert costs[2] - costs[0] == pytest.approx(loop, abs=0.5 * LOAD * LARGEST_SLIP / 2000**2)
-
-
-def test_a_history_of_both_loads_reproduces_the_worked_numbers():
-    row = loaded(16000)
-    for normal_load, tangential_load, displacement, dissipated in TABLE:
-        row.apply(("load", normal_load), ("load", tangential_load), substeps=200)
-        assert row.tangential_displacement == pytest.approx(displacement, rel=3e-7)
-        assert row.dissipated_energy[0] == pytest.approx(dissipated, rel=1e-6)
-
-
 def test_energy_of_a_falling_normal_load_needs_the_path_while_the_state_does_not():
     rows = {substeps: loaded(2000, 0.02) for substeps in (1, 10, 20, 40, 640)}
     for substeps, row in rows.items():
@@ -125,47 +95,6 @@ def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
     assert row.elastic_energy.sum() + row.dissipated_energy.sum() == pytest.approx(work, rel=1e-5)
 
 
-def test_loads_in_proportion_below_friction_slip_nowhere():
-    row = SpringRow(UNIT, UNIT.approach(0.02), 500)
-    row.apply(("load", LOAD), ("load", 0.3 * LOAD))
-    assert row.dissipated_energy[0] == pytest.approx(0, abs=1e-18)
-    assert row.tangential_displacement == pytest.approx(0.3 * row.approach, rel=1e-5)
-    assert row.stick_radius == pytest.approx(row.contact_radius, rel=1e-9)
-
-
-def test_a_ramp_of_loads_to_nothing_returns_a_virgin_contact_to_its_origin():
-    row = loaded(500)
-    row.apply(("load", LOAD), ("load", 0.6 * 0.5 * LOAD))
-    row.apply(("load", 0.0), ("load", 0.0))
-    assert row.tangential_displacement == pytest.approx(0, abs=1e-4 * LARGEST_SLIP)
-    assert row.approach == row.total_tangential_load == row.stick_radius[0] == 0
-
-
-def test_gross_slip_and_lift_off_of_asperities():
-    contact = Contact.build(1.0, 0.25, [0.0, -0.01, -0.02], [1.0, 0.5, 2.0], [0.2, 0.4, 0.6])
-    row = SpringRow(contact, 0.03, 1000)
-    row.apply(("displacement", 0.025), ("displacement", 0.1))
-    assert row.tangential_load == pytest.approx(contact.friction * row.normal_load, rel=1e-4)
-    assert np.all(row.stick_radius == 0)
-    row.apply(("displacement", 0.015), ("displacement", 0.098))
-    assert row.tangential_load[2] == row.normal_load[2] == 0
-    row.apply(("displacement", 0.025), ("displacement", 0.098))
-    assert row.tangential_load[2] == 0
-    row.apply(("displacement", -0.001), ("displacement", 0.098))
-    assert not row.tangential_load.any()
-
-
-def test_a_lower_coefficient_clips_the_springs_and_costs_their_energy():
-    row = loaded(500)
-    row.apply(("load", LOAD), ("load", 0.9 * 0.5 * LOAD))
-    stored, spent = row.elastic_energy[0], row.dissipated_energy[0]
-    row.friction_change(0.3)
-    assert row.total_tangential_load == pytest.approx(0.3 * LOAD, rel=1e-4)
-    assert row.dissipated_energy[0] - spent == pytest.approx(stored - row.elastic_energy[0], rel=1e-12)
-    row.apply(("displacement", row.approach), ("load", 0.28 * LOAD))
-    assert row.total_tangential_load == pytest.approx(0.28 * LOAD, rel=1e-12)
-
-
 def test_a_straight_path_ends_at_the_tangential_load_that_was_asked_for():
     rng = np.random.default_rng(3)
     contact = random_contact(rng, 6, several_coefficients=True)
@@ -186,45 +115,6 @@ def test_requests_that_cannot_be_met_are_refused():
             row.apply(normal, ("load", 0.501 * LOAD))
     with pytest.raises(ValueError, match="beyond the grid"):
         row.apply(("load", 0.021), ("load", 0.0))
-
-
-def deviations(contact, moves, largest_load, coarse, fine):
-    """Largest differences of T_i, U, dissipated energy and stick radius between two (springs, substeps), scaled."""
-    records = []
-    for springs, substeps in (coarse, fine):
-        row = SpringRow(contact, contact.approach(largest_load), springs)
-        records.append(
-            [
-                (now.tangential_load, now.tangential_displacement, now.dissipated_energy, now.stick_radius)
-                for now in follow(row, moves, substeps)
-            ]
-        )
-    approach = contact.approach(largest_load)
-    scales = (
-        contact.limit(approach),
-        contact.compliance_ratio * contact.friction.max() * approach,
-        sum(records[1][-1][2]) or 1.0,
-        np.max(row.spacing) * fine[0] / coarse[0],
-    )
-    return [
-        max(np.max(np.abs(a - b)) for a, b in zip(*quantity, strict=True)) / scale
-        for quantity, scale in zip(
-            zip(*(zip(*record, strict=True) for record in records), strict=True), scales, strict=True
-        )
-    ]
-
-
-@pytest.mark.parametrize("count", [1, 6])
-def test_random_histories_converge_with_the_grid(count):
-    for seed in range(10):
-        rng = np.random.default_rng(seed)
-        contact = random_contact(rng, count)
-        moves = random_moves(rng, contact, LOAD * count, friction_changes=True)
-        load, displacement, energy, radius = deviations(contact, moves, LOAD * count, (200, 200), (1600, 200))
-        assert load < 2 / 200**2
-        assert displacement < 4 / 200**2
-        assert energy < 4 / 200**2
-        assert radius < 1.5
 
 
 def test_a_ramp_of_loads_over_several_coefficients_converges_with_the_sub_steps():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.basics.lock import WriterLock
+from historysim.basics.files import WriterLock
 from historysim.recording import recorder
 from historysim.recording.netcdf import (
     CHUNK_CELLS,

@@ -10,8 +10,6 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.each_run import each_run
-from historysim.tables.clocks import one_clock
-from historysim.tables.columns import Part
 
 SCENARIO = """
 [materials]
@@ -84,10 +82,7 @@ def test_one_run_is_taken(folder, run, friction):
         ('run = 1\nruns_by = "Step"', r"there is no run 1; expected one of 10, 20, 30"),
         ('run = "each"', r'loading\.run: "each"; expected one of the runs 1, 2, 3 here'),
         ("run = 0", r"loading\.run: 0; expected the number of a run"),
-        ("run = true", r"loading\.run: true; expected the number of a run"),
-        ('run = "all"', r"loading\.run: the text 'all'; expected the number of a run, from 1, or \"each\""),
         ('runs_by = "Step"', r"loading\.run: missing; expected the value of runs_by"),
-        ('run = 1\nruns_by = "Stop"', r"Stop"),
     ],
 )
 def test_runs_that_are_none(folder, run, said):
@@ -141,17 +136,3 @@ def test_columns_show_the_runs(folder, monkeypatch):
     # the name t alone does not say its unit
     assert 'time = { column = "t", unit = "?" }' in done.output
     assert "run = 1  # of 3, the clock starts again" in done.output
-
-
-def test_tables_are_put_at_the_start_times_that_a_file_gives():
-    """The clock of the file itself, in which the first table begins at its own start; and one from that start on."""
-    times = np.array([0.2, 1.0, 2.17, 0.0, 1.0])
-    parts = (Part("block 1", 3, 0.2), Part("block 2", 2, 2.355))
-    joined, told = one_clock(times, parts)
-    assert joined.tolist() == [0.2, 1.0, 2.17, 2.355, 3.355]
-    assert told == ["the clock starts again: block 2 put at the start times of the file"]
-    joined, _ = one_clock(times - [0.2, 0.2, 0.2, 0, 0], parts)
-    assert joined[3] == pytest.approx(2.155)
-    # a start that is one digit short of the end of the table before
-    joined, _ = one_clock(times, (parts[0], Part("block 2", 2, 2.16)))
-    assert joined[3] == 2.17

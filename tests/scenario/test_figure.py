@@ -161,26 +161,22 @@ def test_what_is_no_picture_is_told_with_its_place(write, text, message):
 
 
 @pytest.mark.parametrize(
-    ("waypoints", "message"),
+    ("loading", "message"),
     [
         (
-            '{ time = 0, normal_load = 1, name = "K" }, { after = 1, normal_load = 2, name = "K" }',
-            r"waypoints\[1\].name: the text 'K' came",
+            'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
+            r"waypoints\[1\].name: the text 'K' stands before",
         ),
-        ('{ time = 0, normal_load = 1, name = " " }', r"waypoints\[0\].name: the text ' '; expected a text"),
+        ('waypoints = [{time=0, normal_load=1, name=" "}]', r"waypoints\[0\].name: the text ' '; expected a string"),
+        (
+            '[[loading.blocks]]\nwaypoints = [{after=1, normal_load=1, name="K"}]',
+            r"blocks\[0\].waypoints\[0\].name: a block may run several times",
+        ),
     ],
 )
-def test_names_of_waypoints_are_told_apart(write, waypoints, message):
-    before = BALL[: BALL.index("waypoints")]
+def test_names_of_waypoints_differ(write, loading, message):
     with pytest.raises(InputError, match=message):
-        hs.load(write(f"{before}waypoints = [{waypoints}]\n"))
-
-
-def test_blocks_have_no_names(write):
-    before = BALL[: BALL.index("substeps")]
-    block = '[[loading.blocks]]\nwaypoints = [{ after = 1, normal_load = 1, name = "K" }]\n'
-    with pytest.raises(InputError, match=r"blocks\[0\].waypoints\[0\].name: a block may run several times"):
-        hs.load(write(before + block))
+        hs.load(write(f"{BALL[: BALL.index('substeps')]}{loading}\n"))
 
 
 def test_from_the_shell(write, tmp_path, monkeypatch):
@@ -192,9 +188,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
     assert call(main, ["run", str(path), "-o", "b.nc", "-q"]).exit_code == 0
     for arguments in (
         ["a.nc", "b.nc"],
-        ["a.nc", "b.nc", "--labels", "one,two"],
         ["a.nc", "b.nc", "--picture", "traction", "--steps", "K,-1", "--across", "diameter"],
-        ["a.nc", "--picture", "loops", "--steps", "K"],
         ["a.nc", "--picture", "traction", "--with", "steps=K,-1", "--with", "limit=false", "--with", "asperity=0"],
         ["a.nc", "--picture", "loops", "--with", "first_loading=20 mN", "--with", "loads=true"],
     ):
@@ -203,24 +197,9 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
     for arguments, message in (
         (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
         (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, traction"),
-        (["a.nc", "b.nc", "--step", "3"], "step does not apply to the picture loops; did you mean 'steps'"),
         (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
-        (
-            ["a.nc", "--picture", "slip-map", "--steps", "K"],
-            "steps does not apply to the picture slip-map; it applies to loops, slip-fronts, traction",
-        ),
-        (
-            ["a.nc", "--picture", "traction", "--step", "K"],
-            "step K: the picture traction takes several; expected steps",
-        ),
-        (
-            ["a.nc", "--picture", "traction", "--steps", "K,,L"],
-            "steps: expected values with one comma",
-        ),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
         ([str(path), "--steps", "K"], "steps does not apply to the picture surface"),
-        (["a.nc", "--picture", "traction", "--with", "limit=no"], "limit is 'no'; expected true or false"),
-        (["a.nc", "--picture", "traction", "--with", "limit"], "expected OPTION=VALUE"),
         (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite what it is made from"),
         (["a.nc", "b.nc", "-o", "p.gif"], "a moving picture"),
     ):

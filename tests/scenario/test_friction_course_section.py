@@ -42,13 +42,7 @@ def test_a_course_is_written_out_or_comes_from_a_file(tmp_path):
     ("course", "said"),
     [
         ("coefficient = [0.1]", "friction.course: neither time nor distance; expected one of them"),
-        ("time = [0]\ndistance = [0]\ncoefficient = [0.1]", "friction.course: time and distance together"),
         ("time = [0, 1]\ncoefficient = [0.1]", "friction.course: time has shape"),
-        ('time = [0]\ncoefficient = ["2 N"]', r"friction.course.coefficient\[0\]: "),
-        (
-            'file = "none.csv"\ncolumns = { time = "t", coefficient = "mu" }',
-            "friction.course.file: none.csv: there is no",
-        ),
         ('file = "mu.csv"\ncolumns = { coefficient = "mu" }', "friction.course.columns: neither time nor distance"),
         (
             'file = "mu.csv"\ncolumns = { time = "t", coefficient = "mu" }',

@@ -106,7 +106,6 @@ def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
     ],
 )
 def test_files_are_drawn_as_what_they_are(files, name, options, title):
-    assert title in titles(hs.plot(files / name, **options))
     assert title in titles(hs.plot(str(files / name), **options))
 
 
@@ -129,7 +128,6 @@ def test_a_history_from_a_file_brings_its_surface_along(tmp_path, history):
             "form, channel: .*r.nc is a result of historysim run; expected a hei",
         ),
         ("r.nc", {"adhesion": True}, "adhesion does not apply to the picture history"),
-        ("l.nc", {"step": 1}, "step does not apply to the picture loop-trends"),
         ("s.toml", {"step": 1}, "step does not apply to the picture surface"),
         ("s.toml", {"asperity": 1}, "asperity 1: of a scenario it needs adhesion"),
         ("s.toml", {"adhesion": True, "asperity": 1}, "asperity 1 does not touch; expected one that does: 0 carries"),

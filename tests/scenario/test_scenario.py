@@ -10,7 +10,6 @@ from broken import (
     DENSITY,
     DOCUMENTS,
     FILES,
-    LOADS_CSV,
     MEASURED,
     ROUGH_ON_ROUGH,
     SPHERE,
@@ -22,7 +21,6 @@ from broken import (
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from historysim import tables
 from historysim.errors import InputError
 from historysim.loads.events import (
     FrictionChange,
@@ -68,7 +66,7 @@ def with_loading(loading):
 def test_waypoints_are_events_at_their_times(folder):
     found = loaded(folder, WAYPOINTS)
     assert found.events() == [NormalLoad(0.0, 0.01), TangentialLoad(1.0, 0.003)]
-    assert (found.substeps, found.saturate, found.record, found.title) == (1, False, "touching", "")
+    assert (found.substeps, found.sections.loading.saturate, found.record, found.title) == (1, False, "touching", "")
     assert found.text == WAYPOINTS
 
 
@@ -81,25 +79,6 @@ def test_one_waypoint_moves_several_channels_and_friction_comes_last(folder):
         ),
     )
     assert events == [NormalDisplacement(2.0, 1e-6), TangentialDisplacement(2.0, 5e-9), FrictionChange(2.0, (0.1,))]
-
-
-def test_after_counts_from_the_waypoint_before(folder):
-    _, events = built(
-        folder,
-        with_loading(
-            "waypoints = [{ time = 5, normal_load = 1 }, { after = 0.5, normal_load = 2 }, "
-            "{ time = 7, normal_load = 3 }]"
-        ),
-    )
-    assert [event.time for event in events] == [5.0, 5.5, 7.0]
-
-
-def test_sphere_is_one_asperity(folder):
-    ensemble, _ = built(folder, WAYPOINTS)
-    assert ensemble.summit_radius.tolist() == [1.0]
-    assert ensemble.friction.tolist() == [0.5]
-    assert ensemble.pair.contact_modulus == 1.0
-    assert ensemble.pair.shear_modulus == 0.25
 
 
 def test_inline_summits_and_a_material_of_ones_own(folder):
@@ -153,13 +132,7 @@ def test_tables_give_summits_friction_and_loads(folder):
     assert [type(event) for event in events] == [NormalLoad, TangentialDisplacement] * 3
     assert [event.time for event in events] == [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
     assert [event.value for event in events] == pytest.approx([0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7])
-    assert (found.substeps, found.saturate, found.record) == (2, True, "totals")
-
-
-def test_spreadsheets_that_mark_utf8_are_read(folder):
-    (folder / "loads.csv").write_text(LOADS_CSV, encoding="utf-8-sig")
-    _, events = built(folder, MEASURED)
-    assert len(events) == 6
+    assert (found.substeps, found.sections.loading.saturate, found.record) == (2, True, "totals")
 
 
 FROM_FILE = """
@@ -175,13 +148,10 @@ normal_load = {normal_load}
 @pytest.mark.parametrize(
     ("file", "content", "layout", "time", "normal_load"),
     [
-        ("r.tsv", "run 7\nt (s)\tF (mN)\n0\t50\n1\t70\n", "", '"t (s)"', '"F (mN)"'),
         ("r.txt", "t\tF\n0\t50\n1\t70\n", 'delimiter = "\\t"', '"t"', '{ column = "F", unit = "mN" }'),
-        ("r.txt", "t F\n0 50\n1 70\n", 'delimiter = " "', '"t"', '{ column = "F", unit = "mN" }'),
         ("r.csv", "0;0,05;9\n1;0,07;9\n", 'decimal = ","', "{ column = 1 }", "{ column = 2 }"),
         ("r.csv", "t;t\n0;50\n1;70\n", "header = 1", "{ column = 1 }", '{ column = "t", occurrence = 2, unit = "mN" }'),
         ("r.csv", "#t,F\n0,0.05\n1,0.07\n", 'comment = ""', '"#t"', '"F"'),
-        ("r.csv", "t,µ\n0,50\n1,70\n", 'encoding = "utf-8"', '"t"', '{ column = "µ", unit = "mN" }'),
         (
             "r.json",
             '{"t": [0, 1], "m": [[9, 9], [50, 70]], "m unit": "mN"}',
@@ -203,31 +173,18 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
 @pytest.mark.parametrize(
     ("layout", "column", "said"),
     [
-        ("delimiter = 7", '"F"', "s.toml: loading.delimiter: 7; expected a text"),
-        ('delimiter = ";"\ndecimal = ";"', '"F"', 's.toml: loading.decimal: the text \';\'; expected "." or ","'),
-        ('delimiter = ","\ndecimal = ","', '"F"', "s.toml: loading.decimal: ',', as the delimiter"),
-        ("header = -1", '"F"', "s.toml: loading.header: -1; expected the number of a line"),
-        ('encoding = "utf-9"', '"F"', "s.toml: loading.encoding: the text 'utf-9'; expected an encoding"),
-        ("transposed = 1", '"F"', "s.toml: loading.transposed: 1; expected true or false"),
-        ('delimitr = ";"', '"F"', "s.toml: loading.delimitr: unknown key; did you mean 'delimiter'?"),
-        ("", '{ column = "F", index = 1 }', "s.toml: loading.file: r.csv: index = 1 counts the columns of a matrix"),
-        ("", "{ column = 0 }", "s.toml: loading.columns.normal_load.column: 0; expected a position counted from 1"),
-        ("", '{ column = "F", unit = "s" }', "s.toml: loading.columns.normal_load.unit: 's' is not a unit of a force"),
-        ("", '"x [mm]"', "s.toml: loading.file: r.csv: column 'x [mm]': 'mm' is not a unit of a force"),
+        ("delimiter = 7", '"F"', "loading.delimiter: 7; expected a string"),
+        ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',', as the delimiter"),
+        ('delimitr = ";"', '"F"', "loading.delimitr: unknown key; did you mean 'delimiter'?"),
+        ("", '{ column = "F", index = 1 }', "loading.file: r.csv: index = 1 counts the columns of a matrix"),
+        ("", "{ column = 0 }", "loading.columns.normal_load.column: 0; expected a position counted from 1"),
+        ("", '"x [mm]"', "loading.file: r.csv: column 'x [mm]': 'mm' is not a unit of a force"),
     ],
 )
 def test_messages_about_how_a_file_is_written(folder, layout, column, said):
     (folder / "r.csv").write_text("t,F,F / kN,x [mm]\n0,1,2,3\n", encoding="utf-8")
     loading = FROM_FILE.format(file="r.csv", layout=layout, time='"t"', normal_load=column)
-    assert said in refusal(folder, SPHERE + loading)
-
-
-def test_times_that_decrease_are_named_by_their_row(folder):
-    (folder / "r.json").write_text('{"t": [0, 2, 1], "F": [1, 1, 1]}', encoding="utf-8")
-    loading = FROM_FILE.format(file="r.json", layout="", time='"t"', normal_load='"F"')
-    assert "s.toml: loading.file: r.json: the sample at t = 1 s: the time 1 s comes after 2 s" in refusal(
-        folder, SPHERE + loading
-    )
+    assert f"s.toml: {said}" in refusal(folder, SPHERE + loading)
 
 
 def test_importing_the_module_loads_nothing_heavy():
@@ -239,165 +196,101 @@ def test_importing_the_module_loads_nothing_heavy():
 # -- what is said about those that cannot be used --------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ("[loading]", "[laoding]", "s.toml: laoding: unknown key; did you mean 'loading'?"),
-        ("[loading]", "[laoding]", "s.toml: loading: missing"),
-        ("waypoints =", "waypoint =", "s.toml: loading: 'waypoint' given; expected exactly one of"),
-        ("time = 0", "tine = 0", "s.toml: loading.waypoints[0].tine: unknown key; did you mean 'time'?"),
-        ("time = 0", "time = true", "s.toml: loading.waypoints[0].time: true; expected a number in s"),
-        ("time = 0", "time = 1979-05-27", "s.toml: loading.waypoints[0].time: 1979-05-27; expected"),
-        ("time = 0", "time = nan", "s.toml: loading.waypoints[0].time: nan is not"),
-        ("time = 0", "time = [0]", "s.toml: loading.waypoints[0].time: an array; expected"),
-        ("time = 0", f"time = 0x{'f' * 5000}", "s.toml: loading.waypoints[0].time: an integer of 20000 bits"),
-        ("time = 0, ", "", "s.toml: loading.waypoints[0]: neither time nor after"),
-        ("after = 1", "time = 1, after = 1", "s.toml: loading.waypoints[1]: both time and after"),
-        ("after = 1", "after = -1", "s.toml: loading.waypoints[1].after: -1 s"),
-        ("after = 1", "time = -1", "s.toml: loading.waypoints[1].time: -1 s comes after 0 s"),
-        ("normal_load = 0.01", "friction = -1", "s.toml: loading.waypoints[0].friction: FrictionChange"),
-        (", normal_load = 0.01", "", "s.toml: loading.waypoints[0]: nothing to reach"),
-        ("normal_load = 0.01", "normal_load = -1", "s.toml: loading.waypoints[0].normal_load: NormalLoad"),
-        ("normal_load = 0.01", 'normal_load = "1 nm"', "s.toml: loading.waypoints[0].normal_load: '1 nm': 'nm' is not"),
-        (
-            "normal_load = 0.01",
-            'normal_load = "1 mNN"',
-            "s.toml: loading.waypoints[0].normal_load: '1 mNN': 'mNN' is not",
-        ),
+WRONG = {
+    WAYPOINTS: [
+        ("[loading]", "[laoding]", "laoding: unknown key; did you mean 'loading'?"),
+        ("[loading]", "[laoding]", "loading: missing"),
+        ("waypoints =", "waypoint =", "loading: 'waypoint' given; expected exactly one of"),
+        ("time = 0", "tine = 0", "loading.waypoints[0].tine: unknown key; did you mean 'time'?"),
+        ("time = 0", "time = true", "loading.waypoints[0].time: true; expected a number in s"),
+        ("time = 0", "time = nan", "loading.waypoints[0].time: nan is not"),
+        ("time = 0", f"time = 0x{'f' * 5000}", "loading.waypoints[0].time: an integer of 20000 bits"),
+        ("time = 0, ", "", "loading.waypoints[0]: neither time nor after"),
+        ("after = 1", "time = 1, after = 1", "loading.waypoints[1]: both time and after"),
+        ("after = 1", "time = -1", "loading.waypoints[1].time: -1 s comes after 0 s"),
+        ("normal_load = 0.01", "friction = -1", "loading.waypoints[0].friction: FrictionChange"),
+        (", normal_load = 0.01", "", "loading.waypoints[0]: nothing to reach"),
+        ("normal_load = 0.01", "normal_load = -1", "loading.waypoints[0].normal_load: NormalLoad"),
+        ("normal_load = 0.01", 'normal_load = "1 nm"', "loading.waypoints[0].normal_load: '1 nm': 'nm' is not"),
         (
             "normal_load = 0.01",
             "normal_load = 1, normal_displacement = 1",
-            "s.toml: loading.waypoints[0]: normal_load and normal_displacement together",
+            "loading.waypoints[0]: normal_load and normal_displacement together",
         ),
-        ("[{ time", "7 #[{ time", "s.toml: loading.waypoints: 7; expected an array"),
-        ("[{ time", "[] #[{ time", "s.toml: loading: no waypoints"),
-        ("[loading]", "[loading]\nsubsteps = 0", "s.toml: loading.substeps: 0; expected an integer from 1"),
-        ("[loading]", "[loading]\nsubsteps = 1.5", "s.toml: loading.substeps: 1.5; expected an integer"),
-        (
-            "[loading]",
-            f"[loading]\nsubsteps = {2**63}",
-            "loading.substeps: 9223372036854775808; expected an integer of 64",
-        ),
-        ("[loading]", "[loading]\nsubsteps = 90_000_000", "s.toml: loading.substeps: 180,000,000 steps; expected"),
-        ("[loading]", "[loading]\nsaturate = 1", "s.toml: loading.saturate: 1; expected true or false"),
-        (
-            "[loading]",
-            '[record]\nasperities = "some"\n[loading]',
-            "s.toml: record.asperities: the text 'some'; expected",
-        ),
+        ("[{ time", "7 #[{ time", "loading.waypoints: 7; expected an array"),
+        ("[{ time", "[] #[{ time", "loading: no waypoints"),
+        ("[loading]", "[loading]\nsubsteps = 0", "loading.substeps: 0; expected an integer from 1"),
+        ("[loading]", f"[loading]\nsubsteps = {2**63}", "loading.substeps: 9223372036854775808; expected an integer"),
+        ("[loading]", "[loading]\nsubsteps = 90_000_000", "loading.substeps: 180,000,000 steps; expected"),
+        ("[loading]", "[loading]\nsaturate = 1", "loading.saturate: 1; expected true or false"),
+        ("[loading]", '[record]\nasperities = "some"\n[loading]', "record.asperities: the text 'some'; expected"),
         (
             "[loading]",
             "[record]\nasperities = [1]\n[loading]",
-            "s.toml: record.asperities[0]: 1; expected an index from 0 to 0, since the surface has 1 asperity",
+            "record.asperities: record names asperity 1; expected indices from 0 to 0",
         ),
-        ("[loading]", "[record]\nasperities = []\n[loading]", "s.toml: record.asperities: expected one or more"),
-        ("[loading]", "[record]\nasperities = [0, 0]\n[loading]", "s.toml: record.asperities: expected one or more"),
+        ("[loading]", "[record]\nasperities = [0, 0]\n[loading]", "record.asperities: record names an asperity twice"),
         (
             "normal_load = 0.01",
             "friction = [1, 2, 3]",
-            "s.toml: loading: friction at t = 0 s: friction has shape (3,); expected one",
+            "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
-        (
-            "[loading]",
-            "[record]\nasperities = [1.0]\n[loading]",
-            "s.toml: record.asperities[0]: 1.0; expected an integer",
-        ),
-        ('kind = "sphere"', 'kind = "spere"', "s.toml: surface.kind: the text 'spere'; did you mean 'sphere'?"),
-        ('kind = "sphere"', "", "s.toml: surface.kind: missing; expected one of measured, normal_curve"),
-        ('kind = "sphere"', "kind = 7", "s.toml: surface.kind: 7; expected one of"),
-        ("radius = 1.0", "", "s.toml: surface.radius: missing"),
-        ("radius = 1.0", "radius = -1.0", "s.toml: surface: radius is -1"),
-        ("contact_modulus = 1.0", "", "s.toml: materials: shear_modulus given; expected either first and second"),
-        ("contact_modulus = 1.0", "contact_modulus = 0", "s.toml: materials: "),
-        ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "s.toml: surface: friction"),
-        ("coefficient = 0.5", 'coefficient = "high"', "s.toml: friction.coefficient: 'high' is a str"),
-        ("[friction]\ncoefficient = 0.5", "", "s.toml: friction: missing"),
-        ("[friction]\ncoefficient = 0.5", "friction = 0.5", "s.toml: surface.friction: unknown key"),
-        ("[surface]", "title = 7\n[surface]", "s.toml: materials.title: unknown key"),
-        (
-            "[surface]",
-            "[surface",
-            "s.toml: is not TOML: Expected ']' at the end of a table declaration (at line 5, column 9)",
-        ),
+        ('kind = "sphere"', 'kind = "spere"', "surface.kind: the text 'spere'; did you mean 'sphere'?"),
+        ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, normal_curve"),
+        ("radius = 1.0", "", "surface.radius: missing"),
+        ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
+        ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "surface: friction"),
+        ("[friction]\ncoefficient = 0.5", "", "friction: missing"),
+        ("[surface]", "title = 7\n[surface]", "materials.title: unknown key"),
+        ("[surface]", "[surface", "is not TOML: Expected ']' at the end of a table declaration (at line 5, column 9)"),
     ],
-)
-def test_messages_name_the_field(folder, old, new, said):
-    assert old in WAYPOINTS
-    assert said in refusal(folder, WAYPOINTS.replace(old, new, 1))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('first = "silicon"', 'first = "silikon"', "s.toml: materials.first: 'silikon' is not a built-in material"),
-        ('first = "silicon"', "first = 7", "s.toml: materials.first: 7; expected a text"),
-        ("poissons_ratio = 0.2", "poissons_ratio = 0.7", "s.toml: materials.second: Material: poissons_ratio"),
-        ("poissons_ratio", "poisson_ratio", "s.toml: materials.second.poisson_ratio: unknown key; did you mean"),
-        ('"10 nm"', '"10 nN"', "s.toml: surface.height[1]: '10 nN': 'nN' is not"),
-        ("repeat = 4", "repeat = 0", "s.toml: loading.blocks[0].repeat: 0; expected"),
-        (
-            "repeat = 4",
-            "repeat = 1_000_000_000",
-            "s.toml: loading.blocks: 9000000003 events; expected 10,000,000 at most",
-        ),
-        ('"70 mN"', '"70"', "s.toml: loading.blocks[0].each.normal_load[1]: '70' has no unit"),
-        ('"70 mN"', '"-70 mN"', "s.toml: loading.blocks[0].each.normal_load: NormalLoad"),
-        ('["50 mN", "70 mN", "90 mN"]', '"50 mN"', "s.toml: loading.blocks[0].each.normal_load: the text"),
-        ('["50 mN", "70 mN", "90 mN"]', "[]", "s.toml: loading.blocks[0].each: 0 of normal_load values"),
+    BLOCKS: [
+        ('first = "silicon"', 'first = "silikon"', "materials.first: 'silikon' is not a built-in material"),
+        ("poissons_ratio = 0.2", "poissons_ratio = 0.7", "materials.second: Material: poissons_ratio"),
+        ("poissons_ratio", "poisson_ratio", "materials.second.poisson_ratio: unknown key; did you mean"),
+        ('"10 nm"', '"10 nN"', "surface.height[1]: '10 nN': 'nN' is not"),
+        ("repeat = 4", "repeat = 0", "loading.blocks[0].repeat: 0; expected"),
+        ("repeat = 4", "repeat = 1_000_000_000", "loading.blocks: 9000000003 events; expected 10,000,000 at most"),
+        ('"70 mN"', '"-70 mN"', "loading.blocks[0].each.normal_load: NormalLoad"),
+        ('["50 mN", "70 mN", "90 mN"]', "[]", "loading.blocks[0].each: 0 of normal_load values"),
         (
             '"90 mN"]',
             '"90 mN"], friction = [0.1]',
-            "3 of normal_load, 1 of friction values; expected arrays of one length",
+            "loading.blocks[0].each: 3 of normal_load, 1 of friction values; expected",
         ),
-        ('after = "250 ms"', "time = 1", "s.toml: loading.blocks[0].waypoints[0].time: a block runs"),
-        ("[0, 2]", "[0, 3]", "s.toml: record.asperities[1]: 3; expected an index from 0 to 2"),
-        ("y = [0, 0, 0]", "y = [0, 0]", "s.toml: surface: y has 2 values"),
+        ('after = "250 ms"', "time = 1", "loading.blocks[0].waypoints[0].time: a block runs"),
     ],
-)
-def test_messages_name_the_field_in_blocks(folder, old, new, said):
-    assert old in BLOCKS
-    assert said in refusal(folder, BLOCKS.replace(old, new, 1))
+    MEASURED: [
+        ('file = "loads.csv"', 'file = "load.csv"', "loading.file: load.csv: there is no such file"),
+        ('file = "loads.csv"', 'file = "."', "loading.file: "),
+        ('time = "t"', 'time = "tt"', "loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
+        ('time = "t"', 'time = { column = "t", units = "s" }', "loading.columns.time.units: unknown key"),
+        ('time = "t"', 'time = { unit = "s" }', "loading.columns.time.column: missing"),
+        ('unit = "mN"', 'unit = "mm"', "loading.columns.normal_load.unit: 'mm' is not"),
+        ("tangential_displacement =", "displacement =", "loading.columns.displacement: unknown key"),
+        ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),
+    ],
+}
+"""By documents what is replaced in them, by what, and what the message says then."""
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        ('file = "loads.csv"', 'file = "load.csv"', "s.toml: loading.file: load.csv: there is no such file"),
-        ('file = "loads.csv"', 'file = "."', "s.toml: loading.file: "),
-        ('file = "loads.csv"', 'file = "a\\u0000b"', "s.toml: loading.file: "),
-        ('time = "t"', 'time = "tt"', "s.toml: loading.file: loads.csv: there is no column 'tt'; did you mean 't'?"),
-        ('time = "t"', "time = 1", "s.toml: loading.columns.time: 1; expected a text"),
-        ('time = "t"', 'time = { column = "t", units = "s" }', "s.toml: loading.columns.time.units: unknown key"),
-        ('time = "t"', 'time = { unit = "s" }', "s.toml: loading.columns.time.column: missing"),
-        ('unit = "mN"', 'unit = "mm"', "s.toml: loading.columns.normal_load.unit: 'mm' is not"),
-        ('delimiter = ";"', 'delimiter = ";;"', "s.toml: loading.delimiter: the text ';;'; expected one character"),
-        ("tangential_displacement =", "displacement =", "s.toml: loading.columns.displacement: unknown key"),
-        ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "s.toml: friction: given both here and"),
-        ('file = "summits.csv"', 'file = "summits.csv"\nradius = 1', "s.toml: surface.radius: unknown key"),
-    ],
+    ("document", "old", "new", "said"), [(text, *row) for text, rows in WRONG.items() for row in rows]
 )
-def test_messages_name_the_field_of_a_table(folder, old, new, said):
-    assert old in MEASURED
-    assert said in refusal(folder, MEASURED.replace(old, new, 1))
+def test_messages_name_the_field(folder, document, old, new, said):
+    assert old in document
+    assert f"s.toml: {said}" in refusal(folder, document.replace(old, new, 1))
 
 
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"", "is empty; expected a header line"),
-        (b"\n\n", "is empty; expected a header line"),
         (b"t;U;N\n", "has a header but no rows"),
-        (b"t;U;N;t\n0;0;0;0\n", "the header names column 't' 2 times"),
         (b"t;U;N\n0;0;50\n1;0\n", "line 3: 2 values where the header names 3 columns"),
-        (b"t;U;N\n0;0;50;1\n", "line 2: 4 values where the header names 3 columns"),
         (b"t;U;N\n0;0;fifty\n", "line 2, column 'N': 'fifty'; expected a finite number"),
         (b"t;U;N\n0;0;50,5\n", "line 2, column 'N': '50,5'; expected a finite number; if it has a decimal comma, say"),
-        (b"t;U;N\n0;nan;50\n", "line 2, column 'U': 'nan'; expected a finite number"),
-        (b"t;U;N\n0;1_0;50\n", "line 2, column 'U': '1_0'; expected a finite number"),
-        (b"t;U;N\n0;;50\n", "line 2, column 'U': ''; expected a finite number"),
         (b"t;U;N\n1;0;50\n\n0;0;50\n", "line 4: the time 0 s comes after 1 s"),
         (b"t;U;N\n1;0;50\n2;0;-1\n", "line 3: a normal load of -0.001 N pulls on the contact"),
-        (b"t;U;N\n0;0;\xff\n", "line 2, column 'N': 'ÿ'; expected a finite number"),
         (b"t;U;N\n0;0;" + b"1" * 200_000 + b"\n", "is not a CSV table: field larger than field limit"),
     ],
 )
@@ -424,19 +317,12 @@ def test_a_flood_of_problems_is_cut_short(folder):
     assert "… and 990 more" in message
 
 
-def test_tables_have_a_largest_size(folder, monkeypatch):
-    monkeypatch.setattr(tables, "MOST_ROWS", 2)
-    assert "has more than 2 rows" in refusal(folder, MEASURED)
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         (b"", "s.toml: is empty"),
-        (b"# nothing\n", "s.toml: is empty"),
         (b"\xff\xfe", "s.toml: is not UTF-8 text"),
         (b"a = " + b"[" * 100_000, "s.toml: is not TOML"),
-        (b"a = " + b"9" * 5000, "s.toml: is not TOML"),
         (b"a = 1", "s.toml: a: unknown key"),
     ],
 )
@@ -473,7 +359,7 @@ def check_that_it_is_built_or_refused(folder, document):
     assert "Traceback" not in message
 
 
-fuzz = settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

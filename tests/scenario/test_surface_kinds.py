@@ -1,7 +1,6 @@
 """The kinds of ``[surface]``: the summits that each gives, and what is said about those that give none."""
 
 import math
-import re
 import sys
 import warnings
 
@@ -146,6 +145,12 @@ def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_func
     found = built(folder, entry)
     assert len(summits) > 0
     assert bits(found.summits) == bits(summits)
+    history = hs.run(folder / "s.toml")
+    coordinates = {"summit_height": "height", "summit_radius": "radius", "x": "x", "y": "y"}
+    for name, column in coordinates.items():
+        values = getattr(summits, column)
+        assert (name in history.coords) == (values is not None)
+        assert values is None or history[name].values.tobytes() == values.tobytes()
     assert found.friction is None
     if surface is None:
         assert found.surface is None
@@ -153,26 +158,6 @@ def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_func
         assert found.surface.heights.tobytes() == surface.heights.tobytes()
         assert found.surface.pixel_size == surface.pixel_size
         assert found.surface.periodic == surface.periodic
-
-
-def test_an_array_that_replaces_one_asperity_has_smaller_ones(folder):
-    entry = {**SHORT["textured"], "scaling": "self-similar"}
-    assert built(folder, entry).summits.radius == pytest.approx(RADIUS / math.sqrt(12), rel=4e-16)
-    entry = {**SHORT["textured"], "scaling": "curvature-invariant"}
-    assert (built(folder, entry).summits.radius == RADIUS).all()
-
-
-@pytest.mark.parametrize("entry", [*SECTIONS.values(), *SHORT.values()], ids=NAMES)
-def test_a_run_has_these_summits_bit_for_bit(folder, entry):
-    summits = built(folder, entry).summits
-    history = hs.run(folder / "s.toml")
-    assert history.summit_height.values.tobytes() == summits.height.tobytes()
-    assert history.summit_radius.values.tobytes() == summits.radius.tobytes()
-    for axis in "xy":
-        positions = getattr(summits, axis)
-        assert (axis in history.coords) == (positions is not None)
-        if positions is not None:
-            assert history[axis].values.tobytes() == positions.tobytes()
 
 
 def test_the_sections_are_of_every_kind_and_have_every_key():
@@ -196,77 +181,74 @@ FORMAT = {field.name for field in attrs.fields(Format)}
 # -- what the keys do -------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("name", "key", "value"),
-    [
-        ("sphere", "radius", 1e-6),
-        ("inline summits", "height", [0.0, -2e-8]),
-        ("inline summits", "radius", 1e-6),
-        ("inline summits", "x", [0.0, 1.0]),
-        ("inline summits", "y", [0.0, 1.0]),
-        ("summit table", "columns", {"height": "z", "radius": "R"}),
-        ("textured", "count", [4, 3]),
-        ("textured", "pitch", 1e-5),
-        ("textured", "radius", 1e-6),
-        ("textured", "scaling", "curvature-invariant"),
-        ("textured", "height_scatter", 2e-9),
-        ("textured", "radius_scatter", 0.1),
-        ("textured", "seed", 6),
-        ("gaussian statistics", "radius", 1e-6),
-        ("gaussian statistics", "summit_density", 2e10),
-        ("gaussian statistics", "nominal_area", 2.6e-9),
-        ("gaussian statistics", "rms_height", 2e-8),
-        ("gaussian statistics", "seed", 3),
-        ("inline statistics", "height", [-1e-8, 0.0, 4e-8]),
-        ("inline statistics", "density", [1.0, 4.0, 1.0]),
-        ("statistics of gaps", "gap", [0.0, 2e-8]),
-        ("statistics of gaps", "seed", 1),
-        ("statistics table", "columns", {"gap": "h", "density": "p"}),
-        ("random", "shape", [17, 24]),
-        ("random", "pixel_size", [1e-6, 2.1e-6]),
-        ("random", "rms_height", 2e-8),
-        ("random", "autocorrelation_length", [4e-6, 6e-6]),
-        ("random", "seed", 4),
-        ("random", "autocorrelation", "exponential"),
-        ("random", "skewness", 0.2),
-        ("random", "kurtosis", 3.5),
-        ("random", "rule", 9),
-        ("random", "rule", 3),
-        ("measured", "file", "maps/other.npy"),
-        ("measured", "pixel_size", 1e-6),
-        ("measured", "height_unit", "µm"),
-        ("measured", "form", "mean"),
-        ("measured", "form", "plane"),
-        ("measured", "form", "sphere"),
-        ("measured", "rms_height", 1e-8),
-        ("measured", "mirrored", False),
-        ("measured", "rule", 9),
-        ("sum", "first", {"kind": "random", **OTHER}),
-        ("sum", "second", {"kind": "random", **ROUGH}),
-        ("sum", "shift", [1e-6, 2e-6]),
-        ("sum", "rotation", -0.3),
-        ("sum", "rule", 9),
-    ],
-)
-def test_every_key_has_an_effect(folder, name, key, value):
+EFFECTS = {
+    "sphere": {"radius": 1e-6},
+    "inline summits": {"height": [0.0, -2e-8], "radius": 1e-6, "x": [0.0, 1.0], "y": [0.0, 1.0]},
+    "summit table": {"columns": {"height": "z", "radius": "R"}},
+    "textured": {
+        "count": [4, 3],
+        "pitch": 1e-5,
+        "radius": 1e-6,
+        "scaling": "curvature-invariant",
+        "height_scatter": 2e-9,
+        "radius_scatter": 0.1,
+        "seed": 6,
+    },
+    "gaussian statistics": {
+        "radius": 1e-6,
+        "summit_density": 2e10,
+        "nominal_area": 2.6e-9,
+        "rms_height": 2e-8,
+        "seed": 3,
+    },
+    "inline statistics": {"height": [-1e-8, 0.0, 4e-8], "density": [1.0, 4.0, 1.0]},
+    "statistics of gaps": {"gap": [0.0, 2e-8], "seed": 1},
+    "statistics table": {"columns": {"gap": "h", "density": "p"}},
+    "random": {
+        "shape": [17, 24],
+        "pixel_size": [1e-6, 2.1e-6],
+        "rms_height": 2e-8,
+        "autocorrelation_length": [4e-6, 6e-6],
+        "seed": 4,
+        "autocorrelation": "exponential",
+        "skewness": 0.2,
+        "kurtosis": 3.5,
+        "rule": 3,
+    },
+    "measured": {
+        "file": "maps/other.npy",
+        "pixel_size": 1e-6,
+        "height_unit": "µm",
+        "form": "sphere",
+        "rms_height": 1e-8,
+        "mirrored": False,
+        "rule": 9,
+    },
+    "sum": {
+        "first": {"kind": "random", **OTHER},
+        "second": {"kind": "random", **ROUGH},
+        "shift": [1e-6, 2e-6],
+        "rotation": -0.3,
+        "rule": 9,
+    },
+}
+"""By the names of sections, keys with other values."""
+
+
+@pytest.mark.parametrize(("name", "key"), [(name, key) for name, keys in EFFECTS.items() for key in keys])
+def test_every_key_has_an_effect(folder, name, key):
     np.save(folder / "maps" / "other.npy", bumps((14, 11), seed=1))
-    entry = SECTIONS[name]
-    if key == "height_unit":
-        entry = without(entry, "rms_height")
+    entry = without(SECTIONS[name], "rms_height") if key == "height_unit" else SECTIONS[name]
     before = bits(built(folder, entry).summits)
-    assert bits(built(folder, {**entry, key: value}).summits) != before
+    assert bits(built(folder, {**entry, key: EFFECTS[name][key]}).summits) != before
 
 
 @pytest.mark.parametrize(
     ("name", "changes"),
     [
-        ("sphere", {"radius": "2 µm"}),
         ("inline summits", {"height": ["0 nm", "-10 nm"], "radius": ["1 µm", 2e-6], "x": [0, "10 µm"], "y": "0 m"}),
         ("textured", {"pitch": ["10 µm", "0.02 mm"], "radius": "2 µm", "height_scatter": "1 nm"}),
         ("gaussian statistics", {"rms_height": "10 nm", "nominal_area": "2500 µm2", "summit_density": "1e4 mm-2"}),
-        ("gaussian statistics", {"nominal_area": "0.0025 mm^2", "summit_density": "0.01 µm^-2"}),
-        ("inline statistics", {"height": ["-10 nm", 0, "30 nm"], "radius": "2 µm"}),
-        ("statistics of gaps", {"gap": ["0 nm", "10 nm"]}),
         ("random", {"pixel_size": ["1 µm", "2 µm"], "rms_height": "10 nm", "autocorrelation_length": ["4 µm", 5e-6]}),
         ("measured", {"pixel_size": ["1 µm", "2 µm"], "height_unit": "1e-9 m", "rms_height": "20 nm"}),
         ("sum", {"shift": ["1 µm", "3000 nm"], "rotation": "0.3 rad"}),
@@ -328,15 +310,6 @@ def test_paths_in_a_sum_are_relative_to_the_scenario_too(folder):
     assert found.surface.heights.tobytes() == (2 * one.surface.heights).tobytes()
 
 
-def test_a_sum_of_sums(folder):
-    inner = {"kind": "sum", "first": {"kind": "random", **OTHER}, "second": SHORT["measured"], "rotation": 0.1}
-    found = built(folder, {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": inner})
-    measured = read_surface(folder / "maps" / "rough.txt", pixel_size=1e-6, height_unit="nm").detrended()
-    expected = random_surface(**ROUGH) + random_surface(**OTHER).combined(measured, rotation=0.1)
-    assert found.surface.heights.tobytes() == expected.heights.tobytes()
-    assert bits(found.summits) == bits(expected.summits())
-
-
 def shifted_sum(**keys):
     first, second = ({"kind": "random", **OTHER, "seed": seed} for seed in (1, 2))
     return {"kind": "sum", "first": first, "second": second, "shift": [0.5e-6, 1.5e-6], **keys}
@@ -353,20 +326,15 @@ def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolat
 def test_what_splines_take_from_a_sum_is_noticed(folder):
     (notice,) = built(folder, shifted_sum()).notices
     assert notice.startswith("second surface of the sum: it is interpolated by cubic splines between its points")
-    for without in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
-        assert built(folder, shifted_sum(**without)).notices == ()
+    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
+    notices = []
+    hs.run(folder / "s.toml", folder / "s.nc", notify=notices.append).close()
+    assert notices == [f"s.toml: {notice}"]
+    for without_splines in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
+        assert built(folder, shifted_sum(**without_splines)).notices == ()
     # of a sum within a sum too
     nested = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": shifted_sum()}
     assert notice in built(folder, nested).notices
-
-
-def test_a_run_tells_what_splines_take(folder):
-    told = []
-    (notice,) = built(folder, shifted_sum()).notices
-    hs.run(folder / "s.toml", notify=told.append)
-    hs.run(folder / "s.toml", folder / "s.nc", notify=told.append).close()
-    assert told == [f"s.toml: {notice}"] * 2
-    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
 
 
 @pytest.mark.parametrize("name", ["random", "measured", "sum"])
@@ -398,8 +366,6 @@ def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
     [
         (SECTIONS["sphere"], None),
         (SECTIONS["random"], 3),
-        (SECTIONS["gaussian statistics"], 2),
-        ({**SECTIONS["random"], "height_scale": 2.0}, 3),
         (SECTIONS["sum"], [3, 4]),
         ({**SECTIONS["sum"], "height_scale": 2.0}, [3, 4]),
     ],
@@ -413,15 +379,6 @@ def test_all_seeds_are_in_the_result_and_its_log(folder, entry, seeds):
         assert (found.tolist() if isinstance(found, np.ndarray) else found) == seeds
     assert hs.run(of.path).attrs.get("seed") == seeds
     assert hs.verify(folder / "s.nc")
-
-
-def test_an_interpolation_that_a_sum_cannot_have(folder):
-    for keys, message in (
-        ({"interpolation": "furier"}, "interpolation is 'furier'; did you mean 'fourier'?"),
-        ({"interpolation": "fourier", "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
-    ):
-        with pytest.raises(InputError, match=re.escape(message)):
-            built(folder, shifted_sum(**keys))
 
 
 @pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
@@ -455,37 +412,6 @@ def test_lists_of_coordinates_take_a_lateral_unit(folder):
 # -- summits of awkward maps ------------------------------------------------------------------------
 
 
-def brute_force(heights, offsets):
-    """Points with lower ones at all offsets; heights without ties."""
-    found = []
-    for i, j in np.ndindex(heights.shape):
-        around = [(i + di, j + dj) for di, dj in offsets]
-        inside = all(0 <= k < heights.shape[0] and 0 <= m < heights.shape[1] for k, m in around)
-        if inside and all(heights[point] < heights[i, j] for point in around):
-            found.append((i, j))
-    return found
-
-
-SQUARE = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
-CROSS = [(0, 1), (0, -1), (1, 0), (-1, 0)]
-
-
-@pytest.mark.parametrize(("rule", "offsets"), [(9, SQUARE), (5, CROSS), (3, [(1, 0), (-1, 0)])])
-def test_summits_of_a_map_with_a_third_missing(folder, rule, offsets):
-    lines = bumps((40, 60))
-    lines[np.random.default_rng(1).random(lines.shape) < 0.31] = np.nan
-    np.savetxt(folder / "gaps.txt", lines)
-    entry = {"kind": "measured", "file": "gaps.txt", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm"}
-    found = built(folder, {**entry, "rule": rule})
-    assert 0.29 < found.surface.missing.mean() < 0.33
-    assert (np.isnan(lines.T) == found.surface.missing).all()
-    expected = brute_force(found.surface.heights, offsets)
-    assert len(expected) > 5
-    positions = zip(found.summits.x / 1e-6, found.summits.y / 2e-6, strict=True)
-    assert sorted((round(x), round(y)) for x, y in positions) == expected
-    assert (found.summits.radius > 0).all()
-
-
 def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
     lines = np.zeros((5, 9))
     lines[1, 6] = 4.0
@@ -500,55 +426,10 @@ def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
         assert (mirrored.summits.x.tolist(), mirrored.summits.y.tolist()) == ([2e-6], [2e-6])
 
 
-@pytest.mark.parametrize("missing", ["nan", "NaN", "NA", "bad", "***", "---"])
-def test_a_height_that_is_missing_in_a_text(folder, missing):
-    (folder / "map.txt").write_text(f"0 0 0 0\n0 9 0 0\n0 0 0 {missing}\n0 5 0 0\n0 0 0 0\n", encoding="utf-8")
-    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1, "height_unit": "m", "form": "mean"}
-    found = built(folder, entry)
-    assert np.argwhere(found.surface.missing).tolist() == [[3, 2]]
-    assert sorted(found.summits.y.tolist()) == [1.0, 3.0]
-
-
-@pytest.mark.parametrize("shape", [(1, 30), (30, 1)])
-def test_a_profile_has_summits_by_rule_3_alone(folder, shape):
-    heights = bumps(shape)
-    np.save(folder / "profile.npy", heights)
-    entry = {"kind": "measured", "file": "profile.npy", "pixel_size": [1e-6, 2e-6], "height_unit": "nm"}
-    for rule in ({}, {"rule": 9}, {"rule": 5}):
-        message = refusal(folder, {**entry, **rule})
-        expected = f"rule is {rule.get('rule', 9)} for a profile of 30 points; expected 3, the rule for profiles"
-        assert message == f"s.toml: surface: {expected}"
-    found = built(folder, {**entry, "rule": 3, "form": "mean"})
-    along, across = (0, 1) if shape[0] > 1 else (1, 0)
-    offsets = [(1, 0), (-1, 0)] if shape[0] > 1 else [(0, 1), (0, -1)]
-    expected = brute_force(heights, offsets)
-    positions = (found.summits.x / 1e-6, found.summits.y / 2e-6)
-    assert np.rint(positions[along]).tolist() == [point[along] for point in expected]
-    assert (positions[across] == 0).all()
-    assert found.summits.nominal_area is None
-
-
-def test_a_text_of_one_column_is_a_profile(folder):
-    np.savetxt(folder / "profile.txt", bumps((30, 1)))
-    entry = {"kind": "measured", "file": "profile.txt", "pixel_size": 1e-6, "height_unit": "nm", "rule": 3}
-    assert built(folder, entry).surface.shape == (30, 1)
-
-
-@pytest.mark.parametrize("shape", [[40, 1], [1, 40]])
-def test_random_profiles(folder, shape):
-    found = built(folder, {**SHORT["random"], "shape": shape, "rule": 3})
-    assert found.surface.shape == tuple(shape)
-    assert len(found.summits) > 3
-
-
 NO_SUMMIT = {
-    "constant": np.zeros((6, 5)),
-    "rising": np.add.outer(np.arange(6.0), np.arange(5.0)) ** 2,
-    "2 by 2": np.array([[0.0, 1.0], [3.0, 1.0]]),
     "a bowl": np.add.outer(np.linspace(-1, 1, 7) ** 2, np.linspace(-1, 1, 9) ** 2),
     "a ridge to the border": np.pad(np.ones((1, 7)), ((2, 2), (0, 0))),
     "a peak beside a missing point": np.array([[0, 0, 0, 0], [0, 1, np.nan, 0], [0, 0, 0, 0], [0, 0, 0, 0.0]]),
-    "three points": np.pad(np.full((2, 2), np.nan), ((0, 1), (0, 1)))[:, 1:],
 }
 
 
@@ -563,21 +444,6 @@ def test_a_map_without_summits_is_refused(folder, name):
     )
 
 
-def test_a_tilt_that_is_taken_off_leaves_no_summits_of_rounding(folder):
-    x, y = np.indices((40, 30))
-    np.savetxt(folder / "map.txt", 0.1 * x + 0.3 * y + 1000)
-    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm"}
-    for form in ("plane", "quadratic"):
-        assert "finds no summit among 30 × 40 points" in refusal(folder, {**entry, "form": form})
-
-
-def test_surfaces_without_a_common_summit(folder):
-    second = {"kind": "measured", "file": "two.txt", "pixel_size": 1e-6, "height_unit": "nm", "form": "mean"}
-    (folder / "two.txt").write_text("1 2\n4 3\n", encoding="utf-8")
-    entry = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": second}
-    assert refusal(folder, entry).startswith("s.toml: surface: the 9-point rule finds no summit among 24 × 17 points")
-
-
 # -- what is said about those that cannot be used ---------------------------------------------------
 
 
@@ -588,8 +454,11 @@ def required(name):
 
 
 @pytest.mark.parametrize(("name", "key"), [(name, key) for name in SECTIONS for key in required(name)])
-def test_a_missing_key_is_named(folder, name, key):
+def test_a_missing_or_misspelt_key_is_named(folder, name, key):
     assert f"s.toml: surface.{key}: missing; expected a value" in refusal(folder, without(SECTIONS[name], key))
+    wrong = key + key[-1]
+    said = f"s.toml: surface.{wrong}: unknown key; did you mean {key!r}?"
+    assert refusal(folder, {**SECTIONS[name], wrong: SECTIONS[name][key]}) == said
 
 
 @pytest.mark.parametrize(
@@ -597,7 +466,6 @@ def test_a_missing_key_is_named(folder, name, key):
     [
         ({"kind": "summits", "columns": {"height": "z", "radius": "R"}}, "surface.file: missing"),
         (without(SECTIONS["inline statistics"], "density"), "surface.density: missing"),
-        (without(SECTIONS["statistics of gaps"], "density"), "surface.density: missing"),
         (without(SECTIONS["inline statistics"], "height"), "surface: neither height nor gap; expected one of them"),
         ({**SECTIONS["inline statistics"], "gap": [0, 1]}, "surface: both height and gap; expected one of them"),
         ({**SHORT["statistics table"], "columns": {"density": "p"}}, "surface.columns: neither height nor gap"),
@@ -605,26 +473,14 @@ def test_a_missing_key_is_named(folder, name, key):
             {**SHORT["statistics table"], "columns": {"gap": "h", "height": "h", "density": "p"}},
             "surface.columns: both height and gap; expected one of them",
         ),
-        (without(SHORT["statistics table"], "file"), "surface.file: missing"),
     ],
 )
 def test_what_was_begun_is_named(folder, entry, said):
     assert refusal(folder, entry).splitlines()[0].startswith(f"s.toml: {said}")
 
 
-@pytest.mark.parametrize(
-    ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
-)
-def test_a_misspelt_key_names_the_nearest(folder, name, key):
-    wrong = key[:-1] + key[-1] * 2
-    message = refusal(folder, {**SECTIONS[name], wrong: SECTIONS[name][key]})
-    assert message == f"s.toml: surface.{wrong}: unknown key; did you mean {key!r}?"
-
-
 @pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-@pytest.mark.parametrize(
-    "value", [True, "nonsense", "", {"a": 1}, [[1]], [], math.nan, -math.inf, -1, 2**70, 10**400, "5 kg"]
-)
+@pytest.mark.parametrize("value", [True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg"])
 @pytest.mark.parametrize(
     ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
 )
@@ -645,14 +501,8 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
     ("kind", "said"),
     [
         ("Sphere", "surface.kind: the text 'Sphere'; did you mean 'sphere'?"),
-        (
-            "gaussian",
-            "surface.kind: the text 'gaussian'; expected one of measured, normal_curve, random, sphere",
-        ),
         (["sphere"], "surface.kind: an array; expected one of measured, normal_curve, random, sphere"),
-        ({"random": 1}, "surface.kind: a table; expected one of measured"),
         (7, "surface.kind: 7; expected one of measured"),
-        (True, "surface.kind: true; expected one of measured"),
     ],
 )
 def test_kinds_that_there_are_not(folder, kind, said):
@@ -664,52 +514,20 @@ def test_kinds_that_there_are_not(folder, kind, said):
     [
         ("sphere", {"radius": 0}, "surface: radius is 0; expected a finite number greater than 0"),
         ("inline summits", {"height": []}, "surface.height: an empty array; expected one number, or one for each"),
-        ("inline summits", {"x": []}, "surface.x: an empty array; expected one number, or one for each summit"),
-        ("inline summits", {"radius": [1, 2, 3]}, "surface: radius has 3 values for 2 summits"),
         ("inline summits", {"y": [1, 2, 3]}, "surface: y has 3 values for 2 summits"),
-        ("inline summits", {"radius": [1, -2]}, "surface: radius[1] is -2; expected a finite number greater than 0"),
-        ("summit table", {"file": "none.csv"}, "surface.file: none.csv: there is no such file in"),
-        ("summit table", {"file": "maps"}, "surface.file: maps: "),
-        ("summit table", {"delimiter": ","}, "surface.file: summits.csv: there is no column 'z'; expected one of z;R"),
         ("textured", {"count": 12}, "surface.count: 12; expected an array"),
-        ("textured", {"count": [12]}, "surface: count is (12,); expected two whole numbers (nx, ny)"),
         ("textured", {"count": [3, 0]}, "surface: count is (3, 0); expected 1 or more each way"),
-        ("textured", {"count": [3, 2.0]}, "surface.count[1]: 2.0; expected an integer"),
-        ("textured", {"count": [10**5, 10**5]}, "surface: count is (100000, 100000); expected 1 or more each way, and"),
-        ("textured", {"count": [2**62, 2**62]}, "surface: count is (4611686018427387904, 4611686018427387904); expec"),
-        ("textured", {"pitch": [1, 2, 3]}, "surface: pitch has shape (3,); expected one number, or one for x"),
         ("textured", {"scaling": "self_similar"}, "surface.scaling: the text 'self_similar'; did you mean 'self-sim"),
         ("textured", {"radius_scatter": 20}, "surface: radius_scatter is 20; expected 0 to 1"),
-        ("textured", {"seed": -1}, "surface: seed is -1; expected a whole number of 0 or more"),
-        ("textured", {"seed": 1.0}, "surface.seed: 1.0; expected an integer"),
-        ("gaussian statistics", {"rms_height": 0}, "surface: rms_height is 0; expected a finite number greater than"),
-        ("gaussian statistics", {"summit_density": 1}, "surface: summit_density 1 1/m² times nominal_area 2.5e-09 m²"),
-        ("gaussian statistics", {"summit_density": 1e30}, "surface: summit_density 1e+30 1/m² times nominal_area"),
         ("gaussian statistics", {"nominal_area": "1 mm"}, "surface.nominal_area: '1 mm': 'mm' is not a unit of"),
         ("inline statistics", {"density": [1, 2]}, "surface: height has shape (3,) and density (2,); expected two"),
-        ("inline statistics", {"density": [0, 0, 0]}, "surface: density is 0 throughout"),
-        ("inline statistics", {"density": [0, 1, -1]}, "surface: density[2] is -1; expected a finite number of 0 or"),
-        ("inline statistics", {"height": [0, 2, 1]}, "surface: height[2] is 1 after 2; expected increasing numbers"),
         ("statistics of gaps", {"gap": [-1, 1]}, "surface: gap[0] is -1; expected a finite number of 0 or more"),
-        ("statistics table", {"file": "none.csv"}, "surface.file: none.csv: there is no such file in"),
-        ("random", {"shape": [24]}, "surface: shape is (24,); expected the number of points along x and y"),
         ("random", {"shape": 24}, "surface.shape: 24; expected an array"),
-        ("random", {"shape": [2**40, 2**40]}, "surface: shape is 1099511627776 x 1099511627776, "),
-        ("random", {"pixel_size": [1, 2, 3]}, "surface: pixel_size has shape (3,); expected one number, or one for x"),
-        ("random", {"autocorrelation_length": 1}, "surface: autocorrelation_length along x is 1 m on 24 pixels"),
-        ("random", {"autocorrelation": "cubic"}, "surface: autocorrelation is 'cubic'; expected one of exponential,"),
         ("random", {"kurtosis": 1}, "surface: kurtosis is 1 with a skewness of -0.2; no heights have"),
         ("random", {"rule": 7}, "surface: rule is 7; expected 3 (for profiles), 5 or 9 points"),
-        ("random", {"rule": 9.0}, "surface.rule: 9.0; expected an integer"),
         ("measured", {"file": "maps"}, "surface.file: maps: is a folder; expected a file with heights"),
-        ("measured", {"file": "maps/none.txt"}, "surface.file: none.txt: there is no such file in"),
-        ("measured", {"pixel_size": -1}, "surface.file: rough.txt: pixel_size is -1; expected a finite number"),
         ("measured", {"height_unit": "mN"}, "surface.file: rough.txt: height_unit: 'mN' is not a unit of a length"),
-        ("measured", {"lateral_unit": "µm"}, "surface.file: rough.txt: lateral_unit is 'µm', but the file has no"),
-        ("measured", {"channel": 0}, "surface.file: rough.txt: channel is 0, but a matrix has no channels"),
         ("measured", {"channel": 0.5}, "surface.channel: 0.5; expected a whole number or a string"),
-        ("measured", {"channel": False}, "surface.channel: false; expected a whole number or a string"),
-        ("measured", {"channel": 2**64}, "surface.channel: an integer of 65 bits; expected an integer of 64 bits"),
         ("measured", {"form": "none"}, "surface.form: form is 'none'; expected one of mean, plane, quadratic, sphere"),
         ("measured", {"rms_height": -1}, "surface.rms_height: rms_height is -1; expected a finite number greater"),
         ("measured", {"mirrored": 1}, "surface.mirrored: 1; expected true or false"),
@@ -719,6 +537,8 @@ def test_kinds_that_there_are_not(folder, kind, said):
             {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},
             "surface: the two surfaces have no point in common; expected a shift within",
         ),
+        ("sum", {"interpolation": "furier"}, "surface: interpolation is 'furier'; did you mean 'fourier'?"),
+        ("sum", {"interpolation": "fourier"}, "surface: "),
         ("sum", {"rotation": "30"}, "surface.rotation: '30' has no unit"),
     ],
 )
@@ -726,37 +546,6 @@ def test_messages_name_what_came_and_what_is_expected(folder, name, changes, sai
     message = refusal(folder, {**SECTIONS[name], **changes})
     assert message.startswith(f"s.toml: {said}")
     assert len(message.splitlines()) == 1
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("", "is empty; expected heights"),
-        ("\n\n", "has no line with heights"),
-        ("1 2 3 4\n1 2 3\n", "line 2: 3 values where line 1 has 4"),
-        ("1 2 3 4\n1 x 3 4\n", "line 2, column 2: 'x'; expected a finite number, or nan"),
-        ("1 2 3 4\n1 1_0 3 4\n", "line 2, column 2: '1_0'; expected a finite number"),
-        ("1 2 3 4\n1 inf 3 4\n1 2 3 4\n", "line 2, column 2: 'inf'; expected a finite number, or nan"),
-        ("nan nan nan nan\n" * 4, "has 0 points with a height, of 16; expected 3 or more"),
-        ("1 2\n" * 20, "has 2 columns in 20 lines, which may be coordinates"),
-    ],
-)
-def test_maps_that_cannot_be_read(folder, content, said):
-    (folder / "map.txt").write_text(content, encoding="utf-8")
-    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm"}
-    assert refusal(folder, entry).startswith(f"s.toml: surface.file: map.txt: {said}")
-
-
-@pytest.mark.parametrize(
-    ("missing", "said"),
-    [
-        ({"pixel_size": 1e-6}, "does not name the unit of its heights; give height_unit"),
-        ({"height_unit": "nm"}, "does not say how far apart its points are; give pixel_size"),
-    ],
-)
-def test_a_file_without_a_unit_needs_one(folder, missing, said):
-    entry = {"kind": "measured", "file": "maps/rough.txt", **missing}
-    assert refusal(folder, entry).startswith(f"s.toml: surface.file: rough.txt: {said}")
 
 
 def test_what_reads_the_files_of_instruments_may_be_missing(folder, monkeypatch):
@@ -767,23 +556,12 @@ def test_what_reads_the_files_of_instruments_may_be_missing(folder, monkeypatch)
     assert message.endswith('pip install "historysim[surfaces]"')
 
 
-def test_a_flat_map_cannot_be_scaled(folder):
-    (folder / "map.txt").write_text("1 1 1 1\n" * 4, encoding="utf-8")
-    entry = {"kind": "measured", "file": "map.txt", "pixel_size": 1e-6, "height_unit": "nm", "rms_height": 1e-9}
-    assert refusal(folder, entry) == (
-        "s.toml: surface.rms_height: the surface has one height everywhere; expected a rough one to scale"
-    )
-
-
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         ("z,R,mu\n0,1e-5,0\n\n1,-1e-5,0\n", "line 4: radius is -1e-05; expected more than 0, in SI"),
-        ("z,R,mu\n0,0,0\n", "line 2: radius is 0; expected more than 0, in SI"),
         ("z,R,mu\n0,1,-0.1\n", "line 2: friction is -0.1; expected 0 or more, in SI"),
         ("z,R,mu\n", "has a header but no rows"),
-        ("z,R,mu\n0,1\n", "line 2: 2 values where the header names 3 columns"),
-        ("z,R,mu\n0,nan,1\n", "line 2, column 'R': 'nan'; expected a finite number"),
         ("z,mu\n0,1\n", "there is no column 'R'; expected one of z, mu"),
     ],
 )
@@ -798,11 +576,7 @@ def test_tables_of_summits_that_cannot_be_used(folder, content, said):
     ("content", "said"),
     [
         ("h,p\n0,1\n1,-1\n2,0\n", "density[1] is -1; expected a finite number of 0 or more"),
-        ("h,p\n0,0\n2,1\n1,0\n", "gap[2] is 1 after 2; expected increasing numbers"),
-        ("h,p\n0,0\n1,0\n", "density is 0 throughout"),
         ("h,p\n0,1\n", "gap has shape (1,) and density (1,); expected two lists of one length ≥ 2"),
-        ("h,p\n-1,1\n0,1\n", "gap[0] is -1; expected a finite number of 0 or more"),
-        ("h,p\n0,one\n", "line 2, column 'p': 'one'; expected a finite number"),
     ],
 )
 def test_tables_of_densities_that_cannot_be_used(folder, content, said):
@@ -816,13 +590,8 @@ def test_tables_of_densities_that_cannot_be_used(folder, content, said):
     ("name", "changes"),
     [
         ("textured", {"pitch": 1e200}),
-        ("gaussian statistics", {"rms_height": 1e308}),
         ("inline statistics", {"height": [0, 1e-320, 2e-320]}),
-        ("random", {"rms_height": 1e308}),
-        ("random", {"pixel_size": 1e-200, "autocorrelation_length": 4e-200}),
-        ("random", {"pixel_size": 1e200, "autocorrelation_length": 4e200}),
         ("measured", {"height_unit": "1e300 m"}),
-        ("measured", {"pixel_size": "1e-200 m"}),
         ("sum", {"first": {"kind": "random", **ROUGH, "rms_height": 1e308}}),
     ],
 )
@@ -837,21 +606,15 @@ def test_lengths_that_no_float_can_square_are_refused(folder, name, changes):
 BAD_PARTS = [
     (7, ": 7; expected a table"),
     ({}, ".kind: missing; expected one of measured, random, sum"),
-    ({"kind": "sphere"}, ".kind: the text 'sphere'; expected one of measured, random, sum"),
-    ({"kind": "summits"}, ".kind: the text 'summits'; expected one of measured, random, sum"),
     ({"kind": "randon"}, ".kind: the text 'randon'; did you mean 'random'?"),
-    ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside first and"),
-    ({"kind": "random", **ROUGH, "sed": 1}, ".sed: unknown key; did you mean 'seed'?"),
+    ({"kind": "random", **ROUGH, "rule": 9}, ".rule: belongs to the surface as a whole; expected it beside"),
     ({"kind": "random", **ROUGH, "seed": "x"}, ".seed: the text 'x'; expected an integer"),
-    ({"kind": "random", **ROUGH, "seed": -1}, ": seed is -1; expected a whole number of 0 or more"),
     ({"kind": "measured", "file": "maps/none.txt"}, ".file: none.txt: there is no such file in"),
-    ({"kind": "measured", "file": "maps/rough.txt"}, ".file: rough.txt: does not name the unit of its heights"),
     ({**SHORT["measured"], "form": "cone"}, ".form: form is 'cone'; expected one of mean"),
-    ({**SHORT["measured"], "rms_height": 0}, ".rms_height: rms_height is 0; expected a finite number"),
 ]
 
 
-@pytest.mark.parametrize("where", ["first", "second", "first.second", "second.second.first"])
+@pytest.mark.parametrize("where", ["first", "second.second.first"])
 @pytest.mark.parametrize(("part", "said"), BAD_PARTS)
 def test_errors_in_a_sum_have_the_whole_path(folder, part, said, where):
     good = {"kind": "random", **ROUGH}
@@ -877,10 +640,6 @@ def test_a_map_and_a_profile_have_no_sum(folder):
     profile = {"kind": "measured", "file": "profile.npy", "pixel_size": 1e-6, "height_unit": "nm"}
     entry = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": profile}
     assert refusal(folder, entry).startswith("s.toml: surface: surfaces of (30, 1) and (24, 17) points; expected two")
-    both = {"kind": "sum", "first": profile, "second": profile}
-    assert "expected 3, the rule for profiles" in refusal(folder, both)
-    assert len(built(folder, {**both, "rule": 3}).summits) > 3
-    assert "expected a shift along it" in refusal(folder, {**both, "rule": 3, "shift": [0, 1]})
 
 
 def nested(levels):
@@ -956,21 +715,13 @@ def test_an_indentation_curve_is_a_contact(tmp_path):
         (('load = "F"', 'load = "G"'), "surface.columns.load|surface.file.*G"),
         (("coefficient = 0.5", "coefficient = [0.5, 0.4]"), "friction"),
         (('kind = "normal_curve"', 'kind = "normal_curve"\ninteraction = "full"'), "surface.interaction: full, of a "),
-        (
-            ('kind = "normal_curve"', 'kind = "normal_curve"\nheight_scale = 2'),
-            "surface.height_scale: given",
-        ),
+        (('kind = "normal_curve"', 'kind = "normal_curve"\nheight_scale = 2'), "surface.height_scale: given"),
         (('kind = "normal_curve"', 'kind = "normal_curve"\ninteraction = "ful"'), "surface.interaction.*full"),
     ],
 )
 def test_what_does_not_fit_a_normal_curve_is_refused(tmp_path, change, message):
     with pytest.raises(hs.InputError, match=message):
         hs.run(indented(tmp_path, INDENTED.replace(*change)))
-
-
-def test_a_curve_that_softens_names_the_surface(tmp_path):
-    with pytest.raises(hs.InputError, match=r"s\.toml: surface: the total load is not convex"):
-        hs.run(indented(tmp_path, load=lambda approach: approach**0.5))
 
 
 ON_A_BALL = """

@@ -4,24 +4,10 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from swept import BALL, CONTACT_MODULUS, ROUGH, SHEAR_MODULUS, displacement
+from swept import BALL, CONTACT_MODULUS, SHEAR_MODULUS, displacement
 
 import historysim as hs
 from historysim.studies.design import summary
-
-
-@pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.toml"
-    path.write_text(BALL, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def rough(tmp_path):
-    path = tmp_path / "rough.toml"
-    path.write_text(ROUGH, encoding="utf-8")
-    return path
 
 
 def radius_for(drift, friction):

@@ -21,21 +21,6 @@ from historysim.scenario.grid import grid_of
 from historysim.studies import sweep as sweeping
 from historysim.studies.cell import SUMMARIES
 
-
-@pytest.fixture
-def ball(tmp_path):
-    path = tmp_path / "ball.toml"
-    path.write_text(BALL, encoding="utf-8")
-    return path
-
-
-@pytest.fixture
-def rough(tmp_path):
-    path = tmp_path / "rough.toml"
-    path.write_text(ROUGH, encoding="utf-8")
-    return path
-
-
 # -- what comes out --------------------------------------------------------------------------------
 
 

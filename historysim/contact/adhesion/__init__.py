@@ -27,8 +27,7 @@ import numpy.typing as npt
 from numpy.typing import ArrayLike
 
 from historysim.basics.arguments import checked
-from historysim.basics.array_types import Booleans, Floats
-from historysim.basics.frozen_arrays import FrozenArrays
+from historysim.basics.array_types import Booleans, Floats, FrozenArrays
 from historysim.contact import hertz
 from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.dugdale import State

@@ -21,8 +21,7 @@ from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
 from historysim.basics.limits import LARGEST
-from historysim.basics.notices import Notify, silent
-from historysim.basics.progress import progress_bar
+from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.units import duration_text, seconds
 from historysim.basics.wording import listed

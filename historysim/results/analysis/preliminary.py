@@ -233,6 +233,7 @@ def _root(load_at: Callable[[float], float], wanted: float) -> float:
     low, high = 0.0, 1e-12
     while load_at(high) < wanted:
         low, high = high, 2 * high
+    # until no number is left between the ends: no tolerance is to be chosen
     while (middle := (low + high) / 2) not in {low, high}:
         low, high = (middle, high) if load_at(middle) < wanted else (low, middle)
     return high

@@ -79,6 +79,7 @@ def _first_rows(history: Recorded) -> Floats:
     """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
     found = np.full(history.sizes["asperity"], np.nan)
     for rows in parts(history):
+        # only asperities that have not slipped yet are looked at
         waiting = np.flatnonzero(np.isnan(found))
         slips = history["slip_state"].isel(step=rows).values[:, waiting] >= PARTIAL_SLIP
         there = slips.any(axis=0)

@@ -18,7 +18,7 @@ from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
 NAMED_BY_A_KEY = ("waypoints", "blocks", "file")
-"""Kinds whose name is a key of their own, so that no ``kind`` is needed."""
+"""Kinds with a key of their own name, which need no ``kind``."""
 
 LOADINGS: Registry[type["Loading"]] = Registry(
     "historysim.loadings", f"{__name__}:Loading", "kind of loading", __name__
@@ -46,10 +46,10 @@ class Loading(abc.ABC):
 
     @abc.abstractmethod
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events, in time order; paths are relative to the folder, and what the user should know is told."""
+        """Return the events, in time order; paths are relative to the folder; ``notify`` takes notices for the user."""
 
     def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - for those who know more
-        """Return where one of the events stands, as the scenario writes it; folder as for `events`."""
+        """Return the place of an event in the scenario; folder as for `events`."""
         return "loading"
 
     @property
@@ -59,10 +59,7 @@ class Loading(abc.ABC):
 
 
 def loading_from_toml(converter: Converter, value: object, _: object) -> Loading:
-    """Return the loading that ``[loading]`` says.
-
-    Raises InputError: not exactly one kind of loading, or keys that do not fit it.
-    """
+    """Return the loading of ``[loading]``; not exactly one kind of loading is an InputError."""
     entry = table(value)
     given = [key for key in NAMED_BY_A_KEY if key in entry]
     if "kind" not in entry and len(given) != 1:

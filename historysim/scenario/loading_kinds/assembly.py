@@ -1,24 +1,27 @@
-"""From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected as asked for."""
+"""From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
 
 from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.fields import POSITIVE, Time
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
-from historysim.loads.events import Event
+from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured import correction, reduction
 from historysim.measured.measurement import Measurement
 from historysim.measured.reduction import check_order
+from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
     COMBINED,
@@ -26,29 +29,28 @@ from historysim.scenario.loading_kinds.measured import (
     FILE_REMARK,
     HUM_REMARK,
     Channel,
+    Channels,
+    DeadBand,
     ForceChannel,
     LengthChannel,
-    MeasuredFile,
+    LoadColumns,
 )
 from historysim.scenario.schema import given
-from historysim.tables import Column, MissingValueError, Table
+from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
 from historysim.tables.clocks import one_clock
 from historysim.tables.columns import fitting
 
 MOST_SAMPLES = 10_000_000
-MOST_TOLD = 12
+MOST_LISTED = 12
 _RUN = " run"
 HUM_DEAD_BAND = 0.2
-"""Swing that is a turn of a channel and no hum, over the range of a displacement or the greatest load."""
+"""A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load."""
 
 Remarks = list[tuple[str, str]]
 
 
-def assembled(folder: Path, section: MeasuredFile) -> Measurement:
-    """Return the measurement of a file, made ready as a scenario's ``[loading]`` says.
-
-    Raises InputError: see `MeasuredLoading.measurement`.
-    """
+def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
+    """Return the measurement of a file, made ready by the keys of ``[loading]``."""
     remarks: Remarks = []
     channels = dict(_channels(section))
     _check_units(channels)
@@ -73,7 +75,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
             _check_sizes(in_si, clocked)
             values[group, key] = in_si
             digit = _digit(clocked.values.get((group, key)), values[group, key])
-            _tell_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
+            _note_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -92,7 +94,7 @@ def assembled(folder: Path, section: MeasuredFile) -> Measurement:
 
 @attrs.frozen(eq=False)
 class _Clocked:
-    """Raw columns on one clock, some of them with gaps; inside are the samples that lie within all clocks."""
+    """Raw columns on one clock, some of them with gaps; ``inside`` are the samples that lie within all clocks."""
 
     time: Floats
     values: Mapping[tuple[str, str], Floats]
@@ -109,7 +111,7 @@ class _Clocked:
         return Measurement(self.time, {}, row=self.row).place(index)
 
 
-def _channels(section: MeasuredFile) -> Iterator[tuple[tuple[str, str], Channel]]:
+def _channels(section: "MeasuredLoading") -> Iterator[tuple[tuple[str, str], Channel]]:
     for group in ("columns", "response"):
         for key, channel in given(getattr(section, group)).items():
             if isinstance(channel, Channel):
@@ -117,46 +119,35 @@ def _channels(section: MeasuredFile) -> Iterator[tuple[tuple[str, str], Channel]
 
 
 def _check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
-    """Check the units that the scenario gives, before the file is read: here it is known whose they are."""
-    for (group, key), channel in channels.items():
-        with at(group, key):
-            if channel.unit is not None:
-                with at("unit"):
-                    fitting(channel.unit, (_unit(channel),))
-            for way in COMBINED:
-                for index, column in enumerate(getattr(channel, way) or ()):
-                    if column.unit is not None:
-                        with at(way, index, "unit"):
-                            fitting(column.unit, (_unit(channel),))
-            if channel.time is not None and channel.time.unit is not None:
-                with at("time", "unit"):
-                    fitting(channel.time.unit, ("s",))
+    """Check the units of the scenario, before the file is read: here the channel is known."""
+    for place, channel in channels.items():
+        units: dict[tuple[str | int, ...], str | None] = {("unit",): channel.unit}
+        if channel.time is not None:
+            units["time", "unit"] = channel.time.unit
+        for way in COMBINED:
+            units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(channel, way) or ())}
+        for key, unit in units.items():
+            if unit is not None:
+                with at(*place, *key):
+                    fitting(unit, ("s",) if key[0] == "time" else (_unit(channel),))
 
 
 def _unit(channel: Channel) -> str:
+    """Return the SI unit of the columns of a channel."""
     if isinstance(channel, LengthChannel):
         return "m"
-    return "Pa" if _area(channel) else "N"
-
-
-def _area(channel: Channel) -> float | None:
-    return channel.area if isinstance(channel, ForceChannel) else None
+    return "Pa" if getattr(channel, "area", None) else "N"
 
 
 def _on_one_clock(
-    folder: Path, section: MeasuredFile, channels: Mapping[tuple[str, str], Channel], remarks: Remarks
+    folder: Path, section: "MeasuredLoading", channels: Mapping[tuple[str, str], Channel], remarks: Remarks
 ) -> _Clocked:
     measured = {place: channel for place, channel in channels.items() if channel.sources}
+    tables: dict[Column | None, Table] = {}
     # channels of one clock are read together; clocks may have samples of their own number
-    tables = {
-        clock: _read(
-            folder,
-            section,
-            clock or section.columns.time,
-            {key: channel for (_, key), channel in measured.items() if channel.time == clock},
-        )
-        for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())])
-    }
+    for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())]):
+        together = {key: channel for (_, key), channel in measured.items() if channel.time == clock}
+        tables[clock] = _read(folder, section, clock or section.columns.time, together)
     notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
     remarks += [(FILE_REMARK, notice) for notice in notices]
     if section.columns.time is None:
@@ -177,12 +168,12 @@ def _on_one_clock(
 
 
 def _names(key: str, channel: Channel) -> list[str]:
-    """Return what the columns of a channel are called in a table."""
+    """Return the names of the columns of a channel in a table."""
     several = len(channel.sources) > 1
     return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
 
 
-def _read(folder: Path, section: MeasuredFile, clock: Column | None, channels: Mapping[str, Channel]) -> Table:
+def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
     columns: dict[str, Column] = {} if clock is None else {"time": clock}
     units = {"time": "s"}
     if section.runs_by is not None and clock == section.columns.time:
@@ -227,8 +218,8 @@ def _samples(count: int) -> str:
     return counted(count, "sample", "samples")
 
 
-def _within(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out what was recorded before the start or after the end that are asked for."""
+def _within(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out samples before the start or after the end."""
     start = -math.inf if section.start is None else section.start
     end = math.inf if section.end is None else section.end
     outside = (clocked.time < start) | (clocked.time > end)
@@ -242,8 +233,8 @@ def _within(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Cloc
     return clocked.at(~outside)
 
 
-def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out what lies outside of a channel's own clock, and samples that miss a channel if that is asked for."""
+def _without_missing(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out samples outside of a channel's own clock, and with ``missing = "drop"`` those that miss a channel."""
     outside = int(np.count_nonzero(~clocked.inside))
     if outside:
         remarks.append(("outside the clocks of all channels", f"{_samples(outside)}, left out"))
@@ -263,11 +254,8 @@ def _without_missing(section: MeasuredFile, clocked: _Clocked, remarks: Remarks)
     return clocked.at(whole)
 
 
-def runs_of(folder: Path, section: MeasuredFile) -> dict[int, int]:
-    """Return the runs of a file, in their order, and how many samples each has.
-
-    Raises InputError: see `MeasuredLoading.measurement`.
-    """
+def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
+    """Return the runs of a file, in their order, and how many samples each has."""
     run = _on_one_clock(folder, section, dict(_channels(section)), []).run
     known = run[~np.isnan(run)]
     numbers, first, count = np.unique(known, return_index=True, return_counts=True)
@@ -275,7 +263,7 @@ def runs_of(folder: Path, section: MeasuredFile) -> dict[int, int]:
 
 
 def _run_of(table: Table) -> Floats:
-    """Return which run each row is of: by its column, or from 1 where the clock starts again; NaN if missing."""
+    """Return the run of each row: by its column, or from 1 where the clock starts again; NaN if missing."""
     if _RUN in table.columns:
         return table.columns[_RUN]
     time = table.columns["time"]
@@ -285,18 +273,15 @@ def _run_of(table: Table) -> Floats:
     return number
 
 
-def _of_run(section: MeasuredFile, clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out all but the run that is asked for."""
+def _of_run(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
+    """Leave out all but the run of the scenario."""
     if section.run is None:
         return clocked
     runs = sorted({int(number) for number in clocked.run[~np.isnan(clocked.run)]})
-    known = ", ".join(map(str, runs[:MOST_TOLD])) + (f", … {runs[-1]}" if len(runs) > MOST_TOLD else "")
+    known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
     if section.run == EACH:
-        raise misfit(
-            f'"each"; expected one of the runs {known} here: loops, sliding and fit take each by itself, and '
-            "Scenario.runs() in Python",
-            "run",
-        )
+        expected = f"expected one of the runs {known} here: loops, sliding and fit take each by itself"
+        raise misfit(f'"each"; {expected}, and Scenario.runs() in Python', "run")
     kept = clocked.run == section.run
     if not kept.any():
         raise misfit(f"there is no run {section.run}; expected one of {known}", "run")
@@ -339,10 +324,8 @@ def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
     duration = float(clocked.time[-1] - clocked.time[0])
     # a division may go beyond the largest float
     if not duration < MOST_SAMPLES * interval:
-        raise misfit(
-            f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s; expected a longer one",
-            "interval",
-        )
+        problem = f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
+        raise misfit(f"{problem}; expected a longer one", "interval")
     with at("interval"), _named(name):
         check_order(clocked.time, clocked.place, rising=True)
     count = math.floor(duration / interval * (1 + 1e-12)) + 1
@@ -354,13 +337,12 @@ def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
 def _close_free_play(
     channels: Mapping[tuple[str, str], Channel], values: dict[tuple[str, str], Floats], remarks: Remarks
 ) -> None:
-    """Take a clearance in the path of the load off the tangential displacement; the load tells where it is open."""
+    """Take a clearance in the path of the load, which opens at small loads, off the tangential displacement."""
     for place, channel in channels.items():
         if isinstance(channel, LengthChannel) and channel.free_play:
             load = next(array for (_, name), array in values.items() if name == "tangential_load")
-            values[place] = correction.remove_free_play(
-                values[place], load, channel.free_play, closing_load=channel.closing_load
-            )
+            closing = channel.closing_load
+            values[place] = correction.remove_free_play(values[place], load, channel.free_play, closing_load=closing)
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
@@ -369,13 +351,13 @@ def _digit(raw: Floats | None, values: Floats) -> float:
     if raw is None or not np.ptp(raw) > 0:
         return 0.0
     different = np.diff(np.unique(raw))
-    # what rounding of binary numbers makes of one digit is none
+    # smaller steps are the rounding of binary numbers
     different = different[different > 1e-9 * np.ptp(raw)]
     return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
 
 
-def _tell_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit: float, remarks: Remarks) -> None:
-    """Tell the hum that is left in a channel, and what takes it off; what is within the last digit is rounding."""
+def _note_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit: float, remarks: Remarks) -> None:
+    """Remark on the hum that is left in a channel, and what takes it off; within the last digit it is rounding."""
     if not channel.sources:
         return
     unit = "m" if isinstance(channel, LengthChannel) else "N"
@@ -394,12 +376,12 @@ def _conditioned(channel: Channel, clocked: _Clocked, values: Floats) -> Floats:
     if channel.median is not None:
         with at("median"):
             values = correction.running_median(values, channel.median)
-    for frequency in channel.notches:
-        with at("notch"):
-            values = correction.notch(clocked.time, values, frequency)
+    filters: list[tuple[str, Any, float]] = [("notch", correction.notch, each) for each in channel.notches]
     if channel.low_pass is not None:
-        with at("low_pass"):
-            values = correction.low_pass(clocked.time, values, channel.low_pass)
+        filters.append(("low_pass", correction.low_pass, channel.low_pass))
+    for key, filtered, frequency in filters:
+        with at(key):
+            values = filtered(clocked.time, values, frequency)
     return values
 
 
@@ -412,12 +394,12 @@ def _in_si(
     remarks: Remarks,
     removed: dict[str, Floats],
 ) -> Floats:
-    """Return a channel in SI, conditioned and corrected as it says; keep what conditioning took off."""
+    """Return a channel in SI, conditioned and corrected; what conditioning took off goes to ``removed``."""
     constant = getattr(channel, "constant", None)
     if constant is not None:
         return np.full(clocked.time.size, constant)
-    scale, offset = channel.scale * (_area(channel) or 1.0), getattr(channel, "offset", 0.0)
-    values = scale * clocked.values[key] + offset
+    scale = channel.scale * (getattr(channel, "area", None) or 1.0)
+    values = scale * clocked.values[key] + getattr(channel, "offset", 0.0)
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
     if channel.median is not None or channel.notches or channel.low_pass is not None:
         conditioned = _conditioned(channel, clocked, values)
@@ -453,33 +435,113 @@ def _in_si(
 
 @LOADINGS.register
 @attrs.frozen(kw_only=True)
-class MeasuredLoading(MeasuredFile, Loading):
-    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint."""
+class MeasuredLoading(NumbersFile, Loading):
+    """``loading.file``: a record, of which every sample, or with ``reduce`` every turning point, is a waypoint.
+
+    Examples
+    --------
+    [loading]
+    file = "measured.csv"
+    reduce = true
+
+    [loading.columns]
+    time = "t"
+    normal_load = { column = "Fn", unit = "mN" }
+    tangential_displacement = { column = "x", unit = "nm", centred = true }
+
+    [loading.response]
+    tangential_load = { column = "Ft", unit = "mN" }
+
+    [loading.dead_band]
+    tangential_displacement = "10 nm"
+    """
 
     kind = "file"
 
+    columns: LoadColumns
+    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
+    response: Channels = attrs.Factory(Channels)
+    """What was measured beside it, to compare with; the same keys."""
+    run: int | str | None = None
+    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
+    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
+    runs_by: Column | None = None
+    """Column with the number of the run."""
+    start: Time | None = None
+    """Samples before this time are left out."""
+    end: Time | None = None
+    """Samples after this time are left out."""
+    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
+    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
+    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """A longer time between samples is an error."""
+    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
+    """Samples evenly spaced by this time instead, straight between the measured ones."""
+    dead_band: DeadBand = attrs.Factory(DeadBand)
+    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
+    with ``reduce``."""
+    reduce: bool = False
+    """Replays only the samples that the contact remembers, by the dead bands."""
+
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""
-        MeasuredFile.__attrs_post_init__(self)
         Loading.__attrs_post_init__(self)
+        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
+        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not (is_number and is_counted):
+            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
+        if self.runs_by is not None and self.run is None:
+            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
+        if self.start is not None and self.end is not None and self.end < self.start:
+            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
+        channels = given(self.columns)
+        for key, channel in given(self.response).items():
+            if key in channels:
+                problem = "is replayed already, by columns; expected a channel that was measured beside it"
+                raise misfit(problem, "response", key)
+            channels[key] = channel
+        self._check_free_play(channels)
+        self._check_clock(channels)
+        for key in LOAD_KINDS:
+            if getattr(self.dead_band, key) and key not in channels:
+                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
 
-    def measurement(self, folder: Path) -> "Measurement":
+    def _check_clock(self, channels: Mapping[str, Any]) -> None:
+        """Check that no channel needs the times of a record without a clock."""
+        if self.columns.time is not None:
+            return
+        for key, channel in channels.items():
+            for needs in ("time", "shift", "notch", "low_pass"):
+                if getattr(channel, needs):
+                    group = "columns" if getattr(self.columns, key) else "response"
+                    problem = "needs the times of the record; expected a column for loading.columns.time"
+                    raise misfit(problem, group, key, needs)
+        if not any(channel.sources for channel in channels.values()):
+            raise misfit("constants alone, and no time; expected a column", "columns")
+
+    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
+        moved = channels.get("tangential_displacement")
+        if moved is not None and moved.free_play and "tangential_load" not in channels:
+            group = "columns" if self.columns.tangential_displacement else "response"
+            problem = "needs the tangential load, at which the clearance opens; expected a column for it"
+            raise misfit(problem, group, "tangential_displacement", "free_play")
+
+    def measurement(self, folder: Path) -> Measurement:
         """Return what was measured, read from the file and made ready.
 
-        Raises InputError: a file that cannot be read, missing samples or gaps that are refused, or a correction that
-        cannot be made.
+        Raises InputError: a file that cannot be read, missing samples or gaps, or a correction that cannot be made.
         """
         with at("loading"):
             return assembled(folder, self)
 
     def place(self, folder: Path, index: int) -> str:
-        """Return the line of the file that an event comes from."""
+        """Return the line of the file that has an event."""
         measurement = self.measurement(folder)
         sample = int(measurement.kept()[index // len(measurement.channels)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
 
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
-        """Return the events of the file, and tell how it was read where that is not what it says."""
+        """Return the events of the file; ``notify`` takes remarks on how it was read, and on noise."""
         measurement = self.measurement(folder)
         for label, notice in measurement.remarks:
             if label in {FILE_REMARK, HUM_REMARK}:

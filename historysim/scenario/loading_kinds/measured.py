@@ -1,7 +1,8 @@
-"""``loading.file``, a measured record: which column is which channel, and what is done to it before it is replayed."""
+"""``loading.file``, a measured record: which column is which channel, and how it is corrected before the replay."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Self
+import functools
+import operator
+from typing import TYPE_CHECKING, Annotated, Self
 
 import attrs
 from cattrs import Converter
@@ -22,19 +23,20 @@ from historysim.basics.places import misfit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
-from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import from_table, given
-from historysim.tables import REFUSE_OR_DROP, Column
+from historysim.tables import Column
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from historysim.basics.array_types import Floats
 
-# ways to make one channel of several columns
 COMBINED = ("sum", "mean", "difference")
-# the label of remarks on how a file was read
-FILE_REMARK = "file"
-# the label of remarks on hum in a channel
-HUM_REMARK = "hum"
+"""Keys that make one channel of several columns."""
+FILE_REMARK, HUM_REMARK = "file", "hum"
+"""Labels of remarks on how a file was read, and on hum in a channel."""
+EACH = "each"
+"""Of several runs in one file, each by itself."""
 
 Area = Annotated[float, Quantity("m2")]
 
@@ -93,7 +95,7 @@ class Channel:
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
         self._check_combined(ways[0], chosen)
-        # a name, position or index that cannot be one is refused here, where it is known which channel it is of
+        # columns check their names, positions and indices; here the channel is known
         _ = self.sources
 
     def _check_combined(self, way: str, chosen: set[str]) -> None:
@@ -101,9 +103,8 @@ class Channel:
             return
         count = len(getattr(self, way))
         if count < 2 or (way == "difference" and count > 2):
-            expected = (
-                "two columns, of which the second is taken from the first" if way == "difference" else "two or more"
-            )
+            two = "two columns, of which the second is taken from the first"
+            expected = two if way == "difference" else "two or more"
             raise misfit(f"{count} given; expected {expected}", way)
         if alone := chosen & {"occurrence", "index"}:
             raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
@@ -123,26 +124,21 @@ class Channel:
     @property
     def notches(self) -> tuple[float, ...]:
         """The frequencies [Hz] that are taken off."""
-        if self.notch is None:
-            return ()
-        return self.notch if isinstance(self.notch, tuple) else (self.notch,)
+        return self.notch if isinstance(self.notch, tuple) else () if self.notch is None else (self.notch,)
 
     @property
     def sources(self) -> tuple[Column, ...]:
-        """The columns that it is made of; none for a constant. The unit of the channel is that of those without."""
+        """Its columns, none for a constant; those without a unit have the channel's."""
         if self.column is not None:
             return (Column(self.column, self.unit, self.occurrence, self.index),)
         columns = self.sum or self.mean or self.difference or ()
         return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
 
     def combined(self, values: "Sequence[Floats]") -> "Floats":
-        """Return what its columns make together, (row,)."""
-        first, *others = values
+        """Return its columns combined, (row,)."""
         if self.difference:
-            return first - others[0]
-        total = first
-        for other in others:
-            total = total + other
+            return values[0] - values[1]
+        total = functools.reduce(operator.add, values)
         return total / len(values) if self.mean else total
 
 
@@ -236,104 +232,3 @@ class DeadBand:
     """Of the tangential load."""
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     """Of the tangential displacement."""
-
-
-# of several runs in one file, each by itself
-EACH = "each"
-
-
-# a kind of loading inherits this beside another section, and two bases with slots do not mix
-@attrs.frozen(kw_only=True, slots=False)
-class MeasuredFile(NumbersFile):
-    """A file with a record, and how it is read.
-
-    Examples
-    --------
-    [loading]
-    file = "measured.csv"
-    reduce = true
-
-    [loading.columns]
-    time = "t"
-    normal_load = { column = "Fn", unit = "mN" }
-    tangential_displacement = { column = "x", unit = "nm", centred = true }
-
-    [loading.response]
-    tangential_load = { column = "Ft", unit = "mN" }
-
-    [loading.dead_band]
-    tangential_displacement = "10 nm"
-    """
-
-    columns: LoadColumns
-    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
-    response: Channels = Channels()
-    """What was measured beside it, to compare with; the same keys."""
-    run: int | str | None = None
-    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
-    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
-    runs_by: Column | None = None
-    """Column that tells the runs apart."""
-    start: Time | None = None
-    """Samples before this time are left out."""
-    end: Time | None = None
-    """Samples after this time are left out."""
-    missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
-    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
-    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """A longer time between samples is an error."""
-    interval: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """Samples evenly spaced by this time instead, straight between the measured ones."""
-    dead_band: DeadBand = DeadBand()
-    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
-    with ``reduce``."""
-    reduce: bool = False
-    """Replays only the samples that the contact remembers, by the dead bands."""
-
-    def __attrs_post_init__(self) -> None:
-        """Check what the types leave open."""
-        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
-        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
-        if self.run not in {None, EACH} and not (is_number and is_counted):
-            raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
-        if self.runs_by is not None and self.run is None:
-            raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
-        if self.start is not None and self.end is not None and self.end < self.start:
-            raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
-        channels = given(self.columns)
-        for key, channel in given(self.response).items():
-            if key in channels:
-                raise misfit(
-                    "is replayed already, by columns; expected a channel that was measured beside it", "response", key
-                )
-            channels[key] = channel
-        self._check_free_play(channels)
-        self._check_clock(channels)
-        for key in LOAD_KINDS:
-            if getattr(self.dead_band, key) and key not in channels:
-                raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
-
-    def _check_clock(self, channels: Mapping[str, Any]) -> None:
-        if self.columns.time is not None:
-            return
-        for key, channel in channels.items():
-            needing = {
-                "time": channel.time is not None,
-                "shift": channel.shift != 0,
-                "notch": channel.notch is not None,
-                "low_pass": channel.low_pass is not None,
-            }
-            for needs, asked in needing.items():
-                if asked:
-                    group = "columns" if getattr(self.columns, key) else "response"
-                    problem = "needs the times of the record; expected a column for loading.columns.time"
-                    raise misfit(problem, group, key, needs)
-        if not any(channel.sources for channel in channels.values()):
-            raise misfit("constants alone, and no time; expected a column", "columns")
-
-    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
-        moved = channels.get("tangential_displacement")
-        if moved is not None and moved.free_play and "tangential_load" not in channels:
-            group = "columns" if self.columns.tangential_displacement else "response"
-            problem = "needs the tangential load, which tells where the clearance is open; expected a column for it"
-            raise misfit(problem, group, "tangential_displacement", "free_play")

@@ -19,7 +19,8 @@ from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
 Changes = dict[str, "Event | tuple[Any, ...]"]
-"""What is reached at a waypoint, by the names of the events: what each has beside its time, or the event."""
+"""By the names of events their fields beside the time, or the event."""
+Place = tuple[str | int, ...]
 MOST_EVENTS = 10_000_000
 
 
@@ -62,7 +63,7 @@ class Waypoint:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
-        """Return the waypoint of a table, each of whose other keys is the name of an event."""
+        """Return the waypoint of a table, in which any other key is the name of an event."""
         made: Self = with_kinds(cls, value, converter)
         change = made.changes.get("friction")
         if made.asperities is not None and isinstance(change, tuple):
@@ -72,40 +73,35 @@ class Waypoint:
 
 def _check_channels(keys: Iterable[str]) -> None:
     """Check that each channel is controlled in one way; a load and a displacement of one are an InputError."""
-    of = [(EVENTS[key].channel, key) for key in keys if EVENTS[key].channel is not None]
-    for index, (channel, key) in enumerate(of):
-        for other, before in of[:index]:
-            if other == channel:
-                raise InputError(f"{before} and {key} together; expected one of them: the other follows from it")
-
-
-Place = tuple[str | int, ...]
+    controlled: dict[str | None, str] = {}
+    for key in keys:
+        channel = EVENTS[key].channel
+        if channel is not None and (before := controlled.setdefault(channel, key)) != key:
+            raise InputError(f"{before} and {key} together; expected one of them: the other follows from it")
 
 
 @attrs.define
 class _Timeline:
-    """Events in time order; knows where each channel stands."""
+    """Events in time order, with the value of each channel."""
 
     holds: bool | None = None
-    """Whether a channel stays where it stands at each waypoint that does not name it; None where nothing is said."""
+    """Whether a channel keeps its value at each waypoint that does not name it; None where that is open."""
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
     places: list[Place] = attrs.Factory(list)
-    """Where each event stands in the scenario."""
+    """Of each event, in the scenario."""
     standing: dict[str, LoadEvent] = attrs.Factory(dict)
+    """The last event of each channel."""
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
-    """By channel, when and where a waypoint came first since its own last one, that does not name it."""
+    """By channel the time and the place of the first waypoint after its last event."""
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
-    """What was reached in this way: the place, the event before and the one after."""
+    """Channels that went on past such waypoints: the place, the event before and the one after."""
 
     def reach(self, time: float, changes: Changes, *place: str | int) -> None:
         for key, change in changes.items():
             with at(key):
-                event = (
-                    attrs.evolve(cast("Any", change), time=time)
-                    if isinstance(change, Event)
-                    else EVENTS[key].of(time, change)
-                )
+                timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
+                event = EVENTS[key].of(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
             self.events.append(event)
             self.places.append(place)
             if isinstance(event, LoadEvent):
@@ -119,7 +115,7 @@ class _Timeline:
                 self.passed.setdefault(channel, (time, place))
 
     def hold(self, *place: str | int) -> None:
-        """Let every channel stay where it stands until now."""
+        """Let every channel keep its value until now."""
         for channel, event in self.standing.items():
             if event.time < self.now:
                 held = attrs.evolve(event, time=self.now)
@@ -129,14 +125,14 @@ class _Timeline:
                 self.passed.pop(channel, None)
 
     def _look_back(self, event: LoadEvent) -> None:
-        """See whether a channel has moved past waypoints that do not name it."""
+        """Note a channel that moved past waypoints that do not name it."""
         time, place = self.passed.pop(event.channel, (event.time, ()))
         before = self.standing.get(event.channel)
         if before is not None and time < event.time and (before.name, before.value) != (event.name, event.value):
             self.drifts.append((place, before, event))
 
-    def tell_drifts(self, notify: Notify) -> None:
-        """Tell where a channel goes on at waypoints that do not name it, unless that is what the loading says."""
+    def warn_of_drifts(self, notify: Notify) -> None:
+        """Notify where a channel goes on at waypoints that do not name it, unless ``hold`` says so."""
         if not self.drifts or self.holds is not None:
             return
         place, before, after = self.drifts[0]
@@ -163,13 +159,13 @@ class Written(Loading):
         """Return the events with their places."""
 
     def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
-        """Return the events, and tell where a channel runs on unnamed."""
+        """Return the events; ``notify`` hears of channels that run on unnamed."""
         line = self.timeline()
-        line.tell_drifts(notify)
+        line.warn_of_drifts(notify)
         return line.events
 
     def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - as for `events`
-        """Return the waypoint that an event comes from."""
+        """Return the waypoint of an event."""
         return path_text(self.timeline().places[index])
 
 
@@ -184,12 +180,12 @@ class Waypoints(Written):
     """What is reached, and when, as below."""
 
     def __attrs_post_init__(self) -> None:
-        """Check that names are told apart."""
+        """Check that names differ."""
         super().__attrs_post_init__()
         names = [waypoint.name for waypoint in self.waypoints]
         for index, name in enumerate(names):
             if name is not None and name in names[:index]:
-                raise misfit(f"{shown(name)} came before; expected a name of its own", "waypoints", index, "name")
+                raise misfit(f"{shown(name)} stands before; expected a name of its own", "waypoints", index, "name")
 
     @property
     def names(self) -> dict[str, float]:
@@ -237,7 +233,7 @@ class Each:
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
-        """Return the values of a table, each of whose other keys is the name of an event."""
+        """Return the values of a table, in which any other key is the name of an event."""
         made: Self = with_kinds(cls, value, converter, in_turn=True)
         return made
 
@@ -276,17 +272,16 @@ class WaypointBlock:
         if not self.waypoints:
             raise misfit("none; expected one or more", "waypoints")
         for index, waypoint in enumerate(self.waypoints):
-            if waypoint.after is None:
-                problem = "a block runs at its place among the others; expected after instead"
-                raise misfit(problem, "waypoints", index, "time")
-            if waypoint.name is not None:
-                problem = "a block may run several times; expected names in loading.waypoints alone"
-                raise misfit(problem, "waypoints", index, "name")
+            with at("waypoints", index):
+                if waypoint.after is None:
+                    raise misfit("a block runs at its place among the others; expected after instead", "time")
+                if waypoint.name is not None:
+                    raise misfit("a block may run several times; expected names in loading.waypoints alone", "name")
         if self.repeat < 1:
             raise misfit(f"{shown(self.repeat)}; expected an integer of 1 or more", "repeat")
 
     def count(self) -> int:
-        """Return how many events it makes, not counting the few that hold the channels in place."""
+        """Return how many events it makes, without the few that hold channels."""
         return len(self.turns) * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
     @property
@@ -295,13 +290,10 @@ class WaypointBlock:
         return self.each.turns if self.each else [{}]
 
     def extend(self, line: _Timeline, *place: str | int) -> None:
-        """Append the block's events; the block stands at a place of the scenario.
-
-        Channels that the block does not name stay where they stand: without an event at its beginning
-        they would run straight from their last waypoint to their next one, across all the loops.
-        """
+        """Append the events of the block, at a place of the scenario."""
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
         for turn in self.turns:
+            # a channel without an event here would run straight to its next waypoint, across all the loops
             line.hold(*place)
             if self.each:
                 with at("each"):

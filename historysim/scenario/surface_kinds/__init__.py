@@ -1,7 +1,6 @@
 """The kinds of ``[surface]`` in a scenario: the keys of each, and the summits that it gives. A kind is a file here."""
 
 import abc
-import importlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -22,15 +21,6 @@ SURFACES: Registry[type["SurfaceKind"]] = Registry(
     "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
 )
 """The kinds of ``[surface]`` by their names."""
-CHANGES = ("height_scale", "interaction", "yielding", "passes")
-"""Keys that a surface of any kind may have: the fields of `ChangedSurface`."""
-
-
-def __getattr__(name: str) -> Any:  # noqa: ANN401 - any name
-    if name == "HeightMap":
-        # with what it imports, which other kinds do not need
-        return importlib.import_module(f"{__name__}.map_kinds").HeightMap
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 @attrs.frozen(eq=False)
@@ -46,7 +36,7 @@ class BuiltSurface:
     notices: tuple[str, ...] = ()
     """What the user should know about how it was made."""
     interacts: bool = False
-    """Whether the contact is that of the whole map, whose parts press on one another, and not of its summits."""
+    """Whether the parts of the map press on one another, in place of its summits."""
     solutions: "NormalSolutions | None" = None
     """Those of the map, once they are there."""
     curve: tuple[Any, Any, Any] | None = None
@@ -62,7 +52,7 @@ class BuiltSurface:
 
 
 class SurfaceKind(abc.ABC):
-    """A kind of ``[surface]``: an attrs class, whose fields are its keys, registered under its name."""
+    """A kind of ``[surface]``: an attrs class with its keys as fields, registered under its name."""
 
     registry: ClassVar[Registry[Any]] = SURFACES
     kind: ClassVar[str]

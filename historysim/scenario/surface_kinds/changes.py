@@ -1,17 +1,16 @@
 """Keys that any ``[surface]`` may have beside those of its kind: stretched, interacting, yielding, run in."""
 
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import attrs
-from cattrs import Converter
 
+from historysim.asperities.running_in import Pass, run_in
 from historysim.basics.fields import Force, Key, Length
 from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.contact.materials import MaterialPair
-from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw, from_table
+from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
 
 INTERACTIONS = ("none", "full")
@@ -61,8 +60,6 @@ class Passes:
 
         Raises InputError: see `run_in`, or more than one coefficient of friction.
         """
-        from historysim.asperities.running_in import Pass, run_in
-
         if built.surface is None or built.summits is None or built.find is None:
             raise misfit("given for a surface without a height map; expected a random, measured or sum", "passes")
         if built.interacts:
@@ -145,12 +142,6 @@ class ChangedSurface(SurfaceKind):
             find = getattr(self.of, "found_summits", None) if self.height_scale is None else None
             built = attrs.evolve(built, passes=self.passes, find=find)
         return built
-
-
-def changed(surface: SurfaceKind, keys: Mapping[str, Any], converter: Converter) -> ChangedSurface:
-    """Return a surface with the keys that change it."""
-    made: ChangedSurface = from_table(ChangedSurface, {"of": surface, **keys}, converter, "of")
-    return made
 
 
 def _stretched(built: BuiltSurface, scale: float) -> BuiltSurface:

@@ -7,16 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import attrs
 
+from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
 from historysim.basics.notices import Notify, silent
 from historysim.basics.places import at
 from historysim.errors import InputError
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
+from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
+from historysim.surfaces.reading import read_surface
+from historysim.surfaces.summits import WOLF, Summits
 
 if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
-    from historysim.surfaces.summits import Summits
 
 Angle = Annotated[float, Quantity("rad")]
 
@@ -80,10 +83,8 @@ class HeightMap(SurfaceKind):
         plain = attrs.evolve(self, **defaults, prune=None)
         return None if plain == self else plain
 
-    def found_summits(self, surface: "Surface") -> "Summits":
+    def found_summits(self, surface: "Surface") -> Summits:
         """Return the summits, without those that rise less than a share of the height range."""
-        from historysim.surfaces.summits import WOLF
-
         if not self.prune:
             return surface.summits(self.rule)
         share = WOLF if self.prune is True else self.prune
@@ -91,8 +92,6 @@ class HeightMap(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the map, and the map."""
-        from historysim.basics.arguments import representable
-
         notices: list[str] = []
         with representable():
             surface = self.surface(folder, notices.append)
@@ -146,6 +145,7 @@ class RandomMap(HeightMap):
 
     def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
+        # with scipy, which maps of files do not need
         from historysim.surfaces.random import random_surface
 
         return random_surface(
@@ -195,9 +195,6 @@ class MeasuredMap(HeightMap):
 
     def made(self, folder: Path, notify: Notify) -> "Surface":
         """Return the map of the file, and notice where its heights are too coarse for radii."""
-        from historysim.surfaces.inspection import quantisation_notice
-        from historysim.surfaces.reading import read_surface
-
         with at("file"):
             measured = read_surface(
                 folder / self.file,
@@ -255,8 +252,6 @@ class SumOfMaps(HeightMap):
 
     def made(self, folder: Path, notify: Notify) -> "Surface":
         """Return the sum of both maps, and notice what splines take from the second one."""
-        from historysim.surfaces.inspection import smoothing_notice
-
         with at("first"):
             first = self.first.surface(folder, notify)
         with at("second"):

@@ -3,22 +3,19 @@
 import abc
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import attrs
 
+from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Numbers, Quantity
-from historysim.basics.places import misfit
+from historysim.basics.places import at, misfit
 from historysim.errors import InputError
 from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import ColumnsOf
+from historysim.scenario.schema import ColumnsOf, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
+from historysim.surfaces.distribution import Gaussian, HeightDistribution, Tabulated, drawn_summits, quantile_summits
 from historysim.tables import Column
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from historysim.surfaces.distribution import HeightDistribution
 
 Area = Annotated[float, Quantity("m2")]
 SummitDensity = Annotated[float, Quantity("m-2")]
@@ -39,14 +36,11 @@ class DistributedSummits(SurfaceKind):
     density."""
 
     @abc.abstractmethod
-    def distribution(self, folder: Path) -> "HeightDistribution":
+    def distribution(self, folder: Path) -> HeightDistribution:
         """Return the distribution of the heights."""
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits."""
-        from historysim.basics.arguments import representable
-        from historysim.surfaces.distribution import drawn_summits, quantile_summits
-
         amount = {"summit_density": self.summit_density, "nominal_area": self.nominal_area}
         with representable():
             heights = self.distribution(folder)
@@ -83,27 +77,23 @@ class GaussianHeights(DistributedSummits):
             return DistributionTable
         return InlineDistribution if {"density", "height", "gap"} & set(entry) else cls
 
-    def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
+    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""
-        from historysim.surfaces.distribution import Gaussian
-
         return Gaussian(self.rms_height)
 
 
-def _tabulated(  # one of height and gap is None
-    height: Any,  # noqa: ANN401 - numbers in any form that numpy takes
-    gap: Any,  # noqa: ANN401 - likewise
-    density: "npt.ArrayLike",
-) -> "HeightDistribution":
-    from historysim.surfaces.distribution import Tabulated
-
-    return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
+def _tabulated(columns: Mapping[str, Any]) -> HeightDistribution:
+    """Return the distribution of a density over heights, or over gaps."""
+    if "height" in columns:
+        return Tabulated(columns["height"], columns["density"])
+    return Tabulated.from_gaps(columns["gap"], columns["density"])
 
 
-def _height_or_gap(height: object, gap: object, *place: str) -> None:
-    if (height is None) == (gap is None):
-        problem = "neither height nor gap" if height is None else "both height and gap"
-        raise misfit(f"{problem}; expected one of them", *place)
+def _check_one(columns: Mapping[str, Any]) -> None:
+    """Check that a density is of heights or of gaps."""
+    if ("height" in columns) == ("gap" in columns):
+        problem = "both height and gap" if "gap" in columns else "neither height nor gap"
+        raise InputError(f"{problem}; expected one of them")
 
 
 @attrs.frozen(kw_only=True)
@@ -130,11 +120,11 @@ class InlineDistribution(DistributedSummits):
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
-        _height_or_gap(self.height, self.gap)
+        _check_one(given(self))
 
-    def distribution(self, folder: Path) -> "HeightDistribution":  # noqa: ARG002 - it is in the scenario itself
+    def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""
-        return _tabulated(self.height, self.gap, self.density)
+        return _tabulated(given(self))
 
 
 @attrs.frozen(kw_only=True)
@@ -146,13 +136,14 @@ class DistributionTable(NumbersFile, DistributedSummits):
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
-        _height_or_gap(self.columns.get("height"), self.columns.get("gap"), "columns")
+        with at("columns"):
+            _check_one(self.columns)
 
-    def distribution(self, folder: Path) -> "HeightDistribution":
+    def distribution(self, folder: Path) -> HeightDistribution:
         """Return the distribution of the heights, read from the file."""
         units = {"height": "m", "gap": "m", "density": "1"}
         columns = self.table(folder, self.columns, units).columns
         try:
-            return _tabulated(columns.get("height"), columns.get("gap"), columns["density"])
+            return _tabulated(columns)
         except InputError as error:
             raise misfit(f"{self.name}: {error}", "file") from error

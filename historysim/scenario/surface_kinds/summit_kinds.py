@@ -1,17 +1,21 @@
 """Surfaces given by their summits: one, a list, a table of them, a regular array; or by a normal curve."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import attrs
+import numpy as np
 
+from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number
 from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.schema import ColumnsOf, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
+from historysim.surfaces.summits import Summits
 from historysim.tables import Column
 
 
@@ -34,8 +38,6 @@ class Sphere(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
         """Return one summit at height 0."""
-        from historysim.surfaces.summits import Summits
-
         return BuiltSurface(Summits(0.0, self.radius))
 
 
@@ -70,10 +72,6 @@ class InlineSummits(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - they are in the scenario itself
         """Return the summits."""
-        import numpy as np
-
-        from historysim.surfaces.summits import Summits
-
         sizes = {key: np.size(value) for key, value in given(self).items()}
         for key, size in sizes.items():
             if size == 0:
@@ -99,8 +97,6 @@ class SummitTable(NumbersFile, SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
-        from historysim.surfaces.summits import Summits
-
         units = {"height": "m", "radius": "m", "x": "m", "y": "m", "friction": "1"}
         rows = self.table(folder, self.columns, units)
         columns = rows.columns
@@ -148,9 +144,7 @@ class Textured(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
-        import math
-
-        from historysim.basics.arguments import representable
+        # with scipy, which other kinds here do not need
         from historysim.surfaces.distribution import LAWS, textured_summits
 
         radius = self.radius
