@@ -41,7 +41,7 @@ def after_the_readme(tmp_path_factory):
     (folder / "more.csv").write_text("time,normal_load [mN]\n13,80\n14,60\n", encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("historysim.cli.simulations.processors", lambda: 1)
+        patch.setattr("historysim.basics.system.processors", lambda: 1)
         pages.type_in((ROOT / "README.md").read_text(encoding="utf-8"), same)
     return folder
 
@@ -55,7 +55,7 @@ def test_the_readme_runs_as_it_stands(after_the_readme):
 def test_a_page_runs_as_it_stands(page, after_the_readme, tmp_path, monkeypatch):
     shutil.copytree(after_the_readme, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("historysim.cli.simulations.processors", lambda: 1)
+    monkeypatch.setattr("historysim.basics.system.processors", lambda: 1)
     monkeypatch.setenv("CFLAGS", "-O0")
     pages.type_in(page.read_text(encoding="utf-8"))
 

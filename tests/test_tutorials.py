@@ -26,7 +26,7 @@ def typed(tmp_path, monkeypatch):
     shutil.copy(ROOT / "data" / "unat_loops.csv", tmp_path / "data")
     monkeypatch.chdir(tmp_path)
     # one process is enough for what is so small
-    monkeypatch.setattr("historysim.cli.simulations.processors", lambda: 1)
+    monkeypatch.setattr("historysim.basics.system.processors", lambda: 1)
 
     def type_in(name):
         names, outputs, printed = {"__name__": "tutorial"}, {}, None

@@ -91,15 +91,10 @@ def run_in(
         left = state.yielded
         height, radius = (left.summit_height, left.summit_radius) if left else (summits.height, summits.radius)
         own = np.maximum(state.approach - (ensemble.highest_summit - height), 0.0)
-        heights = surface.heights.copy()
-        for i in np.flatnonzero(height < summits.height):
-            place, reach = (summits.x[i], summits.y[i]), np.sqrt(radius[i] * own[i])
-            _cut(heights, surface, place, height=height[i], radius=radius[i], reach=reach)
+        worn = height
         if wear is not None and one.sliding_distance > 0:
             worn = _worn(ensemble, height, radius, wear, one)
-            for i in np.flatnonzero(worn < height):
-                reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
-                _cut(heights, surface, (summits.x[i], summits.y[i]), height=worn[i], radius=np.inf, reach=reach)
+        heights = _flattened(surface, summits, height, radius=radius, own=own, worn=worn)
         cut = heights < surface.heights
         pixel = surface.pixel_size[0] * surface.pixel_size[1]
         removed = float((surface.heights[cut] - heights[cut]).sum() * pixel)
@@ -121,6 +116,21 @@ def run_in(
             heights[whole] += removed / (pixel * whole.sum())
         surface = Surface(heights, surface.pixel_size, surface.periodic)
     return surface, records
+
+
+def _flattened(
+    surface: Surface, summits: Summits, height: Floats, *, radius: Floats, own: Floats, worn: Floats
+) -> Floats:
+    """Return the heights of a map without what its summits lost as they yielded, own approaches deep, and wore."""
+    heights = surface.heights.copy()
+    places = list(zip(summits.x, summits.y, strict=True))  # type: ignore[arg-type] # those of a map have both
+    for i in np.flatnonzero(height < summits.height):
+        reach = np.sqrt(radius[i] * own[i])
+        _cut(heights, surface, places[i], height=height[i], radius=radius[i], reach=reach)
+    for i in np.flatnonzero(worn < height):
+        reach = np.sqrt(2 * radius[i] * (height[i] - worn[i]))
+        _cut(heights, surface, places[i], height=worn[i], radius=np.inf, reach=reach)
+    return heights
 
 
 def _cut(

@@ -200,21 +200,24 @@ class Stepper(WholeContact):
         self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * memory.contact.units.length
         move = memory.displacement - self._reached
         if time is not None:
-            # a trial that is taken again moves the contact to an earlier time
-            if time <= self._time and move != 0.0:
-                self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s")
-            self._time = time
+            self._look_at(time, move)
         if move != 0.0:
             self._turns = self._turns + 1 if move * self._move < 0.0 else 0
             self._reached, self._move = memory.displacement, move
             if self._turns == TURNS:
-                self._warn(f"went back and forth in each of the last {TURNS} steps")
+                self._warn(f"went back and forth in each of the last {TURNS} steps", 3)
 
-    def _warn(self, what: str) -> None:
+    def _look_at(self, time: float, move: float) -> None:
+        """Warn of a trial that is taken again, which moves the contact to a time that is not later."""
+        if time <= self._time and move != 0.0:
+            self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s", 4)
+        self._time = time
+
+    def _warn(self, what: str, level: int) -> None:
         warnings.warn(
             f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or they "
             "are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter steps",
-            stacklevel=3,
+            stacklevel=level,
         )
 
     def slopes(self) -> Slopes:

@@ -329,6 +329,17 @@ _TERM = re.compile(
 _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 
 
+def is_unit(text: str) -> bool:
+    """Return whether a string is a unit, also one with an offset."""
+    try:
+        _product(text)
+    except _OffsetError:
+        return True
+    except (LookupError, ZeroDivisionError):
+        return False
+    return bool(text.strip())
+
+
 def is_common(text: str) -> bool:
     """Return whether a string is a unit that instruments write, such as ``"mN"`` or ``"lbf"``: pint is not asked."""
     try:
@@ -375,6 +386,10 @@ def _product(text: str, named: Callable[[str], _Unit] | None = None) -> _Unit:
 _UNKNOWN = "is not a known unit"
 
 
+class _OffsetError(LookupError):
+    """A unit that no factor converts, such as celsius."""
+
+
 @functools.cache
 def _named(name: str) -> _Unit:
     """Return the unit of a name; LookupError: there is none."""
@@ -388,7 +403,7 @@ def _named(name: str) -> _Unit:
         except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError):
             continue
         if zero.magnitude != 0:
-            raise LookupError(f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it")
+            raise _OffsetError(f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it")
         return Fraction(one.magnitude), {base: Fraction(each) for base, each in one.unit_items()}
     raise LookupError(_UNKNOWN)
 

@@ -80,6 +80,7 @@ class Commands(click.Group):
     def found(self) -> dict[str, tuple[str, str, str]]:
         """By the name of each command its module, its function, and its short help, all from the source."""
         found = {}
+        # by the source, since importing the modules takes as long as a small run
         for path in sorted(Path(__file__).parent.glob("[!_]*.py")):
             source = path.read_text(encoding="utf-8")
             for name, function, text in re.findall(_COMMAND, source, re.DOTALL | re.MULTILINE):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.system import processors
+from historysim.basics import system
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing."
 workers_option = click.option(
     "--workers",
     type=click.IntRange(1),
-    default=processors,
+    default=lambda: system.processors(),  # noqa: PLW0108 - looked up when it is needed
     show_default="one for each processor",
     help="Processes that compute.",
 )

@@ -94,6 +94,7 @@ def _plain(value: object) -> object:
     if hasattr(value, "tolist"):
         return _plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):
+        # JSON has no NaN
         return None
     return value if isinstance(value, str | int | float | bool | None) else str(value)
 

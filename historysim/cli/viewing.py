@@ -129,6 +129,7 @@ def plot(
     summits. Friction loops: how they change from one to the next. Friction over time or distance: that. A sweep: a
     number over what was swept.
     """
+    # before a file is opened, which may take long
     millimetres = None if size is None else _millimetres(size)
     file = files[0]
     from historysim.results.result_files import kind_of

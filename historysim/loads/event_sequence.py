@@ -190,7 +190,7 @@ def _made(loads: Loads) -> list[Event]:
 
 
 def time_text(time: float) -> str:
-    """Write a time with as many digits as tell it from any other: ``"12.5 s"``."""
+    """Write a time with as many digits as distinguish it from any other: ``"12.5 s"``."""
     return f"{repr(float(time)).removesuffix('.0')} s"
 
 

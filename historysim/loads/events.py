@@ -226,7 +226,7 @@ def _differ(friction: float | tuple[float, ...]) -> bool:
 
 
 def _numbers_text(numbers: float | tuple[float, ...] | None) -> str:
-    """Return numbers as a cell has them; brackets tell a list of one from a number."""
+    """Return numbers as a cell has them; a list of one stands in brackets."""
     if numbers is None:
         return ""
     if not isinstance(numbers, tuple):

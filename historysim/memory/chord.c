@@ -8,13 +8,13 @@
  * changed that, a normal load keeps the values that it had then. */
 static void normal_at(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
     const route *c = &w->course;
-    if (c->both) {
+    if (c->both_loads) {
         *load = hs_toward(c->load[0], c->load[1], share);
         *d = hs_approach_for(memory, *load);
         return;
     }
     *d = hs_toward(c->d[0], c->d[1], share);
-    if (c->by_load) {
+    if (c->normal_by_load) {
         *load = share == 1.0 ? c->load[1] : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
         if (w->wears) *d = hs_approach_for(memory, *load);
     } else {
@@ -23,32 +23,32 @@ static void normal_at(const walk *w, const hs_memory *memory, double share, doub
 }
 
 /* Find the displacement at which a chord ends. */
-static int find_end(walk *w, hs_memory *memory, double share, target *end) {
+static int find_end(walk *w, hs_memory *memory, double share, chord_end *end) {
     const route *c = &w->course;
     const hs_contact *contact = memory->contact;
     double value = hs_toward(c->tangential[0], c->tangential[1], share), limit = 0.0;
     /* where asperities wear, the loads are known when they have their shapes */
-    int changes = 0, weighs = !w->wears || c->by_force || w->compliance > 0.0;
-    hs_shares shares;
-    shares.load = w->load;
-    shares.from = w->yield.now ? w->edge : NULL;
-    shares.count = 0;
-    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++shares.count) {
+    int changes = 0, weighs = !w->wears || c->tangential_by_load || w->compliance > 0.0;
+    hs_group_loads loads;
+    loads.load = w->load;
+    loads.from = w->yield.now ? w->edge : NULL;
+    loads.count = 0;
+    for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < end->d; ++g, ++loads.count) {
         w->edge[g] = starts_at(w, memory, g);
         changes |= w->friction[g] != memory->friction[g] || steeper(w, memory, g) != 1.0;
         if (!weighs) continue;
         w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
         limit += w->friction[g] * w->load[g];
     }
-    end->touching = shares.count;
+    end->touching = loads.count;
     end->excess = 0.0;
     end->force = value;
-    if (c->ends_apart || (!c->by_force && w->compliance == 0.0)) {
-        end->v = c->ends_apart ? hs_toward(c->apart[0], c->apart[1], share) : value;
+    if (c->ends_separated || (!c->tangential_by_load && w->compliance == 0.0)) {
+        end->v = c->ends_separated ? hs_toward(c->apart[0], c->apart[1], share) : value;
         return HS_OK;
     }
-    hs_aim aim = {value, 1.0, w->compliance};
-    if (c->by_force) {
+    hs_target target = {value, 1.0, w->compliance};
+    if (c->tangential_by_load) {
         if (fabs(value) - limit > HS_LIMIT_SLACK * limit) {
             if (!w->drive->saturate) {
                 w->refusal->request = value * contact->units.load;
@@ -58,29 +58,29 @@ static int find_end(walk *w, hs_memory *memory, double share, target *end) {
             end->force = copysign(limit, value);
             end->excess = value - end->force;
         }
-        aim = hs_to_load(end->force);
+        target = hs_to_load(end->force);
     }
     hs_fronts fronts;
-    int status = hs_no_fronts(&fronts, shares.count);
+    int status = hs_no_fronts(&fronts, loads.count);
     if (status != HS_OK) return status;
-    if (!changes || shares.count == 0) {
-        status = hs_displacement_with(memory, &shares, &fronts, end->d, aim, &end->v);
+    if (!changes || loads.count == 0) {
+        status = hs_displacement_with(memory, &loads, &fronts, end->d, target, &end->v);
     } else {
         /* any cone may cut any polyline */
         double *kept = memory->friction;
         memcpy(w->steep, memory->steep, (size_t)contact->groups);
         memset(memory->steep, 1, (size_t)contact->groups);
         memory->friction = w->friction;
-        status = hs_found_displacement(memory, &shares, &fronts, end->d, aim, &end->v);
+        status = hs_found_displacement(memory, &loads, &fronts, end->d, target, &end->v);
         memory->friction = kept;
         memcpy(memory->steep, w->steep, (size_t)contact->groups);
     }
     hs_free_fronts(&fronts);
     /* what slides already while its limit falls stays where it is */
     double side = copysign(1.0, end->force);
-    int at_limit = c->by_force && fabs(end->force) >= (1.0 - HS_TIE) * limit;
-    if (shares.count == 0 && end->excess == 0.0) at_limit = 0;
-    if (at_limit && (shares.count == 0 || side * end->v < side * memory->displacement)) end->v = memory->displacement;
+    int at_limit = c->tangential_by_load && fabs(end->force) >= (1.0 - HS_TIE) * limit;
+    if (loads.count == 0 && end->excess == 0.0) at_limit = 0;
+    if (at_limit && (loads.count == 0 || side * end->v < side * memory->displacement)) end->v = memory->displacement;
     return status;
 }
 
@@ -127,7 +127,7 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     return HS_OK;
 }
 
-int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each,
+int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each,
                              hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
@@ -161,7 +161,7 @@ int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *en
 }
 
 /* Carry all groups to the end of a chord. */
-static int carry(walk *w, hs_memory *memory, const target *end, double share) {
+static int carry(walk *w, hs_memory *memory, const chord_end *end, double share) {
     const hs_contact *contact = memory->contact;
     double deepest = hs_most(memory->approach, end->d);
     hs_losses losses;
@@ -179,95 +179,113 @@ static int carry(walk *w, hs_memory *memory, const target *end, double share) {
     memory->normal_load = end->load;
     memory->excess = end->excess;
     memory->tangential_load = hs_total_force(memory);
-    if (w->course.by_force && (!w->course.ends_apart || share == 1.0)) memory->tangential_load = end->force;
+    if (w->course.tangential_by_load && (!w->course.ends_separated || share == 1.0)) memory->tangential_load = end->force;
     return HS_OK;
+}
+
+/* Find where a chord ends, and how far asperities slide to there; where they wear, with the shapes that follow: twice. */
+static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end, int *slides) {
+    const hs_contact *contact = memory->contact;
+    const hs_law *law = &w->evolution->law;
+    const size_t size = (size_t)contact->count * sizeof(double);
+    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
+    int passes = w->wears ? 2 : by_distance, searches = w->course.tangential_by_load || w->compliance > 0.0;
+    for (int pass = 0;; ++pass) {
+        if (!w->yield.now) normal_at(w, memory, share, &end->d, &end->load);
+        int status = hs_put_stations(w, memory, end->d, end->load, share, pass ? w->ahead : NULL);
+        if (status == HS_OK) status = find_end(w, memory, share, end);
+        if (status != HS_OK) return status;
+        w->moved = fabs(end->v - memory->displacement) * contact->units.displacement;
+        status = hs_slide_all(w, memory, end, w->wears && pass < passes);
+        if (status != HS_OK) return status;
+        for (int64_t i = 0; i < contact->count && !*slides; ++i) *slides = w->slid[i] > 0.0;
+        if (pass == passes) return HS_OK;
+        if (pass == 0) memcpy(w->shape.begun, w->slid, size);
+        /* what wears may be held by it: it goes in small jerks then, and slides half the way */
+        for (int64_t i = 0; i < contact->count; ++i)
+            w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
+        memcpy(w->ahead, w->slid, size);
+        if (!*slides) return HS_OK;
+        if (!w->wears) continue;
+        status = hs_foresee_wear(w, memory, end);
+        if (status != HS_OK) return status;
+        hs_set_shape(memory, w->shape.end_height, w->shape.end_radius, w->depth);
+        if (searches) hs_refresh_loads(memory);
+    }
+}
+
+/* Put down friction and loads at the end of a chord on which summits wear: groups may stand in another order there. */
+static int weigh_worn(walk *w, const hs_memory *memory, double share, chord_end *end) {
+    int status = hs_put_stations(w, memory, end->d, end->load, share, w->ahead);
+    for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK; ++end->touching) {
+        hs_curve curve = hs_group_of(memory, end->touching).curve;
+        if (curve.gap[0] >= end->d) break;
+        w->load[end->touching] = hs_load_at(curve, end->d).load;
+    }
+    return status;
+}
+
+/* Put down the volumes that asperities have lost on a chord, on which their summits took another shape or not. */
+static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
+    const hs_contact *contact = memory->contact;
+    hs_evolved *evolved = memory->evolved;
+    const size_t size = (size_t)contact->count * sizeof(double);
+    for (int64_t i = 0; i < contact->count; ++i)
+        w->shape.energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
+    if (!shaped) {
+        memset(w->shape.mean_load, 0, size);
+        memset(w->shape.taken, 0, size);
+    }
+    int status = hs_lost_volumes(&w->evolution->wear, contact->count, w->shape.mean_load, w->slid, w->shape.energy,
+                                 w->shape.lost);
+    for (int64_t i = 0; i < contact->count; ++i) {
+        evolved->worn_volume[i] += w->shape.lost[i];
+        evolved->waiting_volume[i] += w->shape.lost[i] - w->shape.taken[i];
+        evolved->shaped_volume[i] += w->shape.taken[i];
+    }
+    return status;
 }
 
 int hs_chord(walk *w, hs_memory *memory, double share) {
     hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
-    const hs_law *law = &w->evolution->law;
-    size_t size = (size_t)contact->count * sizeof(double);
-    int64_t count = contact->count;
-    int by_distance = !w->evolution->goal && law->kind != HS_NO_LAW && law->depends_on == HS_ON_SLID_DISTANCE;
-    int passes = w->wears ? 2 : by_distance, slides = 0, searches = w->course.by_force || w->compliance > 0.0;
+    const size_t size = (size_t)contact->count * sizeof(double);
     double stored = w->wears ? hs_stored(memory, NULL) : 0.0, erased = 0.0;
-    target end;
+    int status = HS_OK, slides = 0;
+    chord_end end;
     hs_tick(memory, hs_toward(w->course.times[0], w->course.times[1], share));
     w->yield.now = w->yields && share > w->yield.onset;
     if (w->yield.now) {
-        int status = hs_yielding_end(w, memory, share, &end.d, &end.load);
+        status = hs_yielding_end(w, memory, share, &end.d, &end.load);
         if (status == HS_OK) status = hs_yield_on(w, memory, end.d);
         if (status != HS_OK) return status;
         if (isnan(end.load)) end.load = hs_load_at(hs_all_of(contact), end.d).load;
     }
     hs_note_gaps(w, contact);
     if (w->wears) {
-        for (int64_t i = 0; i < count; ++i) w->before[contact->order[i]] = memory->each[i];
+        for (int64_t i = 0; i < contact->count; ++i) w->before[contact->order[i]] = memory->each[i];
         memcpy(w->shape.end_height, evolved->summit_height, size);
         memcpy(w->shape.end_radius, evolved->summit_radius, size);
         hs_note_depths(w, memory);
     }
-    for (int pass = 0;; ++pass) {
-        if (!w->yield.now) normal_at(w, memory, share, &end.d, &end.load);
-        int status = hs_put_stations(w, memory, end.d, end.load, share, pass ? w->ahead : NULL);
-        if (status == HS_OK) status = find_end(w, memory, share, &end);
-        if (status != HS_OK) return status;
-        w->moved = fabs(end.v - memory->displacement) * contact->units.displacement;
-        status = hs_slide_all(w, memory, &end, w->wears && pass < passes);
-        if (status != HS_OK) return status;
-        for (int64_t i = 0; i < count && !slides; ++i) slides = w->slid[i] > 0.0;
-        if (pass == passes) break;
-        if (pass == 0) memcpy(w->shape.begun, w->slid, size);
-        /* what wears may be held by it: it goes in small jerks then, and slides half the way */
-        for (int64_t i = 0; i < count; ++i) w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
-        memcpy(w->ahead, w->slid, size);
-        if (!slides) break;
-        if (w->wears) {
-            status = hs_foresee_wear(w, memory, &end);
-            if (status != HS_OK) return status;
-            hs_set_shape(memory, w->shape.end_height, w->shape.end_radius, w->depth);
-            if (searches) hs_refresh_loads(memory);
-        }
-    }
-    int wears = w->wears && slides;
-    if (wears) erased = hs_wear_to(w, memory, w->shape.mid_height, w->shape.mid_radius, stored);
-    if (w->wears) {
-        /* groups may stand in another order than that of the end */
-        int status = hs_put_stations(w, memory, end.d, end.load, share, w->ahead);
-        if (status != HS_OK) return status;
-        for (end.touching = 0; end.touching < contact->groups; ++end.touching) {
-            hs_curve curve = hs_group_of(memory, end.touching).curve;
-            if (curve.gap[0] >= end.d) break;
-            w->load[end.touching] = hs_load_at(curve, end.d).load;
-        }
-    }
-    int status = carry(w, memory, &end, share);
+    status = find_sliding(w, memory, share, &end, &slides);
     if (status != HS_OK) return status;
-    if (wears) {
+    int shaped = w->wears && slides;
+    if (shaped) erased = hs_wear_to(w, memory, w->shape.mid_height, w->shape.mid_radius, stored);
+    if (w->wears) status = weigh_worn(w, memory, share, &end);
+    if (status == HS_OK) status = carry(w, memory, &end, share);
+    if (status != HS_OK) return status;
+    if (shaped) {
         hs_note_depths(w, memory);
         erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_stored(memory, NULL));
         hs_forget_worn(memory);
         memory->normal_load = end.load;
-        if (!w->course.by_force) memory->tangential_load = hs_total_force(memory);
+        if (!w->course.tangential_by_load) memory->tangential_load = hs_total_force(memory);
         memcpy(evolved->summit_height, w->shape.end_height, size);
         memcpy(evolved->summit_radius, w->shape.end_radius, size);
         evolved->erased_energy += erased * contact->units.energy;
     }
-    if (w->wears) {
-        for (int64_t i = 0; i < count; ++i)
-            w->shape.energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
-        if (!wears) {
-            memset(w->shape.mean_load, 0, size);
-            memset(w->shape.taken, 0, size);
-        }
-        status = hs_lost_volumes(&w->evolution->wear, count, w->shape.mean_load, w->slid, w->shape.energy, w->shape.lost);
-        for (int64_t i = 0; i < count; ++i) {
-            evolved->worn_volume[i] += w->shape.lost[i];
-            evolved->waiting_volume[i] += w->shape.lost[i] - w->shape.taken[i];
-            evolved->shaped_volume[i] += w->shape.taken[i];
-        }
-    }
+    if (w->wears) status = lose_volumes(w, memory, shaped);
     hs_add_slides(w, memory);
     return status;
 }

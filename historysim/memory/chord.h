@@ -10,8 +10,8 @@
 
 /* Where the channels are at the ends of one path, dimensionless. */
 typedef struct route {
-    int both, by_load, by_force;
-    int ends_apart; /* whether a tangential load of 0 ends where nothing touches */
+    int both_loads, normal_by_load, tangential_by_load; /* which channels are controlled by load */
+    int ends_separated; /* whether a tangential load of 0 ends where nothing touches */
     double d[2], load[2], tangential[2];
     double apart[2]; /* then displacements are straight from the first to the second */
     double times[2]; /* [s] */
@@ -66,7 +66,7 @@ typedef struct walk {
     double *slid, *ahead;  /* distances on a chord, and as they were foreseen [m] */
     double *gap;           /* at the start of a chord */
     double *before;        /* dissipated at the start of a chord */
-    double *nowhere;       /* dissipated on ways that are only tried */
+    double *discarded;       /* dissipated on ways that are only tried */
     int64_t *depth;        /* of the stack of a group, at its first asperity */
     station *stations;     /* of all groups */
     int64_t most;          /* of them that there is room for */
@@ -94,12 +94,12 @@ typedef struct way {
 } way;
 
 /* The end of a chord. */
-typedef struct target {
+typedef struct chord_end {
     double d, load, v;
     double force;  /* tangential, where it is controlled */
     double excess; /* that is asked for beyond the friction limit */
     int64_t touching;
-} target;
+} chord_end;
 
 /* Where the edge of a group starts a chord, and how much steeper a cone is than μ there. */
 static inline double starts_at(const walk *w, const hs_memory *memory, int64_t g) {
@@ -121,7 +121,7 @@ void hs_note_depths(walk *w, const hs_memory *memory);
 /* Reshape a memory, and return the elastic energy that is lost by it. */
 double hs_wear_to(walk *w, hs_memory *memory, const double *height, const double *radius, double stored);
 /* Have summits lose what they do on a chord as it is foreseen: volumes, and the shapes amid it and at its end. */
-int hs_foresee_wear(walk *w, const hs_memory *memory, const target *end);
+int hs_foresee_wear(walk *w, const hs_memory *memory, const chord_end *end);
 /* Where the channels are at a share of a path on which summits yield; a load that follows from the approach is not known
  * before they have. */
 int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load);
@@ -139,13 +139,13 @@ void hs_slide_on(const hs_group *group, int64_t depth, const double *gap, const 
     int steep, double *slid);
 /* Tell how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
  * and put back, if `ahead`; otherwise they are told when they are carried. */
-int hs_slide_all(walk *w, hs_memory *memory, const target *end, int ahead);
+int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead);
 void hs_add_slides(const walk *w, hs_memory *memory);
 
 /* ---- chord.c: one chord ---- */
 
 /* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
-int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const target *end, double *each, hs_losses *losses);
+int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses);
 /* Carry a memory along one chord, to a share of the path. */
 int hs_chord(walk *w, hs_memory *memory, double share);
 

@@ -30,7 +30,7 @@ static int make_buffers(walk *w, const hs_contact *contact) {
     double **each[] = {&w->goal[0],   &w->goal[1], &w->slid,       &w->ahead,      &w->shape.first,      &w->shape.last,
                        &w->shape.mean_load, &w->shape.energy,  &w->shape.lost,       &w->shape.taken,      &w->gap,        &w->before,
                        &w->shape.mid_height, &w->shape.mid_radius, &w->shape.end_height, &w->shape.end_radius,
-                       &w->nowhere,    &w->shape.begun,      &w->yield.from,       &w->yield.steeper,    (double **)&w->depth,
+                       &w->discarded,    &w->shape.begun,      &w->yield.from,       &w->yield.steeper,    (double **)&w->depth,
                        (double **)&w->yield.place};
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 5 * g + 1) * sizeof *numbers + n);
@@ -77,7 +77,7 @@ static int share_at(const walk *w, const hs_memory *memory, double d, double *sh
     double load = 0.0;
     int status = HS_OK;
     *share = (d - c->d[0]) / (c->d[1] - c->d[0]);
-    if (!c->both || c->load[0] == c->load[1]) return HS_OK;
+    if (!c->both_loads || c->load[0] == c->load[1]) return HS_OK;
     if (w->yields)
         status = hs_yielding_load(memory, w->evolution, d, &load);
     else
@@ -123,19 +123,19 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     route *c = &w->course;
-    hs_aim aim;
+    hs_target target;
     double request = memory->tangential_load + (w->drive->saturate ? memory->excess : 0.0);
-    hs_destination(memory, path, w->compliance, request, &c->d[1], &c->load[1], &aim);
+    hs_destination(memory, path, w->compliance, request, &c->d[1], &c->load[1], &target);
     c->times[0] = path->begin;
     c->times[1] = path->end;
     c->d[0] = memory->approach;
     c->load[0] = memory->normal_load;
-    c->by_load = path->normal_control == HS_LOAD;
-    c->by_force = path->tangential_control == HS_LOAD;
-    c->both = c->by_load && c->by_force;
-    c->tangential[0] = c->by_force ? request : memory->displacement + w->compliance * memory->tangential_load;
-    c->tangential[1] = aim.value;
-    c->ends_apart = c->by_force && !c->both && aim.value == 0.0 && c->d[1] <= contact->sorted_gap[0];
+    c->normal_by_load = path->normal_control == HS_LOAD;
+    c->tangential_by_load = path->tangential_control == HS_LOAD;
+    c->both_loads = c->normal_by_load && c->tangential_by_load;
+    c->tangential[0] = c->tangential_by_load ? request : memory->displacement + w->compliance * memory->tangential_load;
+    c->tangential[1] = target.value;
+    c->ends_separated = c->tangential_by_load && !c->both_loads && target.value == 0.0 && c->d[1] <= contact->sorted_gap[0];
     c->apart[0] = memory->displacement;
     c->apart[1] = memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
     c->first = NULL;
@@ -147,14 +147,14 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
         double next = hs_most(w->yield.next, memory->approach);
         if (c->d[1] > next + HS_TIE * fabs(next)) {
             int status = HS_OK;
-            if (c->by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
+            if (c->normal_by_load) status = hs_yielding_approach(memory, evolution, c->load[1], &c->d[1]);
             if (status != HS_OK) return status;
             w->yield.onset = (next - c->d[0]) / (c->d[1] - c->d[0]);
-            if (c->both) w->yield.onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) / (c->load[1] - c->load[0]);
+            if (c->both_loads) w->yield.onset = (hs_load_at(hs_all_of(contact), next).load - c->load[0]) / (c->load[1] - c->load[0]);
             w->yield.onset = hs_least(hs_most(w->yield.onset, 0.0), 1.0);
         }
     }
-    if (w->wears && c->by_load && !c->both && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
+    if (w->wears && c->normal_by_load && !c->both_loads && !(c->first = hs_contact_copy(contact))) return HS_OUT_OF_MEMORY;
     for (int64_t g = 0; g < contact->groups && evolution->goal; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
             int64_t whose = contact->order[i];
@@ -180,7 +180,7 @@ static int is_still(const walk *w, const hs_memory *memory) {
 static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share, int *held) {
     const route *c = &w->course;
     hs_memory *start = w->spare[0];
-    int bent = plan->meets || (c->both && c->load[0] != c->load[1]);
+    int bent = plan->pieces.count || (c->both_loads && c->load[0] != c->load[1]);
     if (w->yields) hs_contact_assign(start->contact, memory->contact);
     int status = hs_memory_assign(start, memory);
     if (status == HS_OK && bent) {
@@ -196,7 +196,7 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
         memory->evolved->slid_together = start->evolved->slid_together;
         return HS_OK;
     }
-    target end = {memory->approach, memory->normal_load, memory->displacement, 0.0, 0.0, memory->contact->groups};
+    chord_end end = {memory->approach, memory->normal_load, memory->displacement, 0.0, 0.0, memory->contact->groups};
     memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
     hs_note_gaps(w, memory->contact);
     status = hs_slide_all(w, start, &end, 0);
@@ -289,7 +289,7 @@ static int join(walk *w, hs_memory *memory) {
 static hs_path path_to_onset(const walk *w, const hs_path *path) {
     const route *c = &w->course;
     hs_path leg = *path;
-    if (c->both) {
+    if (c->both_loads) {
         leg.normal_target = hs_toward(c->load[0], c->load[1], w->yield.onset);
     } else {
         leg.normal_control = HS_DISPLACED;
@@ -317,7 +317,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     int yields = w->yield.onset < 1.0, at_rest = 0;
     double before = 0.0, elastic = yields ? w->yield.onset : 1.0, first = until / (double)path->parts;
     /* laws of friction have stations where asperities touch, but where displacements are found chords end there, too */
-    int cuts = yields || (!still && (w->wears || w->course.by_force || w->compliance > 0.0));
+    int cuts = yields || (!still && (w->wears || w->course.tangential_by_load || w->compliance > 0.0));
     int by_load = !still && w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_TOTAL_LOAD;
     if (status == HS_OK && (cuts || by_load)) status = cut_path(w, memory, cuts, by_load);
     if (status == HS_OK && still && elastic > 0.0) {

@@ -9,9 +9,9 @@
 #define MOST_PARTS (1 << 10)
 
 /* Change the coefficients, and the displacement to where it aims, straight together. */
-static int fall(hs_memory *memory, const double *friction, hs_aim aim) {
+static int fall(hs_memory *memory, const double *friction, hs_target target) {
     int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_deepest(memory));
-    double d = memory->approach, v0 = memory->displacement, v1 = aim.value;
+    double d = memory->approach, v0 = memory->displacement, v1 = target.value;
     hs_point from = {d, v0};
     hs_tick(memory, memory->clock.end);
     hs_vertex *scratch = (hs_vertex *)malloc(2 * (size_t)room * sizeof *scratch);
@@ -19,22 +19,22 @@ static int fall(hs_memory *memory, const double *friction, hs_aim aim) {
     int status = scratch && before ? hs_memory_reserve(memory, room) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
         /* the very loads that the edges have */
-        hs_shares shares;
-        shares.load = before + groups;
-        shares.from = NULL;
+        hs_group_loads loads;
+        loads.load = before + groups;
+        loads.from = NULL;
         while (touching < groups && memory->depth[touching] > 0) ++touching;
-        shares.count = touching;
+        loads.count = touching;
         for (int64_t index = 0; index < touching; ++index)
-            shares.load[index] = memory->vertices[index * memory->capacity + memory->depth[index] - 1].normal;
+            loads.load[index] = memory->vertices[index * memory->capacity + memory->depth[index] - 1].normal;
         memcpy(before, memory->friction, (size_t)groups * sizeof *before);
         memcpy(memory->friction, friction, (size_t)groups * sizeof *before);
-        if (aim.compliance > 0.0) {
+        if (target.compliance > 0.0) {
             hs_fronts fronts;
             /* any cone may cut any polyline */
             memset(memory->steep, 1, (size_t)groups);
             status = hs_no_fronts(&fronts, touching);
             if (status == HS_OK) {
-                status = hs_found_displacement(memory, &shares, &fronts, d, aim, &v1);
+                status = hs_found_displacement(memory, &loads, &fronts, d, target, &v1);
                 hs_free_fronts(&fronts);
             }
         }
@@ -45,7 +45,7 @@ static int fall(hs_memory *memory, const double *friction, hs_aim aim) {
             hs_cone cone = {friction[index], v1 - v0, 0.0, friction[index] - before[index]};
             if (v1 == v0 && cone.gain >= 0.0) continue;
             hs_group group = hs_group_of(memory, index);
-            int64_t depth = hs_carry_and_clip(&group, &losses, memory->depth[index], from, to, shares.load[index], &cone,
+            int64_t depth = hs_carry_and_clip(&group, &losses, memory->depth[index], from, to, loads.load[index], &cone,
                                               scratch, NULL);
             memcpy(group.stack, scratch, (size_t)depth * sizeof *scratch);
             memory->depth[index] = depth;
@@ -67,7 +67,7 @@ static void mix(const double *first, const double *last, double share, double *t
  *
  * What is dissipated is the work of the tangential load, less what is stored, which is exact; the parts say how the
  * asperities share it. */
-static int fall_in_parts(hs_memory *memory, const double *friction, hs_aim aim, double tolerance) {
+static int fall_in_parts(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
     double before = hs_stored(memory, NULL), lost = memory->dissipated, reached = HUGE_VAL, balance = 0.0, told = 0.0;
     double reach = hs_largest_friction(memory) * (memory->approach - memory->contact->sorted_gap[0]);
@@ -80,7 +80,7 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_aim aim, 
         if (!fine) status = HS_OUT_OF_MEMORY;
         for (int k = 1; k <= parts && status == HS_OK; ++k) {
             mix(first, friction, (double)k / parts, there, groups);
-            status = fall(fine, there, aim);
+            status = fall(fine, there, target);
         }
         if (status != HS_OK) break;
         double moved = fine->displacement - memory->displacement;
@@ -110,7 +110,7 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_aim aim, 
 
 /* Replace the groups' coefficients while the tangential channel holds what it aims at. A load beyond the new limit stays
  * with the memory as what is asked for. */
-static int change(hs_memory *memory, const double *friction, hs_aim aim, double tolerance) {
+static int change(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
     size_t groups = (size_t)memory->contact->groups;
     double held = 1.0, force = memory->tangential_load;
     int falls = 0, status = HS_OK;
@@ -129,18 +129,18 @@ static int change(hs_memory *memory, const double *friction, hs_aim aim, double 
     double after = hs_friction_limit(memory, memory->approach, memory->normal_load);
     hs_note_steep(memory);
     memcpy(memory->friction, first, groups * sizeof *first);
-    if (aim.rigid == 0.0 && fabs(force) > after)
+    if (target.rigid == 0.0 && fabs(force) > after)
         held = hs_least(hs_most((before - fabs(force)) / (before - after), 0.0), 1.0);
-    if (aim.compliance > 0.0 && held > 0.0) {
+    if (target.compliance > 0.0 && held > 0.0) {
         mix(first, friction, held, there, (int64_t)groups);
-        status = fall_in_parts(memory, there, aim, tolerance);
+        status = fall_in_parts(memory, there, target, tolerance);
     }
-    if (status == HS_OK && (aim.compliance == 0.0 || held < 1.0))
+    if (status == HS_OK && (target.compliance == 0.0 || held < 1.0))
         status = fall(memory, friction, hs_to_displacement(memory->displacement));
     if (status == HS_OK) {
         memcpy(memory->friction, friction, groups * sizeof *friction);
         hs_note_steep(memory);
-        memory->tangential_load = aim.rigid == 0.0 ? force : hs_total_force(memory);
+        memory->tangential_load = target.rigid == 0.0 ? force : hs_total_force(memory);
     }
     free(there);
     return status;
@@ -149,21 +149,21 @@ static int change(hs_memory *memory, const double *friction, hs_aim aim, double 
 int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive) {
     const hs_contact *contact = memory->contact;
     double compliance = drive->compliance * contact->units.stiffness;
-    hs_aim aim = hs_to_load(memory->tangential_load);
+    hs_target target = hs_to_load(memory->tangential_load);
     int status = hs_memory_join(memory);
     if (status == HS_OK) status = hs_part_ways(memory, friction, friction);
     if (status != HS_OK) return status;
     contact = memory->contact;
     if (memory->tangential_control != HS_LOAD) {
-        aim.value = memory->displacement + compliance * memory->tangential_load;
-        aim.rigid = 1.0;
-        aim.compliance = compliance;
+        target.value = memory->displacement + compliance * memory->tangential_load;
+        target.rigid = 1.0;
+        target.compliance = compliance;
     }
     double *leading = (double *)malloc((size_t)contact->groups * sizeof *leading);
     if (!leading) return HS_OUT_OF_MEMORY;
     for (int64_t index = 0; index < contact->groups; ++index)
         leading[index] = friction[contact->order[contact->first[index]]];
-    status = change(memory, leading, aim, drive->tolerance);
+    status = change(memory, leading, target, drive->tolerance);
     free(leading);
     return status;
 }

@@ -69,7 +69,7 @@ double hs_largest_friction(const hs_memory *memory) {
     return most;
 }
 
-HS_WIDE static void loads(const double *restrict gap, const double *restrict weight, int64_t count, double d,
+HS_WIDE static void loads_of_ones(const double *restrict gap, const double *restrict weight, int64_t count, double d,
                           double *restrict load) {
     for (int64_t i = 0; i < count; ++i) {
         double depth = d - gap[i];
@@ -78,35 +78,35 @@ HS_WIDE static void loads(const double *restrict gap, const double *restrict wei
 }
 
 /* Normal loads of the groups that touch at d, where they carry `load` together. */
-int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shares) {
+int hs_loads_of_groups(const hs_memory *memory, double d, double load, hs_group_loads *loads) {
     const hs_contact *contact = memory->contact;
     int64_t count;
-    shares->load = shares->one;
-    shares->from = NULL;
+    loads->load = loads->one;
+    loads->from = NULL;
     if (contact->groups == 1) {
-        shares->count = d > contact->sorted_gap[0];
-        shares->one[0] = load;
+        loads->count = d > contact->sorted_gap[0];
+        loads->one[0] = load;
         return HS_OK;
     }
     if (one_each(contact))
         count = hs_touching(contact->gap, contact->count, d);
     else
         for (count = 0; count < contact->groups && contact->gap[contact->first[count]] < d;) ++count;
-    shares->count = count;
+    loads->count = count;
     if (count == 0) return HS_OK;
-    shares->load = (double *)malloc((size_t)count * sizeof(double));
-    if (!shares->load) return HS_OUT_OF_MEMORY;
+    loads->load = (double *)malloc((size_t)count * sizeof(double));
+    if (!loads->load) return HS_OUT_OF_MEMORY;
     if (one_each(contact)) {
-        loads(contact->gap, contact->weight, count, d, shares->load);
+        loads_of_ones(contact->gap, contact->weight, count, d, loads->load);
         return HS_OK;
     }
     for (int64_t index = 0; index < count; ++index)
-        shares->load[index] = hs_load_at(hs_group_of(memory, index).curve, d).load;
+        loads->load[index] = hs_load_at(hs_group_of(memory, index).curve, d).load;
     return HS_OK;
 }
 
-void hs_free_shares(hs_shares *shares) {
-    if (shares->load != shares->one) free(shares->load);
+void hs_free_group_loads(hs_group_loads *loads) {
+    if (loads->load != loads->one) free(loads->load);
 }
 
 double hs_approach_for(const hs_memory *memory, double load) {

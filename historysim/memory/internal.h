@@ -120,19 +120,19 @@ typedef struct hs_point {
 } hs_point;
 /* Where the tangential channel goes: rigid·V + compliance·T = value. A displacement has (1, 0), a load (0, 1), the
  * displacement of a drive behind a spring (1, c). */
-typedef struct hs_aim {
+typedef struct hs_target {
     double value;
     double rigid;
     double compliance;
-} hs_aim;
+} hs_target;
 
-static inline hs_aim hs_to_displacement(double value) {
-    hs_aim aim = {value, 1.0, 0.0};
-    return aim;
+static inline hs_target hs_to_displacement(double value) {
+    hs_target target = {value, 1.0, 0.0};
+    return target;
 }
-static inline hs_aim hs_to_load(double value) {
-    hs_aim aim = {value, 0.0, 1.0};
-    return aim;
+static inline hs_target hs_to_load(double value) {
+    hs_target target = {value, 0.0, 1.0};
+    return target;
 }
 
 /* ---- contact.c, memory.c ---- */
@@ -302,7 +302,7 @@ hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load)
 /* Carry a group that touches at the end, where it carries `load`, straight to approach `d` and to where it aims. Its
  * stack has `depth` vertices, or none at `from` where that is 0. Returns the depth, and the displacement reached. */
 int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d, double load,
-                      hs_aim aim, double *reached);
+                      hs_target target, double *reached);
 
 /* ---- clip.c: polylines steeper than the cone ---- */
 
@@ -355,12 +355,12 @@ typedef struct hs_force {
 } hs_force;
 
 /* Normal loads of the groups that touch at an approach, which are the first ones. */
-typedef struct hs_shares {
+typedef struct hs_group_loads {
     int64_t count;
     double *load;
     const double *from; /* where their ways begin; NULL where that is the approach */
     double one[1];      /* place for the load of a single group */
-} hs_shares;
+} hs_group_loads;
 
 /* Note the first segment on which slip of a sign may end, which for small paths it does: the outermost, or, where that lies
  * on the cone of this side already, the one below. */
@@ -369,17 +369,17 @@ void hs_guess_front(hs_fronts *fronts, int64_t index, const hs_group *group, int
  * the force from then on. */
 hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, hs_point to, double load,
                            hs_fronts *fronts, int64_t index);
-int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found);
+int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *found);
 /* Tangential load on a straight path at a point of it. */
 int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force);
-int hs_displacement_at(hs_memory *memory, double d, double load, hs_aim aim, double *found);
-int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
-int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found);
+int hs_displacement_at(hs_memory *memory, double d, double load, hs_target target, double *found);
+int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
+int hs_found_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
 
 /* ---- groups.c: what all groups carry together ---- */
 
-int hs_shares_at(const hs_memory *memory, double d, double load, hs_shares *shares);
-void hs_free_shares(hs_shares *shares);
+int hs_loads_of_groups(const hs_memory *memory, double d, double load, hs_group_loads *loads);
+void hs_free_group_loads(hs_group_loads *loads);
 /* Friction limit at an approach, and the slopes in the approach of the limit and of the normal load. */
 typedef struct hs_limit {
     double limit, limit_slope, load_slope;
@@ -394,17 +394,17 @@ double hs_approach_for(const hs_memory *memory, double load);
 
 /* ---- move.c: all groups on one straight path ---- */
 
-int hs_move(hs_memory *memory, double d, double load, hs_aim aim);
+int hs_move(hs_memory *memory, double d, double load, hs_target target);
 /* Note which asperities of several groups first slide on the way to a point where both loads go straight, as the clock says;
  * with the loads of the groups and the fronts there. */
-int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_shares *shares, hs_fronts *fronts);
-/* The same as `hs_move` where the loads of the groups at d, and the aim of the path in (d, V), are known. */
-int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path);
+int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts);
+/* The same as `hs_move` where the loads of the groups at d, and the target of the path in (d, V), are known. */
+int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path);
 /* Tell of each group whether its polyline is steeper than μ. */
 void hs_note_steep(hs_memory *memory);
 /* Which springs slide: the side of the cone on which those of segment j do, 1 or -1; 0 where they stick. */
 double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction);
-/* Whether there is one group, which any aim moves by one update. */
+/* Whether there is one group, which any target moves by one update. */
 int hs_is_alone(const hs_memory *memory);
 int hs_make_room(hs_memory *memory);
 
@@ -424,7 +424,7 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
 /* What is asked of the contact along one path: both channels at its ends. Where `both` are loads the normal load is
  * straight in the share, otherwise the approach is. Forces are those asked for, whether friction holds them or not. */
 typedef struct hs_request {
-    int both;
+    int both_loads;
     double d[2];
     double load[2];
     double force[2];
@@ -436,27 +436,25 @@ typedef struct hs_pieces {
     double end[HS_MOST_PIECES_OF_REQUEST];
     int side[HS_MOST_PIECES_OF_REQUEST];
 } hs_pieces;
-int hs_meets_limit(const hs_memory *memory, const hs_request *request);
-void hs_cut(const hs_memory *memory, const hs_request *request, hs_pieces *pieces);
-void hs_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
-                 double *limit);
+/* Cut a request where it meets the limit; there are no pieces where it does not. */
+int hs_cut_at_limit(const hs_memory *memory, const hs_request *request, int saturate, hs_pieces *pieces,
+                    hs_refusal *refusal);
 int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
               const double *times, const hs_drive *drive, int *side);
 
 /* A path that is planned: what it asks for, and how it goes there. */
 typedef struct hs_plan {
     hs_request request;
-    hs_aim aim;
-    int meets; /* whether a load meets the friction limit on the way */
-    hs_pieces pieces;
+    hs_target target;
+    hs_pieces pieces; /* none where no load meets the friction limit on the way */
     double times[2]; /* at which it begins and ends [s] */
     double v[2];    /* displacements in between are straight from the first to the second */
-    int ends_apart; /* whether a tangential load ends where nothing touches */
+    int ends_separated; /* whether a tangential load ends where nothing touches */
 } hs_plan;
 hs_path hs_without_dimension(const hs_units *units, const hs_path *path);
-/* Where a path goes: approach, normal load, and the aim of the tangential channel, which now asks for a request. */
+/* Where a path goes: approach, normal load, and the target of the tangential channel, which now asks for a request. */
 void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
-                    double *load, hs_aim *aim);
+                    double *load, hs_target *target);
 /* Targets of `path` are dimensionless here, and so is the compliance. `direct` where nothing is recorded on the way. */
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal);

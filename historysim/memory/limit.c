@@ -26,7 +26,7 @@ typedef struct station {
 
 static double approach_on(const hs_memory *memory, const hs_request *request, double share) {
     double d = hs_toward(request->d[0], request->d[1], share);
-    if (!request->both) return d;
+    if (!request->both_loads) return d;
     double load = hs_toward(request->load[0], request->load[1], share);
     return hs_label_at(hs_all_of(memory->contact), load, d, 0.0, 1.0);
 }
@@ -58,7 +58,7 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
     double limit_least = hs_least(low->at.limit_slope, high->at.limit_slope);
     double limit_most = hs_most(low->at.limit_slope, high->at.limit_slope);
     double rate = request->d[1] - request->d[0], least = limit_least, most = limit_most;
-    if (request->both) {
+    if (request->both_loads) {
         double load_least = hs_least(low->at.load_slope, high->at.load_slope);
         double load_most = hs_most(low->at.load_slope, high->at.load_slope);
         frictions_at(memory, hs_most(low->d, high->d), &least, &most);
@@ -135,12 +135,12 @@ static double first_change(const hs_memory *memory, const hs_request *request, d
 }
 
 /* Whether a request has to be cut: it is at a limit or beyond it somewhere. */
-int hs_meets_limit(const hs_memory *memory, const hs_request *request) {
+static int meets_limit(const hs_memory *memory, const hs_request *request) {
     const double held = 1.0 - HS_TIE, *force = request->force;
     if (fabs(force[1]) > held * hs_friction_limit(memory, request->d[1], request->load[1])) return 1;
     /* a straight path to an end within the limit prescribes no load before it */
     double start = held * hs_friction_limit(memory, request->d[0], request->load[0]);
-    if (!request->both) return fabs(force[0]) > (1.0 + HS_LIMIT_SLACK) * start;
+    if (!request->both_loads) return fabs(force[0]) > (1.0 + HS_LIMIT_SLACK) * start;
     if (fabs(force[0]) > start) return 1;
     if (memory->contact->groups == 1 || request->d[0] == request->d[1]) return 0;
     station low = station_at(memory, request, 0.0), high = station_at(memory, request, 1.0);
@@ -148,7 +148,8 @@ int hs_meets_limit(const hs_memory *memory, const hs_request *request) {
            first_change(memory, request, -1.0, &low, &high, 1) < 1.0;
 }
 
-void hs_cut(const hs_memory *memory, const hs_request *request, hs_pieces *pieces) {
+/* Cut a request where it meets the limit, or leaves it. */
+static void cut(const hs_memory *memory, const hs_request *request, hs_pieces *pieces) {
     station low = station_at(memory, request, 0.0), end = station_at(memory, request, 1.0);
     int side = excess(request, &low, 1.0) > 0.0 ? 1 : excess(request, &low, -1.0) > 0.0 ? -1 : 0;
     for (int count = 0; count < HS_MOST_PIECES_OF_REQUEST; ++count) {
@@ -172,9 +173,9 @@ void hs_cut(const hs_memory *memory, const hs_request *request, hs_pieces *piece
     }
 }
 
-/* A request and the limit there: at the end, or amid the piece that exceeds the limit most. */
-void hs_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
-                 double *limit) {
+/* The request, and the limit there, at the end, or amid the piece that exceeds the limit most; whether it is beyond. */
+static int is_overload(const hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double *asked,
+                       double *limit) {
     double begin = 0.0;
     *asked = request->force[1];
     *limit = hs_friction_limit(memory, request->d[1], request->load[1]);
@@ -186,6 +187,19 @@ void hs_overload(const hs_memory *memory, const hs_request *request, const hs_pi
         }
         begin = pieces->end[k];
     }
+    return fabs(*asked) > *limit * (1.0 + HS_LIMIT_SLACK);
+}
+
+int hs_cut_at_limit(const hs_memory *memory, const hs_request *request, int saturate, hs_pieces *pieces,
+                    hs_refusal *refusal) {
+    double asked, limit;
+    pieces->count = 0;
+    if (!meets_limit(memory, request)) return HS_OK;
+    cut(memory, request, pieces);
+    if (saturate || !is_overload(memory, request, pieces, &asked, &limit)) return HS_OK;
+    refusal->request = asked * memory->contact->units.load;
+    refusal->limit = limit * memory->contact->units.load;
+    return HS_BEYOND_LIMIT;
 }
 
 /* Approach and normal load at a share. */
@@ -193,7 +207,7 @@ static void place_on(const hs_memory *memory, const hs_request *request, double 
     if (share == 1.0) {
         *d = request->d[1];
         *load = request->load[1];
-    } else if (request->both) {
+    } else if (request->both_loads) {
         *load = hs_toward(request->load[0], request->load[1], share);
         *d = hs_approach_for(memory, *load);
     } else {
@@ -233,7 +247,7 @@ static int slide(hs_memory *memory, const hs_request *request, double d, double 
     }
     const double from = memory->approach, load0 = memory->normal_load, begin = memory->clock.end;
     if (d <= from) {
-        tick_along_limit(memory, request->both, load, side, time);
+        tick_along_limit(memory, request->both_loads, load, side, time);
         return hs_move(memory, d, load, hs_to_displacement(memory->displacement));
     }
     for (int64_t index = 0; index < contact->groups; ++index) {
@@ -243,14 +257,14 @@ static int slide(hs_memory *memory, const hs_request *request, double d, double 
         if (touch > memory->approach) {
             double reached = memory->displacement + side * steepest * (touch - memory->approach);
             double there = hs_load_at(hs_all_of(contact), touch).load;
-            double share = request->both ? (there - load0) / (load - load0) : (touch - from) / (d - from);
-            tick_along_limit(memory, request->both, there, side, hs_toward(begin, time, share));
+            double share = request->both_loads ? (there - load0) / (load - load0) : (touch - from) / (d - from);
+            tick_along_limit(memory, request->both_loads, there, side, hs_toward(begin, time, share));
             int status = hs_move(memory, touch, there, hs_to_displacement(reached));
             if (status != HS_OK) return status;
         }
         steepest = memory->friction[index];
     }
-    tick_along_limit(memory, request->both, load, side, time);
+    tick_along_limit(memory, request->both_loads, load, side, time);
     return hs_move(memory, d, load, hs_to_displacement(memory->displacement + side * steepest * (d - memory->approach)));
 }
 
@@ -267,20 +281,20 @@ int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pie
         double time = hs_toward(times[0], times[1], stop);
         if (*side != 0) {
             status = slide(memory, request, d, load, *side, time);
-        } else if (request->both) {
+        } else if (request->both_loads) {
             status = hs_ramp(memory, load, request_at(memory, request, pieces, k, stop, d, load), time, drive);
         } else {
             double d_end, load_end;
             place_on(memory, request, end, &d_end, &load_end);
-            hs_aim aim = hs_to_load(request_at(memory, request, pieces, k, end, d_end, load_end));
+            hs_target target = hs_to_load(request_at(memory, request, pieces, k, end, d_end, load_end));
             status = HS_OK;
             if (stop < end) {
                 double reached = 0.0;
-                status = hs_displacement_at(memory, d_end, load_end, aim, &reached);
-                aim = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
+                status = hs_displacement_at(memory, d_end, load_end, target, &reached);
+                target = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
             }
             hs_tick(memory, time);
-            if (status == HS_OK) status = hs_move(memory, d, load, aim);
+            if (status == HS_OK) status = hs_move(memory, d, load, target);
         }
         if (status != HS_OK) return status;
         before = stop;

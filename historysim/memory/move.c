@@ -16,23 +16,23 @@ int hs_make_room(hs_memory *memory) {
 }
 
 /* A tangential load has to be within the friction limit. */
-int hs_move(hs_memory *memory, double d, double load, hs_aim aim) {
-    hs_shares shares;
+int hs_move(hs_memory *memory, double d, double load, hs_target target) {
+    hs_group_loads loads;
     int status = hs_make_room(memory);
-    if (status == HS_OK) status = hs_shares_at(memory, d, load, &shares);
+    if (status == HS_OK) status = hs_loads_of_groups(memory, d, load, &loads);
     if (status != HS_OK) return status;
-    hs_aim path = aim;
-    if (aim.compliance != 0.0 && !(shares.count > 0 && hs_is_alone(memory))) {
+    hs_target path = target;
+    if (target.compliance != 0.0 && !(loads.count > 0 && hs_is_alone(memory))) {
         hs_fronts fronts;
         path = hs_to_displacement(0.0);
-        status = hs_no_fronts(&fronts, shares.count);
-        if (status == HS_OK) status = hs_displacement_with(memory, &shares, &fronts, d, aim, &path.value);
+        status = hs_no_fronts(&fronts, loads.count);
+        if (status == HS_OK) status = hs_displacement_with(memory, &loads, &fronts, d, target, &path.value);
         hs_point to = {d, path.value};
-        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &shares, &fronts);
+        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &loads, &fronts);
         hs_free_fronts(&fronts);
     }
-    if (status == HS_OK) status = hs_carry(memory, &shares, d, load, aim, path);
-    hs_free_shares(&shares);
+    if (status == HS_OK) status = hs_carry(memory, &loads, d, load, target, path);
+    hs_free_group_loads(&loads);
     return status;
 }
 
@@ -125,7 +125,7 @@ HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, con
     return 1;
 }
 
-int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, hs_aim aim, hs_aim path) {
+int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int still = d == from.d && path.value == from.v && path.compliance == 0.0;
@@ -142,16 +142,16 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
     }
     for (int64_t index = 0; index < groups && !still; ++index) {
         int64_t depth = memory->depth[index];
-        if (index >= shares->count && depth == 0) break;
+        if (index >= loads->count && depth == 0) break;
         hs_fetch_ahead(memory, index);
-        if (given && index < shares->count && !memory->steep[index]) {
-            double own = shares->load[index];
+        if (given && index < loads->count && !memory->steep[index]) {
+            double own = loads->load[index];
             if (d == from.d ? slide_one(memory, index, &losses, &from, &to, own, 1, &force)
                             : slide_one(memory, index, &losses, &from, &to, own, 0, &force))
                 continue;
         }
         hs_group group = hs_group_of(memory, index);
-        if (index >= shares->count) {
+        if (index >= loads->count) {
             hs_point to = {d, reached};
             hs_note_slides(&group, depth, &from, &to, group.friction, HUGE_VAL, memory->steep[index]);
             hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
@@ -162,11 +162,11 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
         if (memory->steep[index]) {
             hs_point to = {d, reached};
             hs_cone cone = {group.friction, to.v - from.v, group.friction * (d - from.d), 0.0};
-            depth = hs_carry_and_clip(&group, &losses, depth, from, to, shares->load[index], &cone, scratch, NULL);
+            depth = hs_carry_and_clip(&group, &losses, depth, from, to, loads->load[index], &cone, scratch, NULL);
             put_back(memory, index, scratch, depth);
             memory->steep[index] = (uint8_t)hs_is_steep(scratch, depth, group.friction);
         } else {
-            depth = hs_move_group(&group, &losses, depth, &from, d, shares->load[index], path, &reached);
+            depth = hs_move_group(&group, &losses, depth, &from, d, loads->load[index], path, &reached);
             memory->depth[index] = depth;
         }
         force += group.stack[depth - 1].tangential;
@@ -176,12 +176,12 @@ int hs_carry(hs_memory *memory, const hs_shares *shares, double d, double load, 
     memory->approach = d;
     memory->displacement = reached;
     memory->normal_load = load;
-    memory->tangential_load = aim.rigid == 0.0 ? aim.value : force;
-    if (aim.rigid > 0.0 && aim.compliance * load > MUCH_SOFTER * d && d > 0.0) {
+    memory->tangential_load = target.rigid == 0.0 ? target.value : force;
+    if (target.rigid > 0.0 && target.compliance * load > MUCH_SOFTER * d && d > 0.0) {
         /* the drive of so soft an instrument tells the load better than the sum over the springs does, unless the contact
          * has slid so far that its displacement is rounded by more than it can be strained */
         double limit = hs_friction_limit(memory, d, load);
-        memory->tangential_load = hs_within((aim.value - aim.rigid * reached) / aim.compliance, limit);
+        memory->tangential_load = hs_within((target.value - target.rigid * reached) / target.compliance, limit);
     }
     return HS_OK;
 }

@@ -103,10 +103,10 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_poin
 
 /* Move a group of which springs slip, the front being found. */
 static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
-                          hs_aim aim, const hs_edge *edge, const front *at, double *reached) {
+                          hs_target target, const hs_edge *edge, const front *at, double *reached) {
     hs_vertex *stack = group->stack;
     int64_t kept = at->kept, below = kept > 1 ? kept - 1 : 0;
-    double rigid = aim.rigid, compliance = aim.compliance, slope = at->sign * group->friction;
+    double rigid = target.rigid, compliance = target.compliance, slope = at->sign * group->friction;
     hs_vertex front = stack[below];
     int inner = kept > 0 && at->x != rigid * front.label + compliance * front.normal;
     double inner_slope = 0.0;
@@ -133,13 +133,13 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
         front.normal = there.load;
         /* measured from what was prescribed, so that rounding does not add up from loop to loop within one another; the
          * one that changes faster along the polyline takes it up */
-        double y = aim.value - slope * (rigid * (d1 - label) + compliance * (load - there.load));
+        double y = target.value - slope * (rigid * (d1 - label) + compliance * (load - there.load));
         if (rigid >= compliance * there.slope)
             front.anchor = y - compliance * front.tangential;
         else
             front.tangential = (y - rigid * front.anchor) / compliance;
     }
-    double v1 = aim.value;
+    double v1 = target.value;
     if (compliance != 0.0) v1 = front.anchor + slope * (d1 - front.label) + rigid * at->sign * at->slip;
     hs_point to = {d1, v1};
     hs_note_slides(group, depth, from, &to, group->friction, front.label, 0);
@@ -152,7 +152,7 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
     } else if (inner) {
         stack[kept++] = hs_vertex_of(front.label, front.anchor, inner_slope, v1, front.normal, front.tangential);
     }
-    double force = rigid == 0.0 ? aim.value : front.tangential + slope * (load - front.normal);
+    double force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
     stack[kept] = hs_vertex_of(d1, v1, slope, v1, load, force);
     *reached = v1;
     return kept + 1;
@@ -160,20 +160,20 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
 
 /* Displacement that a group reaches which first touches on its straight path: all its springs are strained alike, or all
  * slide. */
-static double first_reach(const hs_group *group, const hs_point *from, double d1, double load, hs_aim aim) {
-    if (aim.compliance == 0.0) return aim.value;
-    double slope = (aim.value - aim.rigid * from->v) / (aim.rigid * (d1 - from->d) + aim.compliance * load);
-    if (aim.rigid > 0.0 && fabs(slope) > group->friction)
-        return aim.value - aim.compliance * copysign(group->friction * load, slope);
+static double first_reach(const hs_group *group, const hs_point *from, double d1, double load, hs_target target) {
+    if (target.compliance == 0.0) return target.value;
+    double slope = (target.value - target.rigid * from->v) / (target.rigid * (d1 - from->d) + target.compliance * load);
+    if (target.rigid > 0.0 && fabs(slope) > group->friction)
+        return target.value - target.compliance * copysign(group->friction * load, slope);
     return from->v + slope * (d1 - from->d);
 }
 
 int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
-                      hs_aim aim, double *reached) {
+                      hs_target target, double *reached) {
     hs_vertex *stack = group->stack;
-    double friction = group->friction, y1 = aim.value, rigid = aim.rigid, compliance = aim.compliance;
+    double friction = group->friction, y1 = target.value, rigid = target.rigid, compliance = target.compliance;
     if (depth == 0) {
-        hs_point to = {d1, first_reach(group, from, d1, load, aim)};
+        hs_point to = {d1, first_reach(group, from, d1, load, target)};
         depth = touch(group, *from, to);
     }
     hs_edge edge = hs_edge_at(stack, depth, d1, load);
@@ -184,7 +184,7 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, c
     /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit */
     if (y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie)) {
         front at = slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance);
-        return slip_group(group, losses, depth, from, d1, load, aim, &edge, &at, reached);
+        return slip_group(group, losses, depth, from, d1, load, target, &edge, &at, reached);
     }
     double slope = x1 > x_edge ? (y1 - y_edge) / (x1 - x_edge) : 0.0;
     double v1 = compliance == 0.0 ? y1 : edge.anchor + slope * (d1 - edge.label);

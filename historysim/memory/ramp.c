@@ -42,7 +42,7 @@ static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1
 
 /* Carry all groups along one chord, and correct its energy for the way of the loads. */
 static int corrected_chord(hs_memory *memory, double load, double force) {
-    hs_aim aim = hs_to_load(force);
+    hs_target target = hs_to_load(force);
     double d1 = hs_approach_for(memory, load), before = memory->dissipated, more = 0.0;
     int64_t count = memory->contact->count;
     double *each = (double *)malloc((size_t)count * sizeof *each);
@@ -55,21 +55,21 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
     int status = HS_OK;
     if (hs_is_alone(memory)) {
         hs_memory *start = hs_memory_copy(memory);
-        status = start ? hs_move(memory, d1, load, aim) : HS_OUT_OF_MEMORY;
+        status = start ? hs_move(memory, d1, load, target) : HS_OUT_OF_MEMORY;
         if (status == HS_OK) status = extra_work(start, &fronts, d1, memory->displacement, load, force, &more);
         hs_memory_free(start);
     } else {
-        hs_shares shares;
+        hs_group_loads loads;
         double v1 = 0.0;
         status = hs_make_room(memory);
-        if (status == HS_OK) status = hs_shares_at(memory, d1, load, &shares);
+        if (status == HS_OK) status = hs_loads_of_groups(memory, d1, load, &loads);
         if (status == HS_OK) {
-            status = hs_displacement_with(memory, &shares, &fronts, d1, aim, &v1);
+            status = hs_displacement_with(memory, &loads, &fronts, d1, target, &v1);
             hs_point to = {d1, v1};
-            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &shares, &fronts);
+            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &loads, &fronts);
             if (status == HS_OK) status = extra_work(memory, &fronts, d1, v1, load, force, &more);
-            if (status == HS_OK) status = hs_carry(memory, &shares, d1, load, aim, hs_to_displacement(v1));
-            hs_free_shares(&shares);
+            if (status == HS_OK) status = hs_carry(memory, &loads, d1, load, target, hs_to_displacement(v1));
+            hs_free_group_loads(&loads);
         }
     }
     double lost = memory->dissipated - before;

@@ -50,12 +50,12 @@ HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restr
 
 /* Tangential load of the groups with fronts at the end of a path. Tells of each group whether its front is not on the
  * segment noted; returns whether that is so of any: they are to be found once more. */
-static int force_on_fronts(const hs_fronts *fronts, const hs_shares *shares, hs_point to, hs_force *found) {
+static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads, hs_point to, hs_force *found) {
     double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
     double term[3][HS_AT_ONCE];
-    for (int64_t begin = 0; begin < shares->count; begin += HS_AT_ONCE) {
-        int count = hs_size_of_block(shares->count - begin);
-        terms_on_fronts(fronts, shares->load + begin, begin, count, to, term[0], term[1], term[2]);
+    for (int64_t begin = 0; begin < loads->count; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(loads->count - begin);
+        terms_on_fronts(fronts, loads->load + begin, begin, count, to, term[0], term[1], term[2]);
         hs_add(force, term[0], count);
         hs_add(stiffness, term[1], count);
         hs_add(curvature, term[2], count);
@@ -68,19 +68,19 @@ static int force_on_fronts(const hs_fronts *fronts, const hs_shares *shares, hs_
 }
 
 /* Tangential load at the end of a straight path, with its derivatives; fronts are looked up, or found and noted. */
-int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, hs_point to, hs_force *found) {
+int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *found) {
     hs_point from = {memory->approach, memory->displacement};
-    if (!force_on_fronts(fronts, shares, to, found)) return HS_OK;
+    if (!force_on_fronts(fronts, loads, to, found)) return HS_OK;
     hs_force sum = {0.0, 0.0, 0.0};
     hs_vertex *scratch = NULL;
-    for (int64_t index = 0; index < shares->count; ++index) {
+    for (int64_t index = 0; index < loads->count; ++index) {
         if (fronts->off[index] == 0.0) continue;
         hs_fetch_ahead(memory, index);
         forget_front(fronts, index);
         hs_group group = hs_group_of(memory, index);
         int64_t depth = memory->depth[index];
         hs_force part = {0.0, 0.0, 0.0};
-        if (shares->from) from.d = shares->from[index];
+        if (loads->from) from.d = loads->from[index];
         if (memory->steep[index] && depth > 0) {
             if (!scratch) {
                 size_t room = 2 * (size_t)hs_room_to_clip(hs_deepest(memory));
@@ -88,18 +88,18 @@ int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, h
                 if (!scratch) return HS_OUT_OF_MEMORY;
             }
             hs_cone cone = {group.friction, 0.0, 0.0, 0.0};
-            int64_t count = hs_carry_and_clip(&group, NULL, depth, from, to, shares->load[index], &cone, scratch,
+            int64_t count = hs_carry_and_clip(&group, NULL, depth, from, to, loads->load[index], &cone, scratch,
                                               &part.stiffness);
             part.force = scratch[count - 1].tangential;
         } else {
-            part = hs_force_of_group(&group, depth, from, to, shares->load[index], fronts, index);
+            part = hs_force_of_group(&group, depth, from, to, loads->load[index], fronts, index);
         }
         sum.force += part.force;
         sum.stiffness += part.stiffness;
         sum.curvature += part.curvature;
     }
     free(scratch);
-    force_on_fronts(fronts, shares, to, found);
+    force_on_fronts(fronts, loads, to, found);
     found->force += sum.force;
     found->stiffness += sum.stiffness;
     found->curvature += sum.curvature;
@@ -107,20 +107,20 @@ int hs_force_at(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, h
 }
 
 int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
-    hs_shares shares;
+    hs_group_loads loads;
     hs_force found;
     hs_point to = {d, v};
     double load = hs_load_at(hs_all_of(memory->contact), d).load;
-    int status = hs_shares_at(memory, d, load, &shares);
+    int status = hs_loads_of_groups(memory, d, load, &loads);
     if (status != HS_OK) return status;
-    status = hs_force_at(memory, &shares, fronts, to, &found);
-    hs_free_shares(&shares);
+    status = hs_force_at(memory, &loads, fronts, to, &found);
+    hs_free_group_loads(&loads);
     *force = found.force;
     return status;
 }
 
-static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double sign) {
-    for (int64_t index = 0; index < shares->count; ++index) {
+static void guess_fronts(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double sign) {
+    for (int64_t index = 0; index < loads->count; ++index) {
         hs_fetch_ahead(memory, index);
         if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
@@ -130,10 +130,10 @@ static void guess_fronts(hs_memory *memory, const hs_shares *shares, hs_fronts *
 }
 
 /* Displacement nearest to the present one at which, on a straight path to approach d1, every spring slides. */
-static double sliding_displacement(const hs_memory *memory, const hs_shares *shares, double d1, double side) {
+static double sliding_displacement(const hs_memory *memory, const hs_group_loads *loads, double d1, double side) {
     double v0 = memory->displacement, reach = -HUGE_VAL;
-    for (int64_t index = 0; index < shares->count; ++index) {
-        double friction = memory->friction[index], d0 = shares->from ? shares->from[index] : memory->approach;
+    for (int64_t index = 0; index < loads->count; ++index) {
+        double friction = memory->friction[index], d0 = loads->from ? loads->from[index] : memory->approach;
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         if (d1 > d0) reach = hs_most(reach, side * v0 + friction * (d1 - d0));
         for (int64_t j = 0; j < memory->depth[index]; ++j) {
@@ -156,21 +156,21 @@ static double next_guess(double v, double missing, double stiffness, double curv
     return next;
 }
 
-int hs_displacement_at(hs_memory *memory, double d, double load, hs_aim aim, double *found) {
-    hs_shares shares;
+int hs_displacement_at(hs_memory *memory, double d, double load, hs_target target, double *found) {
+    hs_group_loads loads;
     hs_fronts fronts;
     fronts.memory = NULL;
-    int status = hs_shares_at(memory, d, load, &shares);
-    if (status == HS_OK) status = hs_no_fronts(&fronts, shares.count);
-    if (status == HS_OK) status = hs_displacement_with(memory, &shares, &fronts, d, aim, found);
+    int status = hs_loads_of_groups(memory, d, load, &loads);
+    if (status == HS_OK) status = hs_no_fronts(&fronts, loads.count);
+    if (status == HS_OK) status = hs_displacement_with(memory, &loads, &fronts, d, target, found);
     hs_free_fronts(&fronts);
-    hs_free_shares(&shares);
+    hs_free_group_loads(&loads);
     return status;
 }
 
-static double limit_of(const hs_memory *memory, const hs_shares *shares) {
+static double limit_of(const hs_memory *memory, const hs_group_loads *loads) {
     double limit = 0.0;
-    for (int64_t index = 0; index < shares->count; ++index) limit += memory->friction[index] * shares->load[index];
+    for (int64_t index = 0; index < loads->count; ++index) limit += memory->friction[index] * loads->load[index];
     return limit;
 }
 
@@ -178,32 +178,32 @@ static double limit_of(const hs_memory *memory, const hs_shares *shares) {
  *
  * Where nothing touches at d, a load leaves V at the anchor of the last spring to leave, which is one of the highest
  * summit. */
-int hs_displacement_with(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found) {
-    if (shares->count == 0) {
-        *found = aim.rigid > 0.0 ? aim.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
+int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+    if (loads->count == 0) {
+        *found = target.rigid > 0.0 ? target.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
         return HS_OK;
     }
     if (d == memory->approach) {
         double v = memory->displacement;
-        double missing = aim.value - aim.rigid * v - aim.compliance * hs_total_force(memory);
-        if (fabs(missing) <= HS_TIE * (aim.rigid * fabs(aim.value) + aim.compliance * limit_of(memory, shares))) {
+        double missing = target.value - target.rigid * v - target.compliance * hs_total_force(memory);
+        if (fabs(missing) <= HS_TIE * (target.rigid * fabs(target.value) + target.compliance * limit_of(memory, loads))) {
             /* held: rounding is no reason to move */
             *found = v;
             return HS_OK;
         }
     }
-    return hs_found_displacement(memory, shares, fronts, d, aim, found);
+    return hs_found_displacement(memory, loads, fronts, d, target, found);
 }
 
 /* The same where something touches at d, whatever the contact carries now. A load at the friction limit is met by the
  * displacement at which the last spring begins to slide. */
-int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts *fronts, double d, hs_aim aim, double *found) {
-    double goal = aim.value, rigid = aim.rigid, compliance = aim.compliance;
-    double limit = limit_of(memory, shares);
+int hs_found_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+    double goal = target.value, rigid = target.rigid, compliance = target.compliance;
+    double limit = limit_of(memory, loads);
     double reach = hs_largest_friction(memory) * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
     if (rigid == 0.0) {
         if (fabs(goal) >= (1.0 - HS_TIE) * limit) {
-            *found = sliding_displacement(memory, shares, d, copysign(1.0, goal));
+            *found = sliding_displacement(memory, loads, d, copysign(1.0, goal));
             return HS_OK;
         }
         /* what slides has no stiffness to tell how far */
@@ -217,10 +217,10 @@ int hs_found_displacement(hs_memory *memory, const hs_shares *shares, hs_fronts 
     /* so near the start springs that touched on the way all stick, and no front is met yet */
     int unmet = d > memory->approach ? 1 : 0;
     for (int turn = 0; turn < 200; ++turn) {
-        if (turn == unmet) guess_fronts(memory, shares, fronts, copysign(1.0, change));
+        if (turn == unmet) guess_fronts(memory, loads, fronts, copysign(1.0, change));
         hs_point to = {d, v};
         hs_force here;
-        int status = hs_force_at(memory, shares, fronts, to, &here);
+        int status = hs_force_at(memory, loads, fronts, to, &here);
         if (status != HS_OK) return status;
         double missing = goal - rigid * v - compliance * here.force;
         if (fabs(missing) <= accuracy) break;

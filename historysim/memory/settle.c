@@ -161,7 +161,7 @@ int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory
     const route *c = &w->course;
     double touch = memory->contact->sorted_gap[0];
     /* a gap is crossed without load, before the ramp begins */
-    if (c->both && c->d[0] < touch) memory->approach = hs_most(memory->approach, hs_least(touch, c->d[1]));
+    if (c->both_loads && c->d[0] < touch) memory->approach = hs_most(memory->approach, hs_least(touch, c->d[1]));
     double top = hs_most(c->d[0], c->d[1]) - touch;
     int little = fabs(c->d[1] - c->d[0]) * (share - before) <= LITTLE * top && !w->evolution->goal;
     if (w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_SLID_DISTANCE) little = 0;

@@ -101,7 +101,7 @@ double hs_wear_to(walk *w, hs_memory *memory, const double *height, const double
     return stored - hs_stored(memory, NULL);
 }
 
-int hs_foresee_wear(walk *w, const hs_memory *memory, const target *end) {
+int hs_foresee_wear(walk *w, const hs_memory *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_wear *wear = &w->evolution->wear;
@@ -149,8 +149,8 @@ int hs_foresee_wear(walk *w, const hs_memory *memory, const target *end) {
 int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load) {
     const route *c = &w->course;
     *d = hs_toward(c->d[0], c->d[1], share);
-    *load = c->by_load && share == 1.0 ? c->load[1] : NAN;
-    if (!c->both || share == 1.0) return HS_OK;
+    *load = c->normal_by_load && share == 1.0 ? c->load[1] : NAN;
+    if (!c->both_loads || share == 1.0) return HS_OK;
     *load = hs_toward(c->load[0], c->load[1], share);
     return hs_yielding_approach(memory, w->evolution, *load, d);
 }

@@ -203,7 +203,7 @@ typedef struct slider {
 typedef struct search {
     hs_memory *memory;
     hs_fronts *fronts;
-    const hs_shares *held;
+    const hs_group_loads *held;
 } search;
 
 /* How far the tangential load at which an asperity slides, when the normal load is that of a share of the ramp, is beyond
@@ -322,7 +322,7 @@ static int64_t next_slider(const hs_memory *memory, hs_point to, int64_t index, 
     return groups;
 }
 
-int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_shares *shares, hs_fronts *fronts) {
+int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts) {
     const hs_contact *contact = memory->contact;
     if (!hs_is_timed(memory) || isnan(memory->clock.load) || contact->groups == 1) return HS_OK;
     int64_t i = 0, count = 0, index = next_slider(memory, to, 0, &i);
@@ -339,7 +339,7 @@ int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_shares *shar
     }
     hs_fronts own;
     own.memory = NULL;
-    search on = {memory, fronts, memory->clock.load == memory->normal_load ? shares : NULL};
+    search on = {memory, fronts, memory->clock.load == memory->normal_load ? loads : NULL};
     int status = HS_OK;
     if (count > 0 && !on.held && fronts->groups < contact->groups) {
         status = hs_no_fronts(&own, contact->groups);

@@ -84,7 +84,7 @@ void hs_slide_on(const hs_group *group, int64_t depth, const double *gap, const 
     }
 }
 
-int hs_slide_all(walk *w, hs_memory *memory, const target *end, int ahead) {
+int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
     const hs_contact *contact = memory->contact;
     way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
     memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
@@ -115,7 +115,7 @@ int hs_slide_all(walk *w, hs_memory *memory, const target *end, int ahead) {
         /* it is only tried */
         const hs_clock clock = memory->clock;
         hs_set_clock(memory, NAN);
-        int status = hs_carry_by_stations(w, memory, g, end, w->nowhere, &losses);
+        int status = hs_carry_by_stations(w, memory, g, end, w->discarded, &losses);
         memory->clock = clock;
         if (status != HS_OK) return status;
         memcpy(memory->vertices + g * memory->capacity, w->kept, (size_t)depth * sizeof *w->kept);

@@ -3,7 +3,7 @@
 #include "internal.h"
 
 void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
-                    double *load, hs_aim *aim) {
+                    double *load, hs_target *target) {
     if (path->normal_control == HS_LOAD) {
         *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
         *d = hs_approach_for(memory, *load);
@@ -12,47 +12,35 @@ void hs_destination(const hs_memory *memory, const hs_path *path, double complia
         *load = *d == memory->approach ? memory->normal_load : hs_load_at(hs_all_of(memory->contact), *d).load;
     }
     if (path->tangential_control == HS_LOAD) {
-        *aim = hs_to_load(hs_toward(request, path->tangential_target, path->tangential_fraction));
+        *target = hs_to_load(hs_toward(request, path->tangential_target, path->tangential_fraction));
     } else {
         double present = memory->displacement + compliance * memory->tangential_load;
-        aim->value = hs_toward(present, path->tangential_target, path->tangential_fraction);
-        aim->rigid = 1.0;
-        aim->compliance = compliance;
+        target->value = hs_toward(present, path->tangential_target, path->tangential_fraction);
+        target->rigid = 1.0;
+        target->compliance = compliance;
     }
 }
 
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal) {
     double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
-    hs_destination(memory, path, compliance, force0, &d1, &load, &plan->aim);
-    int by_force = plan->aim.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
+    hs_destination(memory, path, compliance, force0, &d1, &load, &plan->target);
+    int by_force = plan->target.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
     double touch = memory->contact->sorted_gap[0];
-    hs_request *request = &plan->request;
-    request->both = both;
-    request->d[0] = both && load > 0.0 ? hs_most(memory->approach, touch) : memory->approach;
-    request->d[1] = d1;
-    request->load[0] = memory->normal_load;
-    request->load[1] = load;
-    request->force[0] = force0;
-    request->force[1] = plan->aim.value;
+    const hs_request request = {both,
+                                {both && load > 0.0 ? hs_most(memory->approach, touch) : memory->approach, d1},
+                                {memory->normal_load, load},
+                                {force0, plan->target.value}};
+    plan->request = request;
     plan->times[0] = path->begin;
     plan->times[1] = path->end;
     plan->v[0] = memory->displacement;
-    plan->v[1] = plan->aim.value;
-    plan->ends_apart = by_force && !both && d1 <= touch;
-    plan->meets = by_force && hs_meets_limit(memory, request);
-    if (plan->meets) hs_cut(memory, request, &plan->pieces);
-    if (plan->meets && !saturate) {
-        double asked, limit;
-        hs_overload(memory, request, &plan->pieces, &asked, &limit);
-        if (fabs(asked) > limit * (1.0 + HS_LIMIT_SLACK)) {
-            refusal->request = asked * memory->contact->units.load;
-            refusal->limit = limit * memory->contact->units.load;
-            return HS_BEYOND_LIMIT;
-        }
-    }
-    return plan->aim.compliance > 0.0 && !(both || plan->meets || direct)
-               ? hs_displacement_at(memory, d1, load, plan->aim, &plan->v[1])
+    plan->v[1] = plan->target.value;
+    plan->ends_separated = by_force && !both && d1 <= touch;
+    plan->pieces.count = 0;
+    if (by_force && hs_cut_at_limit(memory, &request, saturate, &plan->pieces, refusal) != HS_OK) return HS_BEYOND_LIMIT;
+    return plan->target.compliance > 0.0 && !(both || plan->pieces.count || direct)
+               ? hs_displacement_at(memory, d1, load, plan->target, &plan->v[1])
                : (int)HS_OK;
 }
 
@@ -60,20 +48,20 @@ int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double sha
     const hs_request *request = &plan->request;
     double time = hs_toward(plan->times[0], plan->times[1], share);
     int side = 0, status;
-    if (plan->meets) {
+    if (plan->pieces.count) {
         status = hs_follow(memory, request, &plan->pieces, before, share, plan->times, drive, &side);
-    } else if (request->both) {
+    } else if (request->both_loads) {
         status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], share),
                          hs_toward(request->force[0], request->force[1], share), time, drive);
     } else {
         double d = hs_toward(request->d[0], request->d[1], share);
         double load = d == request->d[1] ? request->load[1] : hs_load_at(hs_all_of(memory->contact), d).load;
-        hs_aim aim = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], share));
+        hs_target target = hs_to_displacement(hs_toward(plan->v[0], plan->v[1], share));
         /* what has left the contact on the way says no more where it was to go */
-        if (share == 1.0 && !(plan->ends_apart && before > 0.0)) aim = plan->aim;
+        if (share == 1.0 && !(plan->ends_separated && before > 0.0)) target = plan->target;
         hs_tick(memory, time);
-        status = hs_move(memory, d, load, aim);
-        if (status == HS_OK && plan->ends_apart && share == 1.0) memory->tangential_load = plan->aim.value;
+        status = hs_move(memory, d, load, target);
+        if (status == HS_OK && plan->ends_separated && share == 1.0) memory->tangential_load = plan->target.value;
     }
     if (status != HS_OK) return status;
     memory->excess = 0.0;

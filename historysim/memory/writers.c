@@ -9,22 +9,12 @@
 #if defined(_WIN32) || defined(HS_ONE_THREAD)
 
 hs_writers *hs_start_writers(int threads, const hs_memory *memory, const hs_rows *rows) {
-    (void)threads;
-    (void)memory;
-    (void)rows;
-    return NULL;
+    return (void)threads, (void)memory, (void)rows, (hs_writers *)NULL;
 }
 int hs_hand_over(hs_writers *writers, const hs_memory *memory, int64_t row, int saturated) {
-    (void)writers;
-    (void)memory;
-    (void)row;
-    (void)saturated;
-    return 0;
+    return (void)writers, (void)memory, (void)row, (void)saturated, 0;
 }
-int hs_end_writers(hs_writers *writers) {
-    (void)writers;
-    return HS_OK;
-}
+int hs_end_writers(hs_writers *writers) { return (void)writers, (int)HS_OK; }
 
 #else
 

@@ -51,9 +51,9 @@ class Origin:
     """Returns the replay that made the history."""
 
     @classmethod
-    def of_replay(cls, job: Replay) -> Self:
-        """Return the origin of a history in memory."""
-        return cls(job.ensemble, job.events, lambda at: job.state(until=at), {}, {}, lambda: job)
+    def of_replay(cls, job: Replay, surface: Mapping[str, Any], settings: Mapping[str, Any]) -> Self:
+        """Return the origin of a history in memory, or of what a file holds."""
+        return cls(job.ensemble, job.events, lambda at: job.state(until=at), surface, settings, lambda: job)
 
     @classmethod
     def of_log(cls, log: EventLog) -> Self:
@@ -64,17 +64,14 @@ class Origin:
     def of_result(cls, path: Path) -> Self:
         """Return the origin of a result by itself; InputError where it holds no events, or is damaged."""
         head, content = embedded_log.read(path)
-        job = head.replay(content.events)
-        return cls(
-            job.ensemble, content.events, lambda at: job.state(until=at), head.surface, head.settings, lambda: job
-        )
+        return cls.of_replay(head.replay(content.events), head.surface, head.settings)
 
 
 def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answer | None:
     """Return what the origin of a history answers; None where there is none, or it raises InputError."""
     if isinstance(job := history.encoding.get(MADE_BY), Replay):
         with suppress(InputError):
-            return question(Origin.of_replay(job))
+            return question(Origin.of_replay(job, {}, {}))
         return None
     source = history.encoding.get("source")
     if not source:

@@ -176,6 +176,7 @@ def _numbers(values: Any, name: str) -> Floats:
     """Return what was read as floats, NaN where missing."""
     if isinstance(values, list):
         return _numbers_of_list(values, name)
+    # netCDF gives masked arrays, the others plain ones
     values = np.ma.asanyarray(values)
     if values.dtype.kind not in "fiu":
         raise InputError(f"column {name} holds {_kind(values.dtype)}; expected real numbers")

@@ -9,7 +9,7 @@ import attrs
 
 from historysim.basics.fields import Key
 from historysim.basics.places import misfit
-from historysim.basics.units import conversion_factor
+from historysim.basics.units import conversion_factor, is_unit
 from historysim.basics.wording import shown
 from historysim.errors import InputError
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
     if isinstance(value, str):
         if not value.strip():
-            raise misfit(f"{shown(value)}; expected a text that is not blank", attribute.name)
+            raise misfit(f"{shown(value)}; expected a string that is not blank", attribute.name)
         return
     if isinstance(value, bool) or not isinstance(value, int):
         raise misfit(f"{shown(value)}; expected a name, or a position counted from 1", attribute.name)
@@ -32,7 +32,7 @@ def _is_whole(value: object, least: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
-_A_TEXT = Key(lambda text: isinstance(text, str) and bool(text.strip()), "a text that is not blank")
+_A_STRING = Key(lambda text: isinstance(text, str) and bool(text.strip()), "a string that is not blank")
 _A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
 REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
 """Validator of what becomes of samples that cannot be used."""
@@ -40,30 +40,17 @@ REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop
 
 @attrs.frozen
 class Column:
-    """A column of a file.
-
-    Attributes
-    ----------
-    column : str or int
-        Its name; in a text also its position, counted from 1. Where names stand inside each other, the name is a path:
-        ``"run.force"`` in JSON and MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
-    unit : str, optional
-        The unit of its values. Without it, the unit that the file names, else SI.
-    occurrence : int, optional
-        Which one, counted from 1, of the columns with this name in the header of a text.
-    index : int, optional
-        Which column of a matrix, counted from 1.
-
-    Raises
-    ------
-    InputError
-        Anything else.
-    """
+    """A column of a file."""
 
     column: str | int = attrs.field(validator=_check_name)
-    unit: str | None = attrs.field(default=None, validator=_A_TEXT)
+    """Its name, or its position in a text file, counted from 1. Nested names are a path: ``"run.force"`` in JSON and
+    MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files."""
+    unit: str | None = attrs.field(default=None, validator=_A_STRING)
+    """The unit of its values; by default the unit that the file names, else SI."""
     occurrence: int | None = attrs.field(default=None, validator=_A_COUNT)
+    """Which one, counted from 1, of the columns with this name in the header of a text file."""
     index: int | None = attrs.field(default=None, validator=_A_COUNT)
+    """Which column of a matrix, counted from 1."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it is one column."""
@@ -284,7 +271,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
 
     Raises InputError: a unit that does not fit; from the file alone, also units that are not the same, or unknown.
     """
-    known = [unit for unit in units if _is_known(unit)]
+    known = [unit for unit in units if is_unit(unit)]
     if explicit is not None:
         return fitting(explicit, wanted)
     if not units:
@@ -307,7 +294,7 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
 def overridden(explicit: str, units: Sequence[str], wanted: Sequence[str]) -> str | None:
     """Return the first unit in a file that says something else than the one that is given, or None."""
     si, factor = fitting(explicit, wanted)
-    return next((unit for unit in units if _is_known(unit) and not _is_same(unit, si, factor)), None)
+    return next((unit for unit in units if is_unit(unit) and not _is_same(unit, si, factor)), None)
 
 
 def factor_or_none(unit: str, si: str) -> float | None:
@@ -321,7 +308,3 @@ def factor_or_none(unit: str, si: str) -> float | None:
 def _is_same(unit: str, si: str, factor: float) -> bool:
     own = factor_or_none(unit, si)
     return own is not None and math.isclose(own, factor, rel_tol=_ROUNDING)
-
-
-def _is_known(unit: str) -> bool:
-    return factor_or_none(unit, unit) is not None

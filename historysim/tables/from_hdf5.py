@@ -1,7 +1,7 @@
-"""HDF5: arrays by their paths, with units from their attributes.
+"""HDF5 and netCDF: arrays by their paths, with units from their attributes.
 
-h5py, and not netCDF4, which can open many such files too, but refuses the whole file for one dangling link or one
-dataset without a space, and ends the process at a group that holds itself.
+HDF5 is read by h5py: netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset
+without a space, and ends the process at a group that holds itself.
 """
 
 from collections.abc import Iterator
@@ -88,3 +88,35 @@ class Hdf5Reader(TableReader):
         """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
         with datasets(path, "HDF5") as by_path, readable("HDF5"):
             yield Contents([array for name, dataset in by_path.items() for array in _arrays(name, dataset)])
+
+
+def _variables(group: Any, above: str) -> Iterator[Array]:
+    for name, variable in group.variables.items():
+        if isinstance(variable.dtype, np.dtype):
+            yield Array(above + name, variable.shape, variable.__getitem__, _unit(getattr(variable, "units", "")))
+    for name, inner in group.groups.items():
+        yield from _variables(inner, f"{above}{name}/")
+
+
+def _unit(unit: object) -> str:
+    """Return a unit without the date that a time is counted from."""
+    if isinstance(unit, bytes):
+        unit = unit.decode("utf-8", "replace")
+    return unit.partition(" since ")[0] if isinstance(unit, str) else ""
+
+
+@READERS.register
+class NetCDFReader(TableReader):
+    """netCDF."""
+
+    kind, endings = "netcdf", (".nc", ".nc4", ".cdf")
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
+        with readable("netCDF"):
+            import netCDF4
+
+            check_contained(path)
+            with netCDF4.Dataset(path) as dataset:
+                yield Contents(list(_variables(dataset, "")))

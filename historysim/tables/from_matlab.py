@@ -1,6 +1,6 @@
 """MATLAB: variables and the fields of structures, of version 5 and of version 7.3 (HDF5).
 
-Version 5 is read here, and not through scipy, whose reader ends the process at files that are damaged in one of many
+Version 5 is read here, and not through scipy: its reader ends the process at files that are damaged in one of many
 ways. The format is that of "MAT-File Format", The MathWorks, R2023b.
 """
 

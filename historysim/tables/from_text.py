@@ -431,6 +431,7 @@ class _Reading:
                 wanted = _Wanted.of(first, heading, places, self.layout.decimal, missing=self.missing)
             values, kept_numbers = wanted.of_plain(texts), numbers
             if values is None:
+                # line by line, so that the error names the line and the column
                 values, kept_numbers = self._careful(wanted, numbers, texts, dropped)
             self.count += len(kept_numbers)
             if self.count > self.most_rows:

@@ -311,6 +311,7 @@ class Head:
         """Return the delimiter that splits the longest run of lines into equally many values, some of them numbers."""
         rows = self._rows()
         longest = {delimiter: longest_run(rows, delimiter) for delimiter in self._delimiters}
+        # the first in the order of preference wins, unless another splits more than twice as many lines
         most = max(len(run) for run in longest.values())
         return next(delimiter for delimiter, run in longest.items() if 2 * len(run) >= most)
 

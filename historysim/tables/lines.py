@@ -215,6 +215,7 @@ def _up_to_units(words: Sequence[str]) -> list[str]:
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
 _NONE = {"-", "--"}
+# in a header these are names: time, height, distance, approach, displacement
 _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 
 

@@ -62,7 +62,7 @@ waypoints = [{{ time = 0, normal_load = "{load} mN" }}]
 """
 
 
-def told(tmp_path, first='"silicon"', work="", load=50):
+def adhering_of(tmp_path, first='"silicon"', work="", load=50):
     path = tmp_path / "s.toml"
     path.write_text(SCENARIO.format(first=first, work=work, load=load), encoding="utf-8")
     loaded = scenario.load(path)
@@ -72,14 +72,14 @@ def told(tmp_path, first='"silicon"', work="", load=50):
 def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):
     silicon, glass = hs.material("silicon"), hs.material("float glass")
     expected = 2 * math.sqrt(silicon.surface_energy * glass.surface_energy)
-    by_energies, by_work = told(tmp_path), told(tmp_path, work=f"work_of_adhesion = {expected!r}")
+    by_energies, by_work = adhering_of(tmp_path), adhering_of(tmp_path, work=f"work_of_adhesion = {expected!r}")
     np.testing.assert_allclose(by_energies.maugis_parameter, by_work.maugis_parameter, rtol=1e-12)
     np.testing.assert_allclose(by_energies.load_parameter, 50e-3 / (math.pi * expected * 2.5e-3), rtol=1e-9)
-    assert told(tmp_path, load=0) is None
+    assert adhering_of(tmp_path, load=0) is None
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (
             {"first": '{ name = "mine", youngs_modulus = 1e11, poissons_ratio = 0.2 }'},
@@ -89,10 +89,10 @@ def test_a_scenario_takes_the_work_of_adhesion_from_its_materials(tmp_path):
         ({"work": 'work_of_adhesion = "1 N"'}, "s.toml: adhesion.work_of_adhesion: '1 N'"),
     ],
 )
-def test_what_a_scenario_cannot_mean(tmp_path, options, said):
+def test_what_a_scenario_cannot_mean(tmp_path, options, message):
     with pytest.raises(hs.InputError) as refused:
-        told(tmp_path, **options)
-    assert said in str(refused.value)
+        adhering_of(tmp_path, **options)
+    assert message in str(refused.value)
 
 
 def test_examples_are_the_greatest_the_median_and_the_least_load():

@@ -87,7 +87,7 @@ def test_a_batch_is_saved_restored_and_made_new():
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"pair": "steel"}, "MaterialPair"),
         ({"radius": 0.0}, "radius"),
@@ -98,13 +98,13 @@ def test_a_batch_is_saved_restored_and_made_new():
         ({"count": 2.5}, "count is 2.5"),
     ],
 )
-def test_batches_that_make_no_sense_are_refused(change, said):
-    with pytest.raises(hs.InputError, match=said):
+def test_batches_that_make_no_sense_are_refused(change, message):
+    with pytest.raises(hs.InputError, match=message):
         hs.ContactBatch(**{"pair": PAIR, "radius": 1.0, "friction": 0.3, "count": 3} | change)
 
 
 @pytest.mark.parametrize(
-    ("approach", "displacement", "said"),
+    ("approach", "displacement", "message"),
     [
         ([0.1, 0.1], np.zeros(3), r"approach has shape \(2,\)"),
         (np.zeros(3), 0.1, r"tangential_displacement has shape \(\)"),
@@ -112,9 +112,9 @@ def test_batches_that_make_no_sense_are_refused(change, said):
         (np.zeros(3), [0, np.inf, 0], "tangential_displacement"),
     ],
 )
-def test_steps_that_make_no_sense_are_refused(approach, displacement, said):
+def test_steps_that_make_no_sense_are_refused(approach, displacement, message):
     batch = hs.ContactBatch(PAIR, 1.0, 0.3, 3)
-    with pytest.raises(hs.InputError, match=said):
+    with pytest.raises(hs.InputError, match=message):
         batch.step(approach, displacement)
     with pytest.raises(hs.InputError, match="indices from 0 to 2"):
         batch.forget(3)

@@ -221,21 +221,6 @@ def test_a_request_beyond_the_limit_is_refused_or_held_at_it(friction, sign):
     assert at_limit.tangential_load == pytest.approx(sign * limit, rel=1e-13)
 
 
-def test_replay_names_the_event_or_flags_the_step():
-    ensemble = rough(10)
-    events = [
-        hs.NormalLoad(0.0, 0.3),
-        hs.TangentialLoad(1.5, 0.05),
-        hs.TangentialLoad(2.5, 0.2),
-        hs.TangentialLoad(3, 0),
-    ]
-    with pytest.raises(hs.LoadError, match=r"event 2 at t = 2\.5 s.*0\.2 N.*0\.12 N"):
-        hs.replay(ensemble, events)
-    history = hs.replay(ensemble, events, saturate=True)
-    assert history.saturated.values.tolist() == [0, 0, 1, 0]
-    assert history.total_tangential_load.values == pytest.approx([0.0, 0.05, 0.12, 0.0], rel=1e-14)
-
-
 # -- parameters ------------------------------------------------------------------------------------
 
 

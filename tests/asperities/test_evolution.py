@@ -75,7 +75,7 @@ def moved(ensemble, state, normal, tangential, **options):
     )
 
 
-def told(ensemble, state):
+def of_program(ensemble, state):
     """Loads, displacements, energies and slid distances of the program in this state."""
     each = [ensemble.asperity(i, state) for i in range(len(ensemble))]
     return {
@@ -88,7 +88,7 @@ def told(ensemble, state):
     }
 
 
-def told_by(row):
+def of_springs(row):
     return {
         "tangential load": row.tangential_loads.copy(),
         "displacement": np.array([row.displacement]),
@@ -100,7 +100,7 @@ def told_by(row):
 
 
 def agree(found, coarse, fine, scales, floor):
-    """Compare with two runs of springs, whose difference is the error of the coarser one to first order."""
+    """Compare with two runs of springs, which differ by the error of the coarser one to first order."""
     for name, values in found.items():
         error = 3 * np.abs(coarse[name] - fine[name]).max() + floor * scales[name]
         assert np.abs(values - (2 * fine[name] - coarse[name])).max() <= error, name
@@ -124,7 +124,7 @@ def compare(ensemble, coefficient, targets, **options):
         for row, steps in zip(rows, (60, 120), strict=True):
             row.go(*target, steps)
         state = moved(ensemble, state, *target)
-        agree(told(ensemble, state), told_by(rows[0]), told_by(rows[1]), SCALES, 5e-3)
+        agree(of_program(ensemble, state), of_springs(rows[0]), of_springs(rows[1]), SCALES, 5e-3)
     return state, rows
 
 
@@ -180,13 +180,13 @@ def test_other_summits_are_new_contacts(seed):
     row.go(*held, 150)
     assert state.evolved.erased_energy == pytest.approx(row.erased, rel=0.02)
     assert 0 < state.evolved.erased_energy < before
-    found, expected = told(ensemble, state), told_by(row)
+    found, expected = of_program(ensemble, state), of_springs(row)
     for name in ("tangential load", "approach", "displacement"):
         assert found[name] == pytest.approx(expected[name], abs=4e-3 * SCALES[name]), name
     target = (("load", 0.012), ("displacement", state.tangential_displacement + 0.02))
     row.go(*target, 150)
     state = moved(ensemble, state, *target)
-    assert told(ensemble, state)["tangential load"] == pytest.approx(
+    assert of_program(ensemble, state)["tangential load"] == pytest.approx(
         row.tangential_loads, abs=4e-3 * SCALES["tangential load"]
     )
 

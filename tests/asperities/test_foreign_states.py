@@ -63,10 +63,10 @@ def test_ensembles_that_are_built_alike_take_one_another_s_states():
 
 
 def test_what_a_state_belongs_to_is_the_same_in_another_process():
-    told = "import sys; sys.path.insert(0, sys.argv[1]); import numpy as np; from foreign_states import ensembles\n"
-    told += "print(*(one.initial_state().memory.identity for one in ensembles(np.random.default_rng(0))))"
+    code = "import sys; sys.path.insert(0, sys.argv[1]); import numpy as np; from foreign_states import ensembles\n"
+    code += "print(*(one.initial_state().memory.identity for one in ensembles(np.random.default_rng(0))))"
     folder = sys.modules["foreign_states"].__file__.rpartition("foreign_states")[0]
-    done = subprocess.run([sys.executable, "-c", told, folder], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", code, folder], capture_output=True, text=True, check=True)
     here = [ensemble.initial_state().memory.identity for ensemble in ensembles(np.random.default_rng(0))]
     assert len(set(here)) == len(here)
     assert [int(word) for word in done.stdout.split()] == here

@@ -185,7 +185,7 @@ def test_friction_between_waypoints_is_that_of_many_small_falls():
         assert float(found[name][-1]) == pytest.approx(2 * fine - coarse, abs=abs(fine - coarse) + 1e-6 * fine)
 
 
-def test_a_load_beyond_what_falling_friction_holds_is_told_or_held():
+def test_a_load_beyond_what_falling_friction_holds_is_refused_or_held():
     ensemble = hs.Ensemble(PAIR, 0.0, 1.0, ShearStrength(0.05))
     state = loaded(ensemble, 0.005)
     limit = state.friction[0] * 0.005
@@ -242,7 +242,7 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
 
 
 @pytest.mark.parametrize(
-    ("make", "said"),
+    ("make", "message"),
     [
         (lambda: PowerLaw(0.2, 0.0, 1.0), "reference_load is 0.0; expected a number above 0"),
         (lambda: PowerLaw(0.2, 1.0, -1.0), "exponent is -1.0; expected a number above -1"),
@@ -270,8 +270,8 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
         ),
     ],
 )
-def test_what_cannot_be_is_refused(make, said):
-    with pytest.raises(hs.InputError, match=said):
+def test_what_cannot_be_is_refused(make, message):
+    with pytest.raises(hs.InputError, match=message):
         make()
 
 

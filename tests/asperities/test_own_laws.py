@@ -104,7 +104,7 @@ def test_what_an_own_law_raises_comes_out():
 
 
 @pytest.mark.parametrize(
-    ("returned", "said"),
+    ("returned", "message"),
     [
         (np.full(7, 0.2), r"the coefficients are an array \(7,\); expected a number for each of \d asperities"),
         (None, "one of the coefficients is nan; expected a finite number of 0 or more"),
@@ -113,12 +113,12 @@ def test_what_an_own_law_raises_comes_out():
         (np.inf, "one of the coefficients is inf"),
     ],
 )
-def test_what_an_own_law_returns_is_checked(returned, said):
+def test_what_an_own_law_returns_is_checked(returned, message):
     class Odd(OwnSlid):
         def coefficients(self, loaded):  # noqa: ARG002 - the arguments of a law
             return returned
 
-    with pytest.raises(hs.InputError, match=f"the law 'own slid': {said}"):
+    with pytest.raises(hs.InputError, match=f"the law 'own slid': {message}"):
         end(friction=Odd())
 
 
@@ -133,7 +133,7 @@ def test_volumes_of_an_own_law_are_checked_where_they_are_lost():
         end(wear=Endless())
 
 
-def test_a_wear_law_that_depends_on_the_parts_of_a_way_is_told():
+def test_a_wear_law_that_depends_on_the_parts_of_a_way_is_reported():
     class Squared(hs.wear.WearLaw):
         kind, text = "squared", "squared"
 

@@ -69,7 +69,7 @@ def test_wear_takes_what_archard_says_and_evens_out_the_summits():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: Pass(0.0), "normal_load"),
         (lambda: Pass(1.0, -1.0), "sliding_distance"),
@@ -81,7 +81,7 @@ def test_wear_takes_what_archard_says_and_evens_out_the_summits():
         ),
     ],
 )
-def test_nonsense_is_refused(make, told):
+def test_nonsense_is_refused(make, message):
     with pytest.raises(InputError) as caught:
         make()
-    assert told in str(caught.value)
+    assert message in str(caught.value)

@@ -1,4 +1,4 @@
-"""What a state tells, and that it can be compared, pickled and kept in a file."""
+"""What a state answers, and that it can be compared, pickled and kept in a file."""
 
 import functools
 import pickle

@@ -128,7 +128,7 @@ def test_many_paths_at_once_are_as_many_single_ones():
 
 
 @pytest.mark.parametrize(
-    ("values", "said"),
+    ("values", "message"),
     [
         ({"normal_load": [1, 2], "tangential_load": [0, 0, 0]}, "2 and 3 values"),
         ({"normal_load": [1, 2], "normal_displacement": 0.1}, "both normal_load and normal_displacement"),
@@ -138,9 +138,9 @@ def test_many_paths_at_once_are_as_many_single_ones():
         ({"tangential_displacement": []}, "have 0 values"),
     ],
 )
-def test_paths_that_cannot_be_read_are_refused(values, said):
+def test_paths_that_cannot_be_read_are_refused(values, message):
     ensemble = rough()
-    with pytest.raises(hs.InputError, match=said):
+    with pytest.raises(hs.InputError, match=message):
         ensemble.advance_many(ensemble.initial_state(), **values)
 
 
@@ -280,11 +280,11 @@ def test_a_stepper_that_is_moved_back_and_forth_says_so_once():
         for k in range(10):
             stepper.step(tangential_displacement=0.001 * (-1) ** k)
             stepper.restore(kept)
-    with warnings.catch_warnings(record=True) as told:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         for k in range(10):
             stepper.step(tangential_displacement=0.001 * (-1) ** k)
-    (warned,) = told
+    (warned,) = caught
     assert "went back and forth in each of the last 4 steps" in str(warned.message)
     assert warned.filename == __file__
 

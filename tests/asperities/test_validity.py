@@ -29,7 +29,7 @@ def sphere(approach_over_radius, pair=PAIR, **options):
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_rough_surface_of_the_source_is_told_once_and_the_smooth_one_not(seed):
+def test_the_rough_surface_of_the_source_is_reported_once_and_the_smooth_one_not(seed):
     coarse = rough(1e-6, seed)
     found = findings(coarse, coarse.approach_at(50e-3))
     assert names(found) == ["steep", "yield"]
@@ -112,7 +112,7 @@ def test_circles_that_overlap_are_those_that_a_search_of_all_pairs_finds(few, mo
         assert np.array_equal(overlapping(place, radius), pairs.any(axis=0))
 
 
-def test_asperities_that_overlap_are_told():
+def test_asperities_that_overlap_are_reported():
     contact_radius = math.sqrt(1e-3 * 1e-6)
     for distance, expected in ((1.9, ["overlap"]), (2.1, [])):
         place = {"x": [0.0, distance * contact_radius], "y": [0.0, 0.0]}
@@ -121,7 +121,7 @@ def test_asperities_that_overlap_are_told():
     assert names(findings(hs.Ensemble(PAIR, [0.0, 0.0], 1e-3, 0.2), 1e-6)) == []
 
 
-def test_adhesion_is_told_from_the_pull_off_load_of_jkr():
+def test_adhesion_is_reported_from_the_pull_off_load_of_jkr():
     work, radius = 0.1, 1e-3
     pull_off = -float(adhesion.jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work))
     moduli = {"contact_modulus": 50e9, "shear_modulus": 12e9}
@@ -134,7 +134,7 @@ def test_adhesion_is_told_from_the_pull_off_load_of_jkr():
     assert findings(ensemble, ensemble.approach_at(11 * pull_off)) == ()
 
 
-def test_what_the_instrument_does_not_resolve_is_told():
+def test_what_the_instrument_does_not_resolve_is_reported():
     displacement = PAIR.displacement_ratio * 0.2 * 1e-9
     ensemble = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
     (found,) = findings(ensemble, 1e-9, Instrument(displacement_resolution=1.01 * displacement))
@@ -142,7 +142,7 @@ def test_what_the_instrument_does_not_resolve_is_told():
     assert findings(ensemble, 1e-9, Instrument(displacement_resolution=0.99 * displacement)) == ()
 
 
-def test_two_spikes_that_carry_all_are_told():
+def test_two_spikes_that_carry_all_are_reported():
     rng = np.random.default_rng(1)
     height = rng.normal(0, 100e-9, 5000)
     for spikes, expected in ((0.0, []), (3e-6, ["outliers"])):
@@ -156,15 +156,15 @@ def test_two_spikes_that_carry_all_are_told():
             assert "2 summits of 5,000" in found[0].text
 
 
-@pytest.mark.parametrize(("distance", "told"), [(1.1, False), (0.9, True)])
-def test_friction_that_rises_faster_than_springs_can_slide_is_told(distance, told):
+@pytest.mark.parametrize(("distance", "reported"), [(1.1, False), (0.9, True)])
+def test_friction_that_rises_faster_than_springs_can_slide_is_reported(distance, reported):
     """Where Δμ/Δs is 1/(θδ) a spring that slides gains as much limit as it is strained."""
     pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
     rise = 0.3 * pair.displacement_ratio * 0.01 * distance
     law = laws.SlidFriction([0.0, rise, 2 * rise], [0.2, 0.5, 0.5])
     ensemble = hs.Ensemble(pair, [0.0, -0.02], 1.0, law)
     found = [each for each in findings(ensemble, 0.01) if each.name == "rising"]
-    assert bool(found) == told
+    assert bool(found) == reported
     assert all("faster than 1/(θδ)" in each.text for each in found)
 
 

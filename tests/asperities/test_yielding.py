@@ -143,7 +143,7 @@ def test_numbers_come_from_the_softer_material():
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "message"),
     [
         (lambda: KogutEtsion(hardness=-1.0), "KogutEtsion: hardness is -1.0; expected a number above 0"),
         (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
@@ -161,10 +161,10 @@ def test_numbers_come_from_the_softer_material():
         ),
     ],
 )
-def test_nonsense_is_refused(make, told):
+def test_nonsense_is_refused(make, message):
     with pytest.raises(InputError) as caught:
         make()
-    assert told in str(caught.value)
+    assert message in str(caught.value)
 
 
 class Softer(YieldingLaw):
@@ -235,8 +235,8 @@ def test_a_law_of_the_users_own():
     assert '"law": "softer"' in own.attrs["yielding_law_settings"]
     with pytest.raises(InputError, match="cannot be written down: Softer is not known by that name"):
         _ = Softer().settings
-    for word, told in (("falls", "does not rise"), ("jumps", "at the onset")):
-        with pytest.raises(InputError, match=told):
+    for word, message in (("falls", "does not rise"), ("jumps", "at the onset")):
+        with pytest.raises(InputError, match=message):
             rough(3, 1, yielding=Softer(word))
     broken = Softer()
     ensemble = rough(3, 1, yielding=broken)

@@ -38,18 +38,14 @@ def older(tmp_path):
 
 
 def test_the_new_file_takes_the_place_of_the_old_one_at_the_end(older):
-    with replacing(older) as unfinished:
+    with replacing(older, ".gif") as unfinished:
         unfinished.write_text("new", encoding="utf-8")
+        assert unfinished.suffix == ".gif"
         assert unfinished.parent == older.parent
         assert unfinished.name.startswith(".out.nc.")
         assert older.read_text(encoding="utf-8") == "older"
     assert older.read_text(encoding="utf-8") == "new"
     assert names(older.parent) == ["out.nc"]
-
-
-def test_the_ending_until_then_may_be_given(older):
-    with replacing(older, ".gif") as unfinished:
-        assert unfinished.suffix == ".gif"
 
 
 @pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt])
@@ -124,13 +120,10 @@ def test_what_cannot_be_a_file_is_told_of_the_name_asked_for(tmp_path, name):
     assert names(tmp_path) == ["folder"]
 
 
-def test_what_cannot_be_written_in_the_block_is_told_of_the_name_asked_for(older):
+def test_an_error_in_the_block_names_the_file_asked_for_or_another(older, tmp_path):
     with pytest.raises(FileNotFoundError) as caught, replacing(older) as unfinished:
         unfinished.unlink()
     assert caught.value.filename == str(older)
-
-
-def test_an_error_of_another_file_stays_as_it_is(older, tmp_path):
     with pytest.raises(FileNotFoundError) as caught, replacing(older):
         (tmp_path / "other").read_bytes()
     assert caught.value.filename == str(tmp_path / "other")
@@ -227,28 +220,15 @@ def test_a_file_of_something_else_is_left_alone(tmp_path):
     os.close(own_file(tmp_path / "letter", begins=(b"rows", b"what")))
 
 
-def test_logs_are_told_from_results(tmp_path):
+def test_files_are_known_by_their_first_bytes(tmp_path):
     with closing(sqlite3.connect(tmp_path / "log")) as connection:
         connection.execute("CREATE TABLE one (number INTEGER)")
-    assert is_log(tmp_path / "log")
-    assert not is_netcdf(tmp_path / "log")
-
-
-@pytest.mark.parametrize("form", ["NETCDF4", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"])
-def test_every_form_of_netcdf_is_known(tmp_path, form):
-    netCDF4.Dataset(tmp_path / "result", "w", format=form).close()
-    assert is_netcdf(tmp_path / "result")
-    assert not is_log(tmp_path / "result")
-
-
-def test_other_hdf5_begins_as_netcdf_does(tmp_path):
+    forms = ("NETCDF4", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA")
+    for form in forms:
+        netCDF4.Dataset(tmp_path / form, "w", format=form).close()
     h5py.File(tmp_path / "map.h5", "w").close()
-    assert is_netcdf(tmp_path / "map.h5")
-
-
-def test_anything_else_is_neither(tmp_path):
     (tmp_path / "text").write_text("SQLite format 3", encoding="utf-8")
     (tmp_path / "empty").touch()
-    for path in (tmp_path / "text", tmp_path / "empty", tmp_path / "none", tmp_path, tmp_path / "a\0b"):
-        assert not is_log(path)
-        assert not is_netcdf(path)
+    for name in ("log", *forms, "map.h5", "text", "empty", "none", ".", "a\0b"):
+        assert is_log(tmp_path / name) is (name == "log")
+        assert is_netcdf(tmp_path / name) is (name in {*forms, "map.h5"})

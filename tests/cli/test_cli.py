@@ -4,7 +4,6 @@ import contextlib
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -268,14 +267,14 @@ seed = 3"""
 
 
 def test_how_adhesive_a_scenario_is(folder):
-    check_refusal(process(folder, "plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
+    check_refusal(here(folder, "plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
     text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
     assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
     assert call("plot", "ball.toml", "--adhesion", "--asperity", "0", "-o", "branch.svg").exit_code == 0
     assert "Equilibria of asperity 0 after Maugis" in (folder / "branch.svg").read_text(encoding="utf-8")
-    check_refusal(process(folder, "plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
+    check_refusal(here(folder, "plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
@@ -313,7 +312,7 @@ def test_loops_are_written_drawn_and_read_again(folder):
         forces = [[float(value) for value in row.split(",")[7:9]] for row in rows]
         assert written.friction_force.values.tolist() == forces
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
-    check_refusal(process(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)
+    check_refusal(here(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)
     assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
     assert "friction force" in call("show", "l.nc").output
     assert call("plot", "l.nc").output == "l.png\n"
@@ -321,23 +320,21 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert done.output.splitlines()[-3:] == ["l.pdf", "n.nc", "p.svg"]
     assert (folder / "p.svg").read_text(encoding="utf-8").startswith("<?xml")
     said = "p.csv: .csv ending; expected .png or .pdf or .svg"
-    check_refusal(process(folder, "loops", "ball.nc", "--picture", "p.csv"), 2, said)
+    check_refusal(here(folder, "loops", "ball.nc", "--picture", "p.csv"), 2, said)
     assert (folder / "l.pdf").read_bytes().startswith(b"%PDF")
     assert "50 mN" in call("show", "n.nc").output
     assert call("plot", "n.nc", "-o", "n.svg").output == "n.svg\n"
     assert "friction coefficient" in (folder / "n.svg").read_text(encoding="utf-8")
-    check_refusal(process(folder, "loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
-    check_refusal(process(folder, "loops", "ball.history"), 2, "ball.history: is the log of a run; expected its result")
+    check_refusal(here(folder, "loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
+    check_refusal(here(folder, "loops", "ball.history"), 2, "ball.history: is the log of a run; expected its result")
     said = "ball_loops.png: would overwrite what it is made from"
-    check_refusal(process(folder, "loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
+    check_refusal(here(folder, "loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
 def test_a_picture_that_may_not_be_written_is_named_as_it_was_asked_for(folder):
     (folder / "locked").mkdir(mode=0o500)
-    check_refusal(
-        process(folder, "plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied"
-    )
+    check_refusal(here(folder, "plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied")
 
 
 def test_the_columns_of_a_file_are_listed(folder):
@@ -361,61 +358,38 @@ def test_the_columns_of_a_file_are_listed(folder):
         'normal_load = "?"  # fill in: one of the columns above',
         'tangential_displacement = "?"  # fill in: one of the columns above',
     ]
-    check_refusal(process(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
-    check_refusal(process(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")
+    check_refusal(here(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
+    check_refusal(here(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")
 
 
-def test_help_answers_at_once():
-    code = (
-        "import sys\n"
-        "from historysim.cli import main\n"
-        "try:\n    main(['--help'])\n"
-        "finally:\n    print({'numpy', 'xarray', 'matplotlib', 'cattrs'} & set(sys.modules), file=sys.stderr)"
-    )
-    start = time.perf_counter()
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
-    assert time.perf_counter() - start < 5
-    assert done.returncode == 0
-    assert done.stderr.strip() == "set()"
-    for command in ("run", "validate", "show", "plot"):
-        assert command in done.stdout
-
-
-@pytest.mark.parametrize("quiet", [["-q"], []])
-def test_a_run_imports_nothing_but_netcdf4_that_reads_or_solves(folder, quiet):
-    """Importing it would take as long as a small run."""
-    heavy = {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}
-    command = ["run", *quiet, "ball.toml"]
-    process(folder, *command)
-    code = (
-        "import sys\n"
-        "from historysim.cli import main\n"
-        f"main({command}, standalone_mode=False)\n"
-        f"print({heavy} & set(sys.modules), file=sys.stderr)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "set()\n")
-    assert bool(done.stdout) is not bool(quiet)
-    assert {"ball.history", "ball.nc"} < {path.name for path in folder.iterdir()}
-
-
-def test_a_scenario_is_checked_without_what_computes(folder):
-    """It is asked often, of files that are being written; the compiler alone takes longer than the check."""
-    code = (
-        "import sys\n"
-        "from historysim.cli import main\n"
-        "main(['validate', 'ball.toml'], standalone_mode=False)\n"
-        "print({'scipy', 'xarray', 'matplotlib', 'netCDF4'} & set(sys.modules), file=sys.stderr)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "set()\n")
-    assert done.stdout.endswith("valid\n")
-
-
-def test_the_version_is_told(folder):
+def test_the_version_is_known(folder):
     done = process(folder, "--version")
     assert done.returncode == 0
     assert done.stdout.endswith(f"version {historysim.__version__}\n")
+
+
+@pytest.mark.parametrize(
+    ("command", "heavy"),
+    [
+        (["--help"], {"numpy", "xarray", "matplotlib", "cattrs"}),
+        # it is asked often, of files that are being written; the compiler alone takes longer than the check
+        (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
+        # importing them would take as long as a small run
+        (["run", "ball.toml"], {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}),
+        (["run", "-q", "ball.toml"], {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}),
+    ],
+)
+def test_a_command_imports_nothing_heavy_that_it_does_not_use(folder, command, heavy):
+    code = (
+        "import sys\n"
+        "from historysim.cli import main\n"
+        f"try:\n    main({command}, standalone_mode=False)\n"
+        f"finally:\n    print({heavy} & set(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "set()\n")
+    assert bool(done.stdout) is ("-q" not in command)
+    assert (folder / "ball.nc").exists() is (command[0] == "run")
 
 
 # -- the log ---------------------------------------------------------------------------------------
@@ -442,12 +416,12 @@ def test_a_result_and_its_log_are_verified():
 def test_a_changed_result_is_told_where(ran):
     with netCDF4.Dataset(ran / "ball.nc", "a") as result:
         result["total_tangential_load"][4] = 1.0
-    done = process(ran, "verify", "ball.nc")
+    done = here(ran, "verify", "ball.nc")
     check_refusal(
         done, 1, "ball.nc: is not what its log gives:\n  total_tangential_load: 1 values differ, first at step 4"
     )
     (ran / "ball.history").unlink()
-    check_refusal(process(ran, "verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
+    check_refusal(here(ran, "verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
 
 
 def test_the_state_is_told_at_any_time(ran):
@@ -511,10 +485,6 @@ def test_a_table_to_append_is_read_as_it_is_said(ran):
         "--delimiter: the text ';;'; expected one"
         in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
     )
-    for name, kind in (("ball.history", "the log of a run"), ("ball.nc", "a netCDF"), ("ball.toml", "a scenario")):
-        done = call("append", "ball.history", name)
-        assert done.exit_code == 2
-        assert f"{name}: is {kind}" in done.output
 
 
 def test_a_run_is_resumed_from_its_log(ran):
@@ -528,16 +498,9 @@ def test_a_run_is_resumed_from_its_log(ran):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["verify", "none.history"], "there is no such file"),
-        (["verify", "ball.toml"], "ball.toml: is a scenario; expected a result of historysim run (netCDF), or a log"),
-        (["state", "ball.nc"], "ball.nc: is a netCDF or HDF5 file, such as a result; expected the log of a run"),
-        (["state", "none.history"], "none.history: there is no such file; expected the log of a run"),
         (["state", "ball.history", "--at", "noon"], "--at: 'noon'"),
         (["state", "ball.history", "--asperity", "7"], "asperity 7 does not exist"),
-        (["state", "ball.history", "-o", "ball.history"], "would overwrite what it is made from"),
         (["fork", "ball.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
-        (["fork", "ball.history", "--at", "1", "-o", "ball.history"], "would overwrite what it is made from"),
-        (["append", "ball.history", "none.csv"], "none.csv: there is no such file; expected a table of events"),
         (["append", "ball.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
         (["log", "ball.history", "--kind", "load"], "--kind load: expected one of normal_load"),
         (["run", "ball.toml", "-o", "x.history"], "x.history: is the name of a log"),
@@ -593,7 +556,7 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
     with h5py.File(folder / "ball.nc", "w") as file:
         file.attrs["historysim_version"] = "an older one"
     older = (folder / "ball.nc").read_bytes()
-    check_refusal(process(folder, "run", "ball.toml", "--plot"), code, said)
+    check_refusal(here(folder, "run", "ball.toml", "--plot"), code, said)
     # loads that cannot be carried can be asked about
     assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
     assert (folder / "ball.nc").read_bytes() == older
@@ -606,49 +569,35 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
     ("arguments", "said"),
     [
         (["run", "none.toml"], "none.toml: there is no such file"),
-        (["validate", "."], "is a folder"),
         (["run", "ball.toml", "-o", "none/out.nc"], "none/out.nc: there is no folder none; make it first"),
-        (["run", "ball.toml", "-o", "."], ".: is a folder"),
-        (["run", "ball.toml", "-o", "ball.toml"], "ball.toml: would overwrite what it is made from"),
         (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
         (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: .png ending; expected .nc"),
         (["run", "ball.toml", "--picture", "ball.txt"], "ball.txt: .txt ending; expected .png or .pdf or .svg"),
         (["run"], "Missing argument 'SCENARIO'"),
         (["rnu", "ball.toml"], "No such command 'rnu'"),
         (["run", "ball.toml", "--polt"], "No such option"),
-        (["show", "none.nc"], "there is no such file"),
         (
             ["show", "notes.txt"],
             "line 1: 'notes' (read as a height map: neither named .toml nor a result of historysim run)",
         ),
-        (["show", "."], "is a folder"),
-        (["plot", "none.nc"], "none.nc: there is no such file"),
         (["plot", "ball.toml", "--step", "1"], "step does not apply to the picture surface"),
         (
             ["plot", "good.nc", "--step", "two"],
             "step two: the history has 11 steps; expected -11 to 10, partial or peak",
         ),
-        (["plot", "good.nc", "--step", "21"], "step 21: the history has 11 steps; expected -11 to 10"),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1 N", "--height-unit", "nm"], "pixel_size"),
         (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),
-        (["plot", "map.txt", "--pixel-size", "1e200 m", "--height-unit", "nm"], "a number is so large or so small"),
         (["show", "map.txt", *PIXEL, "--form", "cone"], "form is 'cone'; expected one of mean, plane"),
         (["show", "map.txt", *PIXEL, *PIXEL, *PIXEL], "--pixel-size given 3 times"),
         (["show", "good.nc", "--form", "plane"], "form: good.nc is a result of historysim run; expected a height map"),
         (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
         (["plot", "ball.toml", "--channel", "0"], "channel: ball.toml is a scenario; expected a height map"),
         (["plot", "good.nc", "--with", "what=1"], "is no option of a picture"),
-        (["plot", "good.nc", "--with", "ax=1"], "is no option of a picture"),
         (["plot", "good.nc", "--adhesion"], "adhesion does not apply to the picture history"),
         (["plot", "ball.toml", "--asperity", "0"], "asperity 0: of a scenario it needs adhesion"),
-        (["plot", "map.txt", *PIXEL, "--step", "1"], "step does not apply to the picture surface"),
         (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
         (["plot", "cut.nc"], "cut.nc: is damaged"),
-        (["show", "cut.nc"], "cut.nc: is damaged"),
-        (["plot", "good.nc", "-o", "good.nc"], "good.nc: would overwrite what it is made from"),
-        (["plot", "good.nc", "-o", "good.xyz"], "good.xyz: .xyz ending; expected .png or .pdf"),
-        (["plot", "good.nc", "-o", "good"], "good: no ending; expected .png or .pdf"),
     ],
 )
 def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
@@ -705,7 +654,7 @@ def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
     assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
 
 
-fuzz = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

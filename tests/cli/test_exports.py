@@ -1,30 +1,25 @@
 """The commands fmu and reduce."""
 
+import contextlib
 import json
 import re
-import subprocess
-import sys
 import zipfile
 
 import pytest
 from c_core import ROOT
+from click.testing import CliRunner
 
 import historysim as hs
 from historysim.basics.compiler import compiler
+from historysim.cli import main
 
 SCENARIO = ROOT / "scenarios" / "03_constant_load.toml"
 
 
 def said(folder, *words, code=0):
-    done = subprocess.run(
-        [sys.executable, "-m", "historysim", *map(str, words)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-    )
-    assert done.returncode == code, done.stdout + done.stderr
+    with contextlib.chdir(folder):
+        done = CliRunner().invoke(main, [*map(str, words)])
+    assert done.exit_code == code, done.output
     assert "Traceback" not in done.stderr
     return done.stdout if code == 0 else done.stderr
 

@@ -122,7 +122,7 @@ def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
     assert "give columns by position" not in str(caught.value)
 
 
-def test_a_decimal_point_beside_commas_is_told(table):
+def test_a_decimal_point_beside_commas_is_reported(table):
     for text in ("0.5", "0.5 mN"):
         with pytest.raises(hs.InputError, match='it has a decimal point, although decimal is ","'):
             read_events(table(f"time;normal_load\n1;{text}\n"), Format(decimal=","))

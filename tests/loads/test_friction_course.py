@@ -60,7 +60,7 @@ def test_the_contact_slides_at_the_friction_of_the_place():
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "message"),
     [
         (lambda: FrictionCourse("load", [0.0], [0.1]), "over is 'load'; expected 'time' or 'distance'"),
         (lambda: FrictionCourse("time", [0.0, 1.0], [0.1]), "expected two lists of one length"),
@@ -80,6 +80,6 @@ def test_the_contact_slides_at_the_friction_of_the_place():
         ),
     ],
 )
-def test_bad_input_is_explained(call, said):
-    with pytest.raises(hs.InputError, match=said):
+def test_bad_input_is_explained(call, message):
+    with pytest.raises(hs.InputError, match=message):
         call()

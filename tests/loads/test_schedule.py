@@ -1,7 +1,6 @@
 """From waypoints to paths and rows: the semantics of the loads, on paper and in replays."""
 
 import itertools
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -198,12 +197,6 @@ def test_substeps_are_steps_on_the_same_straight_way(ensemble):
     assert fine[2] == pytest.approx(np.interp(time, [0.0, 2.0, 3.0], [0.0, 0.004, -0.006]), rel=1e-12, abs=1e-17)
 
 
-@pytest.mark.parametrize("substeps", [0, -1, True, 1.0, "2", None, math.nan])
-def test_substeps_are_a_whole_number_from_one_on(substeps):
-    with pytest.raises(hs.InputError, match=r"substeps is .*; expected a whole number of 1 or more"):
-        list(segments([N(0.0, 0.01)], substeps))
-
-
 # -- changes of friction ---------------------------------------------------------------------------
 
 
@@ -267,7 +260,7 @@ def random_events(generator, count=25):
 
 
 class Reference:
-    """Waypoints as the design tells them, channel by channel."""
+    """Waypoints as the design has them, channel by channel."""
 
     def __init__(self, events, channel):
         self.names = {N: "normal_load", D: "normal_displacement", T: "tangential_load", U: "tangential_displacement"}
@@ -343,7 +336,7 @@ def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
 
 
 @pytest.mark.parametrize("most_rows", [1, 2, 5, 1000])
-def test_stretches_break_so_that_none_records_many_more_rows_than_told(most_rows):
+def test_stretches_break_so_that_none_records_many_more_rows_than_asked(most_rows):
     events = random_events(np.random.default_rng(3), 60)
     whole, broken = list(segments(events, 3)), list(segments(events, 3, most_rows))
     assert [path for segment in broken for path in read(segment)] == [

@@ -15,11 +15,11 @@
 static uint64_t random_state;
 static long chords;
 
-int __real_hs_move(hs_memory *memory, double d, double load, hs_aim aim);
-int __wrap_hs_move(hs_memory *memory, double d, double load, hs_aim aim);
-int __wrap_hs_move(hs_memory *memory, double d, double load, hs_aim aim) {
+int __real_hs_move(hs_memory *memory, double d, double load, hs_target target);
+int __wrap_hs_move(hs_memory *memory, double d, double load, hs_target target);
+int __wrap_hs_move(hs_memory *memory, double d, double load, hs_target target) {
     ++chords;
-    return __real_hs_move(memory, d, load, aim);
+    return __real_hs_move(memory, d, load, target);
 }
 
 static double between(double low, double high) { /* splitmix64 */
