@@ -289,6 +289,7 @@ def plot(
     >>> figure = hs.plot("scenarios/12_textured_surface.toml")
     >>> figure.savefig("surface.png")
     """
+    import historysim.scenario.figure  # noqa: F401 - registers the picture of a scenario
     from historysim.results.plots.pictures import figure_of
 
     fields: dict[str, Any] = options

@@ -252,8 +252,7 @@ class Scenario:
 
         Raises InputError: as for `measurement`.
         """
-        from historysim.scenario.loading_kinds.assembly import runs_of
-        from historysim.scenario.loading_kinds.measured import EACH
+        from historysim.scenario.loading_kinds.assembly import EACH, runs_of
 
         loading = self.measured_loading()
         if loading.run != EACH:

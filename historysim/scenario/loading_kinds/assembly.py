@@ -1,4 +1,4 @@
-"""From the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected."""
+"""``loading.file``: from the columns of a file to a `Measurement`: one clock, nothing missing, in SI, corrected."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,9 +25,6 @@ from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
     COMBINED,
-    EACH,
-    FILE_REMARK,
-    HUM_REMARK,
     Channel,
     Channels,
     DeadBand,
@@ -42,6 +39,11 @@ from historysim.tables.columns import fitting
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
+FILE_REMARK, HUM_REMARK = "file", "hum"
+"""Labels of remarks on how a file was read, and on hum in a channel."""
+EACH = "each"
+"""Of several runs in one file, each by itself."""
+# the space keeps it apart from the keys of channels
 _RUN = " run"
 HUM_DEAD_BAND = 0.2
 """A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load."""

@@ -1,4 +1,4 @@
-"""``loading.file``, a measured record: which column is which channel, and how it is corrected before the replay."""
+"""The channels of a measured record: which column is which, and how it is corrected before the replay."""
 
 import functools
 import operator
@@ -33,10 +33,6 @@ if TYPE_CHECKING:
 
 COMBINED = ("sum", "mean", "difference")
 """Keys that make one channel of several columns."""
-FILE_REMARK, HUM_REMARK = "file", "hum"
-"""Labels of remarks on how a file was read, and on hum in a channel."""
-EACH = "each"
-"""Of several runs in one file, each by itself."""
 
 Area = Annotated[float, Quantity("m2")]
 
