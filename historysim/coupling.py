@@ -127,6 +127,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     _check_targets(place(begin, start))
     given = {"saturate": saturate, "instrument": instrument}
     contact = _CarriedContact(ensemble, place, given, [state or ensemble.initial_state()])
+    # the contact goes to its first place straight from the state that is given
     contact.accept(begin, start)
     rate = contact.rate(motion)
     solver, turns, evaluations = make(rate, begin, start, end, **options), 0, 0
@@ -142,6 +143,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         turns, evaluations = turns + 1, evaluations + solver.nfev
         step = min(abs(solver.t - solver.t_old), abs(end - turn))
         contact.accept(turn, dense(turn))
+        # a method of several steps must not look back across the turn
         solver = make(rate, turn, np.array(dense(turn)), end, **{**options, "first_step": step})
     return contact.solution(turns, evaluations + solver.nfev)
 

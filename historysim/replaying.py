@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -12,6 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.array_types import Integers
 from historysim.basics.display import FieldsAsHtml
+from historysim.basics.files import replacing
 from historysim.basics.notices import progress_bar
 from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
@@ -99,10 +100,12 @@ class Replay(FieldsAsHtml):
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
-        from historysim.recording.netcdf import FileRecorder, recording
+        from historysim.recording.netcdf import FileRecorder
 
-        with recording(Path(path), partial(self.recorder, FileRecorder, attributes=self.attributes())) as target:
+        made_of = self.attributes()
+        with replacing(Path(path)) as file, self.recorder(FileRecorder, path=file, attributes=made_of) as target:
             self.walk(target, progress=progress)
+            target.finish()
 
     def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
         """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
@@ -128,8 +131,7 @@ class Replay(FieldsAsHtml):
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
-        bar = progress_bar(progress, "step", target.steps, initial=start.rows, delay=2)
-        with bar as done:
+        with progress_bar(progress, "step", target.steps, initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
                 state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)

@@ -174,6 +174,7 @@ def summit_contact(
     modulus = scalar("contact_modulus", contact_modulus, above=0)
     distance = checked("separation", separation)
     totals = np.zeros((4, distance.size))
+    # one by one: summits times separations may not fit in memory
     for column, d in enumerate(distance.flat):
         touches = height > d
         totals[:, column] = _carried(height[touches] - d, radius[touches], modulus)
@@ -210,6 +211,7 @@ def _nodes() -> tuple[Floats, Floats]:
     """
     step = 0.1
     y = np.arange(-40, 46) * step
+    # falls double exponentially to 0 on the left, and grows as exp(y) on the right
     nodes = np.exp(y - np.exp(-y))
     return nodes, step * nodes * (1 + np.exp(-y))
 

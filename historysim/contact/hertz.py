@@ -24,6 +24,7 @@ def effective_radius(first: ArrayLike, second: ArrayLike) -> Floats:
     """
     radii = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
+        # of a flat 1/inf = 0
         curvature = 1 / radii[0] + 1 / radii[1]
     if not np.all((curvature > 0) & np.isfinite(curvature)):
         raise InputError(
@@ -41,6 +42,7 @@ def contact_radius(approach: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
 def normal_load(approach: ArrayLike, *, summit_radius: ArrayLike, contact_modulus: ArrayLike) -> Floats:
     """Return the normal load N [N]: N = (4/3) E* √R δ^(3/2), and 0 where the surfaces are apart."""
     radius = contact_radius(approach, summit_radius=summit_radius)
+    # ∫ 2 E* √(R δ) dδ is two thirds of stiffness times approach
     return 2 / 3 * normal_stiffness(radius, contact_modulus=contact_modulus) * _depth(approach)
 
 

@@ -158,6 +158,7 @@ class Material:
         """
         if self.hardness is None or self.fracture_toughness is None:
             return None
+        # K⁴ and H³ alone might leave the range of floats
         return 2.2e4 * self.fracture_toughness * (self.fracture_toughness / self.hardness) ** 3
 
     def __repr__(self) -> str:

@@ -87,6 +87,7 @@ def tangential_displacement(
     """
     _, radius = loaded_contact(normal_load, contact_radius)
     load, _, _, q = _utilisation(tangential_load, normal_load, friction)
+    # the form with 1 - q² in it would lose its digits near T = 0
     return 3 * load / (16 * radius * _modulus(shear_modulus)) * (1 + q) / (1 + q + q**2)
 
 
@@ -101,6 +102,7 @@ def displacement_after_reversal(
     A.3 print T and T* exchanged in the last term.
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
+    # Masing: the virgin curve, twice as large, hung at the reversal point
     return tangential_displacement(turned, **contact) + 2 * tangential_displacement(half, **contact)
 
 

@@ -97,6 +97,7 @@ def area_laws(
     areas["summits"] = _of_summits(summits, loads, modulus)
     if whole_map:
         solved = NormalSolutions.of(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
+        # a row for each load that was solved; between two of them the area is straight
         areas["whole map"] = np.interp(loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1))
     coordinates = {
         "law": list(areas),

@@ -189,6 +189,7 @@ def _solve(
             break
     else:
         for approach, pressure in _heavier(space, surface, mean, target, progress=progress, notify=notify):
+            # a light load may come out before the last row of few points
             if not rows or approach > rows[-1][0]:
                 touching = np.flatnonzero(pressure)
                 rows.append((approach, touching, pressure[touching], math.nan))

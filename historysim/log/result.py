@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -24,7 +24,7 @@ from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
 from historysim.recording import surface_group
-from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression, check_room
+from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression
 
 if TYPE_CHECKING:
     import netCDF4
@@ -91,6 +91,8 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
         written = _name_of(unfinished.path, link) if options.resume else ""
         start = _start(file, content, written, notify) if options.resume else Start(head.ensemble.initial_state())
         unfinished.kept = start.rows
+        if options.resume and not start.rows:
+            unfinished.renew()
         made = partial(
             job.recorder,
             FileRecorder,
@@ -98,7 +100,6 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             beside=partial(_write_beside, head=head, content=content),
         )
         with made(path=unfinished.path, go_on=start.rows) as target:
-            check_room(output.parent, target.size - 512 * getattr(unfinished.path.stat(), "st_blocks", 0))
             if target.size > LARGE and options.compression == "none":
                 notify(_size_notice(output, target))
             every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
@@ -165,26 +166,27 @@ class _Snapshots:
 
 def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    found = _attributes(unfinished)
-    own = found.get("log_digest") == link["log_digest"] and "date_created" in found
-    return f"{unfinished.name} {found['date_created']}" if own else ""
+    found = _attributes(unfinished, "log_digest", "date_created")
+    return f"{unfinished.name} {found['date_created']}" if found.get("log_digest") == link["log_digest"] else ""
 
 
 def _is_result_of(output: Path, link: Mapping[str, str]) -> bool:
     """Return whether a complete result of a log, as it is now, is there already."""
-    found = _attributes(output)
-    return found.get("log_digest") == link["log_digest"] and bool(found.get("complete"))
+    with suppress(InputError):
+        check_contained(output)
+        found = _attributes(output, "log_digest", "complete")
+        return found.get("log_digest") == link["log_digest"] and bool(found["complete"])
+    return False
 
 
-def _attributes(path: Path) -> dict[str, Any]:
-    """Return the attributes of a netCDF file; none of what cannot be read."""
+def _attributes(path: Path, *names: str) -> dict[str, Any]:
+    """Return these attributes of a netCDF file; none where one of them cannot be read."""
     import netCDF4
 
     try:
-        check_contained(path)
         with netCDF4.Dataset(path) as file:
-            return {name: file.getncattr(name) for name in file.ncattrs()}
-    except (OSError, RuntimeError, AttributeError, InputError):
+            return {name: file.getncattr(name) for name in names}
+    except (OSError, RuntimeError, AttributeError):
         return {}
 
 

@@ -22,7 +22,6 @@ from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import log_beside
 from historysim.log.snapshot import program, trusted_snapshots
-from historysim.memory.rows import Rows
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import SLIDE_TIME
@@ -85,22 +84,11 @@ class Difference:
 
 @attrs.frozen
 class Verification:
-    """What was found when a result or a log was replayed; true where all is well.
+    """What was found when the ``events`` of a result or a log were replayed; true where all is well.
 
-    Attributes
-    ----------
-    path : Path
-        The result, or the log.
-    events : int
-        Events that were replayed.
-    digest : str
-        SHA-256 of the log: the last link of its chain.
-    snapshots : int
-        Snapshots of a log that agree with the replay.
-    differences : tuple of Difference
-        Variables of a result that differ in any bit.
-    made_elsewhere : str
-        What the result was made by, where that is not what replays here: the last bits may then differ.
+    ``digest`` is that of the log (SHA-256), ``snapshots`` how many of a log agree with the replay, and ``differences``
+    are the variables of a result that differ in any bit. ``made_elsewhere`` is what made the result where that is not
+    what replays here: the last bits may then differ.
     """
 
     path: Path
@@ -225,18 +213,12 @@ class _Comparer(Recorder):
 
     file: "netCDF4.Dataset"
     differences: dict[str, Difference] = attrs.field(factory=dict, init=False)
-    _rows: Rows = attrs.field(init=False)
-
-    def blank(self, count: int) -> Rows:
-        """Return rows for the replay to fill next."""
-        self._rows = self.new_rows(count)
-        return self._rows
 
     def record(self, times: Array) -> None:
         """Compare the rows that were given last, now filled, with those of the file."""
         where = slice(self._filled, self._filled + times.size)
         self.compare("time", times, where)
-        for variable, values in self.projected(self._rows):
+        for variable, values in self.projected(self.rows):
             self.compare(variable.name, values, where)
         self._filled += times.size
 

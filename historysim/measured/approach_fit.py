@@ -80,6 +80,7 @@ def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float
     way, values, edges = along[behind] - origin, friction[behind] / unit, edges - origin
     place, whole = (edges[1:] + edges[:-1]) / 2, float(edges[-1])
     bounds = float(place[1] - place[0]), 100 * whole
+    # no start that fits all records: the best of a scan of lengths is taken
     lengths = np.geomspace(*bounds, _LENGTHS)
     means = _middle_means(way, values, edges)
     for again in (True, False):

@@ -178,6 +178,7 @@ def passed(
         target[start + 1 : end] = between[ranks]
         order[start + 1 : end] = start + 1 + ranks
     loads = SampledLoads(observation.time, observation.normal_load, target)
+    # totals alone: the cost does not grow with the asperities
     job = Replay(ensemble, loads, record="totals", instrument=instrument)
     recorder = job.recorder(DatasetRecorder)
     job.walk(recorder)

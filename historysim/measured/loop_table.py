@@ -114,6 +114,7 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
 
 def power_law(normal_load: Floats, values: Floats) -> PowerLawFit:
     """Return the power law through positive values (load) at two or more loads [N], of which not all are equal."""
+    # a line of logarithms weighs all loads alike
     line = straight_line(np.log(normal_load), np.log(values))
     return PowerLawFit(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))
 

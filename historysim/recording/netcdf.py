@@ -17,7 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.array_types import Array
-from historysim.basics.files import WriterLock, own_file, replacing, sync_file, sync_folder
+from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
 from historysim.errors import InputError
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
@@ -95,12 +95,14 @@ class FileRecorder(Recorder):
     _file: "netCDF4.Dataset" = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
-    _rows: Rows = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
         import netCDF4
 
-        self._rows, self._filled = self.new_rows(0), self.go_on
+        self.rows, self._filled = self.new_rows(0), self.go_on
+        if self.compression == "none":
+            there = self.path.stat() if self.path.exists() else None
+            check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))
         with _reported():
             self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
             self._file.set_fill_off()
@@ -130,9 +132,9 @@ class FileRecorder(Recorder):
         """Return rows for the replay to fill next."""
         if self._held and self._held + count > self._most:
             self._put_held()
-        if len(self._rows.totals) < count:
-            self._rows = self.new_rows(max(count, self._most))
-        return self._rows[self._held : self._held + count]
+        if len(self.rows.totals) < count:
+            self.rows = self.new_rows(max(count, self._most))
+        return self.rows[self._held : self._held + count]
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
@@ -221,7 +223,7 @@ class FileRecorder(Recorder):
     def _put_held(self) -> None:
         if not self._held:
             return
-        rows = self._rows[: self._held]
+        rows = self.rows[: self._held]
         where = slice(self._filled - self._held, self._filled)
         with _reported():
             self._file["time"][where] = np.concatenate(self._times)
@@ -266,9 +268,7 @@ class Unfinished:
             why = busy if isinstance(error, BlockingIOError) else error.strerror
             raise OSError(error.errno, why, str(output)) from error
         try:
-            os.close(own_file(self.path, begins=_BEGINS))
-            # a snapshot will say that rows stand in it
-            sync_folder(self.path.parent)
+            self._make()
         except OSError as error:
             self._lock.remove()
             raise OSError(error.errno, error.strerror, str(output)) from error
@@ -280,6 +280,16 @@ class Unfinished:
         if kind is None or not self.kept:
             self.path.unlink(missing_ok=True)
         self._lock.remove()
+
+    def _make(self) -> None:
+        os.close(own_file(self.path, begins=_BEGINS))
+        # a snapshot will say that rows stand in it
+        sync_folder(self.path.parent)
+
+    def renew(self) -> None:
+        """Make it anew, and empty: a damaged file that HDF5 has failed to open is not closed, nor written again."""
+        self.path.unlink()
+        self._make()
 
     def publish(self) -> None:
         """Rename it to the result: first its bytes reach the disk, then its name."""
@@ -297,18 +307,6 @@ def check_room(folder: Path, needed: int) -> None:
             f"No space left on device: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are "
             "free; make room",
         )
-
-
-@contextlib.contextmanager
-def recording(path: Path, recorder_of: Callable[..., FileRecorder]) -> Iterator[FileRecorder]:
-    """Record into a netCDF file with a recorder made for its ``path`` until then; it replaces another one at the end.
-
-    Raises OSError: the folder cannot be written to, or the disk is full.
-    """
-    with replacing(path) as unfinished, recorder_of(path=unfinished) as target:
-        check_room(path.parent, target.size)
-        yield target
-        target.finish()
 
 
 def chunk_shape(steps: int, columns: int) -> tuple[int, int]:

@@ -102,6 +102,8 @@ class Recorder(abc.ABC):
     slide_time: Floats | None = attrs.field(default=None, init=False)
     """When each recorded asperity first slid [s], NaN for never; known at the end."""
     _filled: int = attrs.field(default=0, init=False)
+    rows: Rows = attrs.field(init=False)
+    """Those given last to be filled, or more, in SI units."""
 
     @property
     def columns(self) -> int:
@@ -132,9 +134,10 @@ class Recorder(abc.ABC):
         more = {each.source for each in self.per_asperity if each.derived is None} - set(always)
         return blank_rows(count, None if self.asperities is None else self.columns, *sorted(more))
 
-    @abc.abstractmethod
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
+        self.rows = self.new_rows(count)
+        return self.rows
 
     @abc.abstractmethod
     def record(self, times: Array) -> None:
@@ -156,8 +159,6 @@ class Recorder(abc.ABC):
 class DatasetRecorder(Recorder):
     """Rows of one history in memory, projected onto the variables at the end."""
 
-    rows: Rows = attrs.field(init=False)
-    """All of them, in SI units."""
     _times: Array = attrs.field(init=False)
 
     def __attrs_post_init__(self) -> None:
@@ -201,10 +202,6 @@ class StateOnly(Recorder):
 
     def __attrs_post_init__(self) -> None:
         self.asperities = None
-
-    def blank(self, count: int) -> Rows:
-        """Return rows for the replay to fill next."""
-        return blank_rows(count, None)
 
     def record(self, times: Array) -> None:
         """Leave the rows."""

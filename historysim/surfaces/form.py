@@ -76,6 +76,7 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
         ((columns_x * columns_x[:, [k]]).T @ present.astype(np.float64) * (columns_y * columns_y[:, [k]]).T).sum(axis=1)
         for k in range(len(terms))
     ]
+    # Legendre terms are nearly orthogonal, so that normal equations keep their digits
     form = np.zeros(heights.shape)
     # once more on what is left, so that a surface that is its own form leaves nothing but rounding
     for _ in range(2):

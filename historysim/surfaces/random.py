@@ -207,6 +207,7 @@ def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
     for axis in (1, 0):
         n = points[axis]
         whole = quadrant.take(np.minimum(np.arange(n), n - np.arange(n)), axis)
+        # what is even has a real transform
         quadrant = scipy.fft.rfft(whole, axis=axis).real
     return quadrant
 
@@ -243,6 +244,7 @@ def _filtered(noise: Floats, amplitude: Floats) -> Floats:
     rows = amplitude.shape[0]
     transform = scipy.fft.rfft2(noise)
     transform[:rows] *= amplitude
+    # negative wavevectors stand behind the positive ones, in reverse
     transform[rows:] *= amplitude[1 : points[0] - rows + 1][::-1]
     filtered: Floats = scipy.fft.irfft2(transform, s=points, overwrite_x=True)
     return filtered

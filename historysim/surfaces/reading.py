@@ -17,7 +17,7 @@ from historysim.basics.array_types import Floats
 from historysim.basics.files import what_is_there
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
-from historysim.basics.units import conversion_factor, quantity
+from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.map_files import (
@@ -151,26 +151,26 @@ def _start(path: Path) -> bytes:
 
 
 def _factor(name: str, own: str | None, given: str | None, what: str) -> float:
-    if own is None and given is None:
-        raise InputError(f"does not name the unit of its {what}; give {name}, as in {name}='nm'")
-    if given is not None:
-        try:
-            stated = conversion_factor(given, "m")
-        except InputError as error:
-            raise InputError(f"{name}: {error}") from error
     if own is None:
-        return stated
-    try:
-        factor = conversion_factor(own, "m")
-    except InputError as error:
-        raise InputError(f"the unit of its {what}: {error}") from error
-    if given is not None and not math.isclose(stated, factor, rel_tol=1e-9):
+        if given is None:
+            raise InputError(f"does not name the unit of its {what}; give {name}, as in {name}='nm'")
+        return _metres(given, name)
+    factor = _metres(own, f"the unit of its {what}")
+    if given is not None and not math.isclose(_metres(given, name), factor, rel_tol=1e-9):
         raise InputError(f"says that its {what} are in {own}, but {name} is {given!r}; leave {name} out")
     return factor
 
 
+def _metres(unit: str, what: str) -> float:
+    """Return a unit of a length [m]."""
+    try:
+        return conversion_factor(unit, "m")
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from error
+
+
 def _spacing(found: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[float, float]:
-    stated = None if pixel_size is None else _pixel_size(pixel_size)
+    stated = None if pixel_size is None else per_axis("pixel_size", pixel_size)
     if found.spacing is None:
         if lateral_unit is not None:
             raise InputError(
@@ -189,15 +189,6 @@ def _spacing(found: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[
             f"says that its points are {x:g} m × {y:g} m apart, but pixel_size is {pixel_size!r}; leave pixel_size out"
         )
     return x, y
-
-
-def _pixel_size(given: Any) -> tuple[float, float]:
-    lengths = given if isinstance(given, tuple | list | np.ndarray) else [given]
-    try:
-        return per_axis("pixel_size", [quantity(length, "m") for length in lengths])
-    except InputError as error:
-        text = str(error)
-        raise InputError(text if text.startswith("pixel_size") else f"pixel_size: {text}") from error
 
 
 def _check_points(heights: Floats) -> None:

@@ -178,6 +178,7 @@ def _start(first: Surface, second: Surface, most_rotation: float) -> Floats:
     count = math.ceil(most_rotation * max(second.shape) / 4)
     shape = tuple(a + b - 1 for a, b in zip(first.shape, second.shape, strict=True))
     level = second.detrended("plane")
+    # a tilt would correlate with itself at any shift
     ours = _spectra(first.detrended("plane").heights, shape)
     best, start = -math.inf, np.zeros(6)
     for rotation in np.linspace(-most_rotation, most_rotation, 2 * count + 1):
@@ -272,6 +273,7 @@ def _compared(first: Surface, fit: _Fit) -> Registration:
     alike = _alike(np.where(sound, difference, np.nan), noise)
     area = math.prod(first.pixel_size)
     covariance = _covariance(fit, sound) * noise**2 * alike
+    # an error of the datum under the worn points is an error of their volume
     datum = np.nansum(fit.jacobian[worn], axis=0)
     variance = worn.sum() * noise**2 * alike + datum @ covariance @ datum
     after = Surface(fit.laid, first.pixel_size)

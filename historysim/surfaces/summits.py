@@ -140,6 +140,7 @@ def find_summits(
     axes = (0,) if rule == 3 else (0, 1)
     curvature = np.stack([_mean(owner, grid.drop(points, axis) / pixel_size[axis] ** 2) for axis in axes])
     order = np.argsort(first)
+    # a plateau has the prominence of its first point
     if prominence > 0:
         order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first[order]] >= prominence]
     x, y = (
@@ -199,6 +200,7 @@ def _tops(grid: _Grid, rule: int) -> tuple[Integers, Integers, Integers]:
     top = np.ones(grid.shape, dtype=bool)
     tied = np.zeros(grid.shape, dtype=bool)
     for offset in _AROUND[rule]:
+        # a comparison with a missing neighbour, NaN, is false
         top &= heights >= grid.beside(offset)
         tied |= heights == grid.beside(offset)
     tied &= top

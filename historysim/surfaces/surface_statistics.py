@@ -164,6 +164,7 @@ def autocorrelation(z: Floats, pixel_size: Pixel, *, periodic: bool) -> Autocorr
     greatest = np.abs(deviation).max()
     if greatest == 0:
         raise InputError("all heights are equal; expected a rough surface, since a flat one has no autocorrelation")
+    # squares of nanometres keep their digits
     deviation /= greatest
     # half the length of zeros behind the map keeps the lags up to half the length apart from their mirror images
     shape = z.shape if periodic else tuple(fft.next_fast_len(n + n // 2, real=True) for n in z.shape)

@@ -284,16 +284,6 @@ def test_a_snapshot_holds_the_whole_state(made):
     assert hs.EnsembleState.from_bytes(found.state, ENSEMBLE.initial_state()) == state
 
 
-def test_a_state_with_groups_that_were_split_comes_back(made):  # noqa: ARG001 - the same asperities
-    state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
-    state = ENSEMBLE.advance(state, friction=[0.4, 0.5, 0.6])
-    state = ENSEMBLE.advance(state, tangential_displacement=-0.01)
-    back = hs.EnsembleState.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
-    assert back == state
-    further = {"normal_displacement": 0.002, "tangential_displacement": 0.001}
-    assert ENSEMBLE.advance(back, **further) == ENSEMBLE.advance(state, **further)
-
-
 @pytest.mark.parametrize(
     ("statement", "reason"),
     [
@@ -411,11 +401,3 @@ def test_a_log_in_a_read_only_folder_can_be_read(made):
                 file.append([hs.NormalLoad(3.0, 0.01)])
     finally:
         made.parent.chmod(stat.S_IRWXU)
-
-
-def test_a_closed_log_says_so(made):
-    file = LogFile(made)
-    file.close()
-    file.close()
-    with pytest.raises(hs.InputError, match="the log is closed; open it again"):
-        file.read()

@@ -17,7 +17,6 @@ import historysim as hs
 from historysim.log import result as result_writer
 from historysim.log.file import LogFile
 from historysim.log.snapshot import add_snapshot, snapshots
-from historysim.recording import recorder
 from historysim.recording.netcdf import FileRecorder, Unfinished
 
 TESTS = Path(__file__).parents[1]
@@ -101,15 +100,17 @@ def kept_rows(folder, whole, written):
     return content, content.index(row)
 
 
-@pytest.mark.parametrize("harm", ["empty", "cut", "no netCDF", "of another log", "of another run"])
+@pytest.mark.parametrize("harm", ["empty", "cut", "no netCDF", "of another log", "of another run", "left open"])
 def test_rows_that_are_not_those_before_a_snapshot_are_computed_again(folder, whole, monkeypatch, harm):
     scenario, output, written = interrupted(folder, monkeypatch)
     unfinished = folder / ".killed.nc.unfinished"
     content, at = kept_rows(folder, whole, written)
-    if harm.startswith("of another"):
-        name = "log_digest" if harm == "of another log" else "date_created"
+    if harm.startswith(("of another", "left")):
+        name = "date_created" if harm == "of another run" else "log_digest"
         with netCDF4.Dataset(unfinished, "a") as file:
             file.setncattr(name, b"x" + file.getncattr(name).encode()[1:])
+        # as HDF5 leaves some damaged files that it fails to open
+        left = netCDF4.Dataset(unfinished) if harm == "left open" else None
     else:
         unfinished.write_bytes({"empty": b"", "cut": content[:at], "no netCDF": bytes(len(content))}[harm])
     told = []
@@ -117,17 +118,8 @@ def test_rows_that_are_not_those_before_a_snapshot_are_computed_again(folder, wh
     assert "has no snapshot with its rows; the replay starts at the beginning" in told[0]
     assert variables(output) == variables(whole / "killed.nc")
     assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
-
-
-def test_a_folder_beside_a_result_is_left_alone(folder, whole):
-    kept = folder / ".killed.nc.parts"
-    kept.mkdir()
-    (kept / "letter.txt").write_text("what nobody has twice", encoding="utf-8")
-    (folder / "killed.nc").unlink()
-    hs.run(folder / "killed.toml", folder / "killed.nc", resume=True, snapshot_every=EVERY).close()
-    assert variables(folder / "killed.nc") == variables(whole / "killed.nc")
-    assert names(folder) == [".killed.nc.parts", "killed.history", "killed.nc", "killed.toml"]
-    assert (kept / "letter.txt").read_text(encoding="utf-8") == "what nobody has twice"
+    if harm == "left open":
+        left.close()
 
 
 def test_a_row_that_changed_while_a_run_waited_for_its_resume_is_found_by_verify(folder, whole, monkeypatch):
@@ -210,17 +202,6 @@ def test_every_write_sync_or_rename_may_fail(tmp_path):
     assert crashed < 0.2 * told
 
 
-def test_a_folder_that_cannot_be_written_is_told(folder, monkeypatch):
-    def refuse(*_, **__):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr(os, "open", refuse)
-    with pytest.raises(PermissionError, match="Permission denied"):
-        hs.run(folder / "killed.toml", folder / "other.nc")
-    monkeypatch.undo()
-    assert names(folder) == ["killed.history", "killed.nc", "killed.toml"]
-
-
 def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6)))
@@ -258,16 +239,10 @@ def test_the_log_alone_makes_the_result_again(folder, whole):
 
 
 def test_two_runs_at_once_are_told_apart(folder):
-    with (
-        LogFile(folder / "killed.history", write=True),
-        pytest.raises(OSError, match="another process is writing it"),
-    ):
-        hs.run(folder / "killed.toml", folder / "killed.nc")
-    with (
-        LogFile(folder / "killed.history", write=True),
-        pytest.raises(OSError, match="another process is writing it"),
-    ):
-        hs.run(folder / "killed.toml", folder / "killed.nc", resume=True)
+    for resume in (False, True):
+        busy = pytest.raises(OSError, match="another process is writing it")
+        with LogFile(folder / "killed.history", write=True), busy:
+            hs.run(folder / "killed.toml", folder / "killed.nc", resume=resume)
 
 
 def test_two_logs_for_one_result_are_told_apart(folder):
@@ -347,13 +322,6 @@ def flipped(path, within):
     path.write_bytes(content)
 
 
-def test_a_damaged_result_is_told(folder):
-    flipped(folder / "killed.nc", variables(folder / "killed.nc")["stick_radius"][400:480])
-    found = hs.verify(folder / "killed.nc")
-    assert not found
-    assert [(difference.name, difference.count) for difference in found.differences] == [("stick_radius", 1)]
-
-
 def test_a_damaged_chunk_of_a_compressed_result_is_told(folder):
     hs.run(folder / "killed.toml", folder / "killed.nc", compression="zlib").close()
     with h5py.File(folder / "killed.nc") as file:
@@ -382,10 +350,3 @@ def test_another_compression_is_refused(folder):
     with pytest.raises(hs.InputError, match="compression is 'rar'; expected one of none, zlib, zstd"):
         hs.run(folder / "killed.toml", folder / "out.nc", compression="rar")
     assert "out.history" not in names(folder)
-
-
-@pytest.mark.parametrize("cells", [1, 50])
-def test_blocks_of_any_size_give_the_same_result(folder, whole, monkeypatch, cells):
-    monkeypatch.setattr(recorder, "CELLS_AT_ONCE", cells)
-    hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=50).close()
-    assert variables(folder / "killed.nc") == variables(whole / "killed.nc")

@@ -1,4 +1,4 @@
-"""What a record looks like: each fault is put into a simulated record, and notices; a sound record has none."""
+"""What a record looks like: each fault is put into a simulated record, and found; a sound record has none."""
 
 import attrs
 import numpy as np

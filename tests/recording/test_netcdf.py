@@ -127,21 +127,6 @@ def test_a_copy_has_all_rows(path, columns, compression):
     check(other, columns)
 
 
-def test_a_file_is_not_much_more_than_its_rows(path):
-    with made(path) as target:
-        write(target, 0, STEPS)
-        target.finish()
-        assert target.size == sum(variable.nbytes for variable in values_by_name(path).values())
-        assert target.size < path.stat().st_size < target.size + 30_000
-
-
-def values_by_name(path):
-    with netCDF4.Dataset(path) as result:
-        return {
-            name: variable[...].data for name, variable in result.variables.items() if "step" in variable.dimensions
-        }
-
-
 def test_what_the_library_refuses_is_an_error_of_the_system(path):
     with made(path) as target:
         write(target, 0, STEPS)

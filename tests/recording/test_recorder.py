@@ -4,6 +4,7 @@ import errno
 import hashlib
 import os
 import shutil
+from contextlib import contextmanager
 from pathlib import Path
 
 import netCDF4
@@ -13,9 +14,10 @@ import xarray as xr
 from conventions import conventions, discovery
 
 import historysim as hs
+from historysim.basics.files import replacing
 from historysim.loads.schedule import segments
 from historysim.recording import netcdf, recorder
-from historysim.recording.netcdf import FileRecorder, recording
+from historysim.recording.netcdf import FileRecorder
 from historysim.recording.recorder import DatasetRecorder, chosen_asperities
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, recorded
 
@@ -101,8 +103,11 @@ def steps(plan):
     return sum(stretch.row_time.size for stretch in plan)
 
 
+@contextmanager
 def into(path, ensemble, asperities, count, attributes):
-    return recording(path, lambda path: FileRecorder(ensemble, asperities, count, path, attributes))
+    with replacing(path) as unfinished, FileRecorder(ensemble, asperities, count, unfinished, attributes) as target:
+        yield target
+        target.finish()
 
 
 def stream(path, ensemble, events=EVENTS, record="touching", most_rows=None):
@@ -237,21 +242,6 @@ def test_a_history_in_which_nothing_touches_has_all_variables(ensemble, tmp_path
         assert set(opened.data_vars) == set(history.data_vars)
 
 
-def test_types_and_attributes_are_those_of_the_table(ensemble):
-    history = hs.replay(ensemble, EVENTS)
-    for variable in (*COORDINATES, *TOTALS, *PER_ASPERITY):
-        if variable.name in {"x", "y"}:
-            assert variable.name not in history.variables
-            continue
-        found = history[variable.name]
-        assert found.dims == variable.dimensions
-        assert found.dtype == variable.dtype
-        assert {key: np.asarray(value).tolist() for key, value in found.attrs.items()} == {
-            key: np.asarray(value).tolist() for key, value in variable.attributes.items()
-        }
-        assert (variable.name in history.coords) == (variable in COORDINATES)
-
-
 # -- states are only looked at ---------------------------------------------------------------------
 
 
@@ -362,50 +352,6 @@ def test_a_streamed_file_is_the_dataset_bit_for_bit(scenario, tmp_path, monkeypa
     assert block > 5 or len(sizes) > 2
 
 
-@pytest.mark.parametrize("case", ["positions", "instrument"])
-def test_a_dataset_written_by_xarray_is_an_equivalent_file(case, scenario, tmp_path):
-    path = scenario(*CASES[case])
-    hs.run(path, tmp_path / "streamed.nc").close()
-    hs.run(path).to_netcdf(tmp_path / "written.nc")
-    errors, _ = conventions(tmp_path / "written.nc")
-    assert errors == []
-    with netCDF4.Dataset(tmp_path / "streamed.nc") as first, netCDF4.Dataset(tmp_path / "written.nc") as second:
-        assert set(first.variables) == set(second.variables)
-        assert dict(zip(first.dimensions, map(len, first.dimensions.values()), strict=True)) == {
-            name: len(dimension) for name, dimension in second.dimensions.items()
-        }
-        attributes = contents(first)
-        del attributes["date_created"]
-        assert attributes == contents(second)
-        for name in first.variables:
-            one, other = first[name], second[name]
-            assert (one.dtype, one.dimensions) == (other.dtype, other.dimensions)
-            assert np.asarray(one[:]).tobytes() == np.asarray(other[:]).tobytes()
-            assert contents(one) == contents(other)
-
-
-def contents(holder):
-    """Attributes with their types, and the coordinates as a set."""
-    found = {key: (np.asarray(holder.getncattr(key)).dtype.kind, holder.getncattr(key)) for key in holder.ncattrs()}
-    found = {key: (kind, np.asarray(value).tolist()) for key, (kind, value) in found.items()}
-    if "coordinates" in found:
-        found["coordinates"] = set(found["coordinates"][1].split())
-    return found
-
-
-@pytest.mark.parametrize("options", [{}, {"decode_cf": False}])
-def test_xarray_opens_it(ensemble, tmp_path, options):
-    stream(tmp_path / "out.nc", ensemble)
-    expected = in_memory(ensemble)
-    with xr.open_dataset(tmp_path / "out.nc", **options) as opened:
-        assert opened.time.dtype == np.float64
-        assert opened.slip_state.dtype == np.int8
-        for name in expected.variables:
-            np.testing.assert_array_equal(opened[name], expected[name])
-        if options.get("decode_cf", True):
-            xr.testing.assert_identical(opened, expected)
-
-
 # -- finished or not there -------------------------------------------------------------------------
 
 
@@ -457,28 +403,6 @@ def test_what_fails_in_the_middle_leaves_nothing_behind(ensemble, tmp_path, rais
     assert existing is None or path.read_bytes() == existing
 
 
-def test_a_load_that_cannot_be_carried_leaves_an_older_file_as_it_was(scenario, tmp_path):
-    path = scenario()
-    hs.run(path, tmp_path / "out.nc").close()
-    older = (tmp_path / "out.nc").read_bytes()
-    path.write_text(path.read_text(encoding="utf-8").replace("-0.0002", "-0.2"), encoding="utf-8")
-    with pytest.raises(hs.LoadError, match=r"event 3 at t = 1\.5 s: "):
-        hs.run(path, tmp_path / "out.nc")
-    assert (tmp_path / "out.nc").read_bytes() == older
-    assert names(tmp_path) == ["five.toml", "out.history", "out.nc"]
-
-
-def test_a_finished_result_replaces_the_older_one_at_once(ensemble, tmp_path):
-    path = tmp_path / "out.nc"
-    path.write_bytes(b"an older result")
-    with path.open("rb") as reader:
-        stream(path, ensemble)
-        assert reader.read() == b"an older result"
-    assert names(tmp_path) == ["out.nc"]
-    with xr.open_dataset(path) as opened:
-        xr.testing.assert_identical(opened, in_memory(ensemble))
-
-
 @pytest.mark.skipif(os.name != "posix", reason="needs the permissions of POSIX")
 @pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600)])
 def test_the_file_may_be_read_by_whom_the_user_lets_read(ensemble, tmp_path, mask, mode):
@@ -489,13 +413,6 @@ def test_the_file_may_be_read_by_whom_the_user_lets_read(ensemble, tmp_path, mas
     finally:
         os.umask(before)
     assert (tmp_path / "out.nc").stat().st_mode & 0o777 == mode
-
-
-def test_a_folder_that_is_not_there_is_an_error_that_names_the_file(ensemble, tmp_path):
-    path = tmp_path / "none" / "out.nc"
-    with pytest.raises(FileNotFoundError) as caught:
-        stream(path, ensemble)
-    assert str(path) in str(caught.value)
 
 
 def test_a_folder_that_cannot_be_written_to_is_an_error_that_names_the_file(ensemble, tmp_path, monkeypatch):

@@ -1,7 +1,5 @@
 """The surface beside the history: what stands in the group ``surface`` of a result."""
 
-import warnings
-
 import netCDF4
 import numpy as np
 import pytest
@@ -16,7 +14,6 @@ from historysim.cli import main
 from historysim.recording import surface_group
 from historysim.recording.surface_group import GROUP, MOST_POINTS, SUMMITS, SURFACE
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.random import random_surface
 from historysim.surfaces.summits import Summits
 
 HEIGHTS = SHARED / "heights"
@@ -133,27 +130,10 @@ def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
     assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
 
 
-def test_the_summits_of_a_thinned_map_are_all_there():
-    surface = random_surface((600, 40), 1e-6, 1e-8, 5e-6, seed=1)
-    summits = surface.summits()
-    found = surface_group.dataset(summits, surface)
-    assert found.sizes["x"] == 300
-    assert found["summit_x"].values.tobytes() == summits.x.tobytes()
-
-
 def test_a_dataset_has_no_more_than_there_is():
     found = surface_group.dataset(Summits([0.0, -1.0], 1.0, x=[0.0, 1.0]))
     assert set(found.variables) == {"summit_height", "summit_radius", "summit_x"}
     assert found.attrs == {}
-
-
-def test_a_map_without_summits_can_be_held(tmp_path):
-    surface = Surface(np.zeros((4, 5)), 1.0)
-    found = surface_group.dataset(surface.summits(), surface)
-    assert found.sizes["summit"] == 0
-    found.to_netcdf(tmp_path / "empty.nc")
-    with xr.open_dataset(tmp_path / "empty.nc") as opened:
-        xr.testing.assert_identical(opened.load(), found)
 
 
 def test_variables_are_those_of_the_table(folder):
@@ -168,13 +148,6 @@ def test_variables_are_those_of_the_table(folder):
 
 
 # -- the file --------------------------------------------------------------------------------------
-
-
-def test_xarray_opens_the_whole_tree(folder):
-    path, _ = run(folder, SECTIONS["random"])
-    with xr.open_datatree(path) as tree:
-        assert tree.groups == ("/", f"/{GROUP}", f"/{GROUP}/log")
-        assert set(tree[GROUP].sizes) >= {"summit", "x", "y"}
 
 
 def raised_to_the_root(path, target):
@@ -204,53 +177,6 @@ def test_the_group_follows_the_cf_conventions(folder, name):
     assert conventions(path) == ([], [])
     raised_to_the_root(path, folder / "group.nc")
     assert conventions(folder / "group.nc") == ([], [])
-
-
-def test_a_dataset_that_xarray_writes_follows_them_too(tmp_path):
-    surface = random_surface(**ROUGH)
-    found = surface_group.dataset(surface.summits(), surface)
-    root = {"Conventions": "CF-1.11", "title": "a surface", "history": "made", "source": "a test"}
-    found.assign_attrs(root).to_netcdf(tmp_path / "written.nc")
-    assert conventions(tmp_path / "written.nc") == ([], [])
-
-
-def test_two_runs_write_the_same(folder):
-    paths = [run(folder, SECTIONS["random"], output=name)[0] for name in ("one.nc", "other.nc")]
-    with netCDF4.Dataset(paths[0]) as first, netCDF4.Dataset(paths[1]) as second:
-        for holders in ((first, second), (first[GROUP], second[GROUP])):
-            names = [list(holder.variables) for holder in holders]
-            assert names[0] == names[1]
-            for name in names[0]:
-                values = [np.ma.getdata(holder[name][:]) for holder in holders]
-                assert values[0].tobytes() == values[1].tobytes()
-
-
-def test_a_run_without_a_file_gives_the_history_alone(folder):
-    loaded(folder, SECTIONS["random"], PRESSED)
-    history = hs.run(folder / "s.toml")
-    assert "summit" not in history.dims
-
-
-def test_a_surface_that_cannot_be_used_leaves_no_file(folder):
-    entry = {**SECTIONS["sum"], "rule": 7}
-    loaded(folder, entry, PRESSED)
-    before = sorted(path.name for path in folder.iterdir())
-    with pytest.raises(hs.InputError, match="surface: rule is 7"):
-        hs.run(folder / "s.toml", folder / "out.nc")
-    assert sorted(path.name for path in folder.iterdir()) == before
-
-
-@pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
-def test_a_map_of_an_instrument_is_thinned(folder):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
-        pytest.importorskip("SurfaceTopography")
-    entry = {"kind": "measured", "file": str(HEIGHTS / "x3p-2.x3p")}
-    path, ground = run(folder, entry)
-    with xr.open_dataset(path, group=GROUP) as group:
-        assert group.sizes == {"x": 325, "y": 325, "summit": len(ground.summits)}
-        assert group.attrs["thinning"].tolist() == [2, 2]
-        assert (group["height"].values == ground.surface.heights[::2, ::2]).all()
 
 
 # -- damaged files -----------------------------------------------------------------------------------

@@ -108,7 +108,7 @@ small_maps = npst.arrays(
 WINDING = drawn("0100 0110 0010 0110")
 
 
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(small_maps, st.sampled_from([3, 5, 9]), st.booleans())
 @example(drawn("000000 011110 000000"), 9, False)
 @example(WINDING, 5, True)

@@ -50,7 +50,7 @@ def brute_differences(points, pixel, order):
     return root_mean_square(means), sum(squares) / len(axes) if axes else NAN
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(maps(), pixels, st.booleans())
 def test_statistics_against_loops_over_the_points(z, pixel, periodic):
     points = Points(z, periodic)
@@ -176,7 +176,7 @@ def brute_autocorrelation(points, lag):
     return sum(products) / len(products) if products else NAN
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(maps(), pixels, st.booleans())
 def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
     points = Points(z, periodic)

@@ -96,6 +96,7 @@ def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Fl
     radius, modulus, work = _elastic(**contact, may_be_zero=True)
     pull_off = jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work)
     load = carried("normal_load", normal_load, pull_off, "N")
+    # as a product the root is exactly 0 at pull-off
     root = np.sqrt(-4 * pull_off * (load - pull_off))
     return np.cbrt(0.75 * radius / modulus * (load - 2 * pull_off + root))
 
@@ -374,6 +375,7 @@ def branch(
     if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 2:
         raise InputError(f"points is {points!r}; expected an integer of 2 or more")
     unit = units(summit_radius=radius, contact_modulus=modulus, work_of_adhesion=work)
+    # even in √a: the curve bends most at small radii, where both pull-off points lie
     steps = np.linspace(0, 1, points) ** 2
     if theory is Regime.MAUGIS:
         if equilibrium_separation is None:
@@ -452,6 +454,7 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
     parameter = dugdale.solvable(maugis_parameter)
     pull_off = np.where(parameter < DMT_BELOW, -2.0, dugdale.state_at(dugdale.load_turn(parameter), parameter).load)
     load = carried("load_parameter", load_parameter, pull_off, "πWR")
+    # the first condition that holds
     zone = np.select(
         [
             load >= hertz_boundary(parameter),
@@ -476,6 +479,7 @@ def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
 
     def excess(t: Floats) -> Floats:
         state = dugdale.state_at(t, parameter)
+        # A³ is the Hertz load at the contact radius
         return (1 + NEGLIGIBLE) * state.load - state.radius**3
 
     return dugdale.state_at(dugdale.crossing(excess, dugdale.load_turn(parameter)), parameter).load

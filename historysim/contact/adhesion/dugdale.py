@@ -99,6 +99,7 @@ def crossing(falling: Callable[[Floats], Floats], start: Floats) -> Floats:
 
 def gap_at(zone: Floats, parameter: Floats) -> tuple[Floats, Floats]:
     """Return P and Δ of surfaces that attract each other across a gap, over a circle of radius c in units of A."""
+    # a uniform pressure over a circle (Johnson, section 3.4)
     load = -np.pi / 2 * parameter * zone**2
     return load, zone**2 / 2 - 8 / (3 * np.pi) * parameter * zone - 2 / (np.pi * parameter)
 
@@ -120,6 +121,7 @@ def curve(parameter: Floats, top: Floats, steps: Floats) -> State:
     folds_in_gap = fold < touch
     turns = turn if folds_in_gap else np.array([turn, approach_turn(parameter)])
     last = crossing(lambda t: state_at(t, parameter).load - top, turn)
+    # the ends are `last` itself, and the point contact at t = ∞
     inner = t_at(radius_at(last, parameter) * steps[1:-1], parameter)
     contact = state_at(np.sort(np.hstack([last, inner, turns]))[::-1], parameter)
     zone = np.union1d(touch * np.linspace(0, 1, steps.size), fold if folds_in_gap else touch)
