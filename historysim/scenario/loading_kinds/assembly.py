@@ -443,16 +443,16 @@ class MeasuredLoading(NumbersFile, Loading):
     Examples
     --------
     [loading]
-    file = "measured.csv"
+    file = "data/unat_loops.csv"
     reduce = true
 
     [loading.columns]
-    time = "t"
-    normal_load = { column = "Fn", unit = "mN" }
-    tangential_displacement = { column = "x", unit = "nm", centred = true }
+    time = "time_s"
+    normal_load = { column = "normal_load_mN", unit = "mN" }
+    tangential_displacement = { column = "displacement_nm", unit = "nm", centred = true }
 
     [loading.response]
-    tangential_load = { column = "Ft", unit = "mN" }
+    tangential_load = { column = "tangential_load_mN", unit = "mN" }
 
     [loading.dead_band]
     tangential_displacement = "10 nm"
