@@ -12,6 +12,8 @@ from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch
 from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.instrument import Instrument as Instrument
+from historysim.asperities.planar import PlanarState as PlanarState
+from historysim.asperities.planar import Rings as Rings
 from historysim.asperities.state import EnsembleState as EnsembleState
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair

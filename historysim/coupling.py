@@ -163,7 +163,8 @@ class _CarriedContact:
     def tried(self, time: float, y: Floats) -> "EnsembleState":
         """Return the contact carried to its place at a time."""
         targets: dict[str, Any] = {**self.place(time, y), **self.given}
-        return self.ensemble.advance(self.states[-1], **targets)
+        after: EnsembleState = self.ensemble.advance(self.states[-1], **targets)
+        return after
 
     def accept(self, time: float, y: Floats) -> None:
         """Carry the contact to its place at a time."""
@@ -353,7 +354,8 @@ class _SampledContact:
 
     def _moved(self, number: int, u: npt.ArrayLike) -> "EnsembleState":
         targets: dict[str, Any] = dict(zip(self.inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
-        return self.ensemble.advance(self.states[number], **targets, **self.given)
+        after: EnsembleState = self.ensemble.advance(self.states[number], **targets, **self.given)
+        return after
 
     def _number(self, x: npt.ArrayLike) -> int:
         number = float(np.atleast_1d(x)[0])

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from historysim.measured.loop_table import LoopTable
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Sliding
-    from historysim.results.plots.canvas import Drawn, Place, Size
+    from historysim.results.plots.canvas import FigureOrAxes, Place, Size
     from historysim.results.result_files import RecordedFile
     from historysim.results.tables import WrittenTable
     from historysim.scenario.fit import Fit
@@ -248,7 +248,7 @@ def plot(
     figure: "Figure | SubFigure | None" = None,
     ax: "Axes | None" = None,
     **options: object,
-) -> "Drawn":
+) -> "FigureOrAxes":
     """Draw a history, a surface, a scenario, loops, a comparison or an asperity, or a file of them.
 
     ``hs.plots`` has the pictures as functions; ``historysim kinds plots traction`` lists the options of one.
@@ -308,7 +308,7 @@ def plot(
         return figure_of(what, picture=picture, place=place, **fields)
 
 
-def _own_picture(content: object, place: "Place") -> "Drawn | None":
+def _own_picture(content: object, place: "Place") -> "FigureOrAxes | None":
     """Draw the ``[picture]`` of the scenario of a result or a sweep; None where it has none."""
     import xarray as xr
 

@@ -131,6 +131,7 @@ VALUES = {
     ),
     "Ensemble": ensemble,
     "EnsembleState": stepped,
+    "PlanarState": lambda: ensemble().advance(stepped(), tangential_displacement=(1e-9, 2e-9)),
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),
     "SlipState": lambda: tuple(hs.SlipState),
     "Replay": lambda: hs.Replay(ensemble(), EVENTS[:4], substeps=2, record=[0, 2], instrument=hs.Instrument(1e5)),
@@ -151,7 +152,7 @@ VALUES = {
 }
 
 
-OF_ASPERITIES = {"Ensemble", "EnsembleState", "Start", "Replay", "LogHeader"}
+OF_ASPERITIES = {"Ensemble", "EnsembleState", "PlanarState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
 NO_VALUES = {"UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
 """They look into an ensemble, change at each step, and hold an open file."""
@@ -169,7 +170,7 @@ def taken_apart(value, met=None, *, hard=True):
             held = str(value), apart(value.args), apart(vars(value))
         elif isinstance(value, xr.Dataset):
             held = {name: (one.dims, apart(one.values), apart(one.attrs)) for name, one in value.variables.items()}
-        elif attrs.has(type(value)) and not isinstance(value, hs.EnsembleState):
+        elif attrs.has(type(value)) and not isinstance(value, hs.EnsembleState | hs.PlanarState):
             held = {one.name: apart(getattr(value, one.name)) for one in attrs.fields(type(value))}
         elif isinstance(value, dict):
             held = {key: apart(one) for key, one in value.items()}

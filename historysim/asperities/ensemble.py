@@ -1,9 +1,10 @@
 """`Ensemble`: bodies that share one approach and one tangential displacement; `Patches`: those of normal curves."""
 
 import json
+import math
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, overload
 
 import attrs
 import numpy as np
@@ -14,8 +15,9 @@ from historysim.asperities.evolution import evolution_of
 from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import Law
+from historysim.asperities.planar import PlanarState, Rings, in_plane, planar_step, with_planar_friction
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
+from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import checked, one_per, scalar, workable
@@ -90,6 +92,8 @@ class Ensemble:
     yielding : YieldingLaw or str, optional
         How summits yield on first loading (see `historysim.asperities.yielding`), or the name of a law, with the
         hardness of the pair.
+    rings : Rings, optional
+        How finely asperities are resolved that move in two tangential directions.
 
     Raises
     ------
@@ -120,6 +124,7 @@ class Ensemble:
     wear: WearLaw | None
     follow_sliding: bool
     yielding: YieldingLaw | None
+    rings: Rings
 
     def __init__(
         self,
@@ -135,6 +140,7 @@ class Ensemble:
         wear: WearLaw | None = None,
         follow_sliding: bool = False,
         yielding: "YieldingLaw | str | None" = None,
+        rings: Rings = Rings(),  # noqa: B008 # a frozen value
     ) -> None:
         check_pair(pair)
         if wear is not None:
@@ -164,6 +170,7 @@ class Ensemble:
             wear=wear,
             follow_sliding=bool(follow_sliding),
             yielding=law_on_summits(yielding, pair, radius),
+            rings=rings,
         )
         if self.yielding is not None and wear is not None:
             raise InputError(
@@ -325,7 +332,8 @@ class Ensemble:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
         return EnsembleState(self._beginning, self._beginning)
 
-    def advance(
+    @overload
+    def advance(  # type: ignore[overload-overlap] # a path of one direction, unless a pair is given
         self,
         state: EnsembleState,
         *,
@@ -336,7 +344,34 @@ class Ensemble:
         friction: "npt.ArrayLike | None" = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> EnsembleState: ...
+
+    @overload
+    def advance(
+        self,
+        state: EnsembleState | PlanarState,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: tuple[float, float] | None = None,
+        tangential_displacement: tuple[float, float] | None = None,
+        friction: "npt.ArrayLike | None" = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> PlanarState: ...
+
+    def advance(
+        self,
+        state: EnsembleState | PlanarState,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | tuple[float, float] | None = None,
+        tangential_displacement: float | tuple[float, float] | None = None,
+        friction: "npt.ArrayLike | None" = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> EnsembleState | PlanarState:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
         With both loads given, the path is straight in (N, T); with a displacement, straight in the approach and U. A
@@ -345,15 +380,18 @@ class Ensemble:
         An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that they are reached,
         or held. It is a parameter of the path and no part of the state, so give it with each path that it drives.
 
+        In two tangential directions loads and displacements are pairs, in x and y; a state of one direction moved along
+        x. Along one line the path is exact; where it turns, it is of the accuracy that ``rings`` says.
+
         Parameters
         ----------
-        state : EnsembleState
+        state : EnsembleState or PlanarState
         normal_load, tangential_load : float, optional
-            Total loads to reach [N]; N ≥ 0.
+            Total loads to reach [N]; N ≥ 0. The tangential load may be a pair.
         normal_displacement : float, optional
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
-            U to reach [m], or with an instrument the displacement of its drive.
+            U to reach [m], or with an instrument the displacement of its drive; or a pair.
         friction : array_like, optional
             New coefficients that act at the end of the path (see `FrictionChange`).
         saturate : bool
@@ -366,13 +404,17 @@ class Ensemble:
         FrictionLimitError
             |T| > Σ μ N.
         InputError
-            A value that is not finite, a negative normal load, or both a load and a displacement of one channel.
+            A value that is not finite, a negative normal load, or both a load and a displacement of one channel; in two
+            directions a single number for a tangential channel, or an ensemble that evolves, or has patches.
         """
         # a tight loop gets by with one comparison
         start = self._beginning
-        memory = state.memory if getattr(state, "like", None) is start else self._memory_of(state)
+        memory = state.memory if getattr(state, "like", None) is start else self._line_of(state)
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
+        if tangential[1].__class__ is tuple or isinstance(state, PlanarState):
+            how = {"saturate": saturate, "instrument": instrument}
+            return self._in_plane(state, normal, tangential, friction, **how)
         if self.curves is not None:
             self.curves.check_reach(path_to(normal, tangential))
         if memory.evolved:
@@ -384,6 +426,33 @@ class Ensemble:
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
         return self.advance(moved, saturate=saturate, instrument=instrument)
+
+    def _in_plane(
+        self,
+        state: EnsembleState | PlanarState,
+        normal: tuple[int, float],
+        tangential: tuple[int, Any],
+        friction: "npt.ArrayLike | None",
+        **how: Any,
+    ) -> PlanarState:
+        """Return the state after one path in two tangential directions."""
+        if self.evolves or self.curves is not None:
+            what = (
+                "patches of normal curves"
+                if self.curves is not None
+                else "asperities that wear, yield or slide by a law"
+            )
+            raise InputError(f"{what} move in one tangential direction; expected one number, not a pair")
+        if not isinstance(tangential[1], tuple) and not math.isnan(tangential[1]):
+            name = "tangential_load" if tangential[0] == LOAD else "tangential_displacement"
+            raise InputError(f"{name} is {tangential[1]!r}, and the state is of two directions; expected two numbers")
+        memory = in_plane(state.memory, self.rings) if isinstance(state, EnsembleState) else state.memory
+        driven = self._driven(**how)
+        moved = planar_step(memory, normal, tangential, driven, how["instrument"])
+        if friction is None:
+            return PlanarState(moved)
+        moved = with_planar_friction(moved, coulomb(friction, self.elements), driven, how["instrument"])
+        return self._in_plane(PlanarState(moved), (normal[0], HELD), (tangential[0], HELD), None, **how)
 
     def advance_many(
         self,
@@ -631,8 +700,19 @@ class Ensemble:
         text = json.dumps([numbers, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
         return text.encode()
 
+    def _line_of(self, state: EnsembleState | PlanarState) -> Memory:
+        """Return the memory of a state, or what one of two directions has of one."""
+        if not isinstance(state, PlanarState):
+            return self._memory_of(state)
+        check_belongs(state.memory.line, self._beginning)
+        line: Memory = state.memory.line
+        return line
+
     def _memory_of(self, state: EnsembleState) -> Memory:
         """Return the memory of a state, which has to be of this ensemble."""
+        given: Any = state
+        if isinstance(given, PlanarState):
+            raise InputError("the state is of two tangential directions; expected one of one direction, or `advance`")
         if not isinstance(state, EnsembleState):
             raise InputError(f"state is {state!r}; expected an EnsembleState, such as initial_state() returns")
         if state.like is not self._beginning:

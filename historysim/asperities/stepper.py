@@ -24,8 +24,11 @@ HELD = math.nan
 """Target of a channel that is held as it was controlled last."""
 
 
-def channel(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> tuple[int, float]:
-    """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`."""
+def channel(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> tuple[int, Any]:
+    """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`.
+
+    The target of the tangential channel may be a pair, in x and y.
+    """
     if load is None:
         if displacement is None:
             return control, HELD
@@ -37,7 +40,13 @@ def channel(name: str, load: Any, displacement: Any, control: int, least: float 
     # of NaN each comparison is false, and `_workable` names what is wrong
     if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
         return kind, value
-    return kind, float(_workable(name, kind, value, least))
+    target = _workable(name, kind, value, least)
+    if target.shape == (2,) and name == "tangential":
+        return kind, (float(target[0]), float(target[1]))
+    if target.shape:
+        pair = ", or a pair in x and y" if name == "tangential" else ""
+        raise InputError(f"{_name(name, kind)} is {value!r}; expected one number{pair}")
+    return kind, float(target)
 
 
 def path_to(*channels: tuple[int, float]) -> Paths:

@@ -448,6 +448,74 @@ typedef struct hs_patches {
 HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count, const double *approach,
                              const double *stick, double friction, const hs_rows *rows);
 
+/* ---- two tangential directions ------------------------------------------------------------------------------------------ */
+
+typedef struct hs_vector {
+    double x, y;
+} hs_vector;
+
+/* What a contact remembers that moves in two directions. As long as all motion was along one line it is the memory of one
+ * direction, exactly; from the first turn on rings carry it (README.md, "Two directions"). Numbers without dimension. */
+typedef struct hs_planar {
+    hs_memory *line;     /* of one direction; from the first turn on it follows the approach, and no spring of it is strained */
+    hs_vector direction; /* in which it moves, a unit vector */
+    hs_vector origin;    /* where its displacement is 0 */
+    hs_vector displacement, tangential_load;
+    hs_vector excess;    /* what a held load asks for beyond the friction limit */
+    int64_t height_classes, rings;
+    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which the step is settled */
+    uint64_t identity;
+    struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
+} hs_planar;
+
+#define HS_MOST_RINGS 1000
+/* Make such a memory of one of one direction, which is x, and in which asperities do not evolve. Asperities of a group share
+ * `rings` rings in each of `height_classes` classes, which go by their gaps; both numbers are from 1 to `HS_MOST_RINGS`. Steps
+ * are halved until they are settled to the `tolerance`, such as 1e-3. NULL where there is no memory, or it evolves. */
+HS_API hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes, int64_t rings, double tolerance);
+HS_API hs_planar *hs_planar_copy(const hs_planar *planar);
+HS_API void hs_planar_free(hs_planar *planar);
+
+/* A straight path: `hs_path` with a target in x and y. */
+typedef struct hs_planar_path {
+    double normal_target;
+    double normal_fraction;
+    double tangential_target[2];
+    double tangential_fraction;
+    int64_t parts;
+    int64_t first_row;
+    int32_t normal_control;
+    int32_t tangential_control;
+    int32_t recorded;
+    int32_t unused;
+    double begin, end; /* [s] */
+} hs_planar_path;
+/* Rows as of one direction, but that tangential loads of asperities are (row, column, 2). The totals have the sizes of the
+ * tangential load and displacement; their components stand beside them. */
+typedef struct hs_planar_rows {
+    hs_rows rows;
+    double *tangential_load; /* (row, 2) [N] */
+    double *displacement;    /* (row, 2) [m] */
+} hs_planar_rows;
+/* Do what `hs_walk` does. An instrument yields by `compliance` in x and y [m/N], in place of the drive's. Where a path is
+ * refused, the memory is of no use any more. */
+HS_API int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
+                          const double compliance[2], const hs_drive *drive, hs_refusal *refusal);
+/* Record one row of it as it is. */
+HS_API int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row);
+/* dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx, xy, yx, yy
+ * [N/m]. */
+HS_API int hs_planar_stiffness(const hs_planar *planar, const double direction[2], double stiffness[4]);
+/* Tangential elastic energy [J]. */
+HS_API double hs_planar_stored_energy(const hs_planar *planar);
+/* Do what `hs_set_friction` does. From the first turn on, asperities of one group have to stay alike: HS_FOREIGN. */
+HS_API int hs_planar_set_friction(hs_planar *planar, const double *friction, const double compliance[2],
+                                  const hs_drive *drive);
+/* Bytes, and the memory again; as `hs_memory_write` and `hs_memory_read`. */
+HS_API size_t hs_planar_size(const hs_planar *planar);
+HS_API int hs_planar_write(const hs_planar *planar, void *bytes, size_t size);
+HS_API int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why);
+
 /* ---- batch: many contacts of one asperity, each with a path of its own --------------------------------------------------- */
 
 typedef struct hs_batch_vertex {

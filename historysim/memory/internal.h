@@ -261,6 +261,8 @@ typedef struct hs_losses {
     double total; /* of what was not put off */
 } hs_losses;
 
+/* ∫ slip·drag·N'' da over labels: added to each asperity unless that is NULL; returns the sum. */
+double hs_spread(hs_curve curve, double *each, const hs_slip *slip);
 void hs_no_losses(hs_losses *losses, int64_t groups);
 /* Add what waits to the array of all asperities. */
 void hs_work_out(hs_losses *losses, double *each);

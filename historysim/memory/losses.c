@@ -57,7 +57,7 @@ static double between_knots(hs_curve curve, const hs_slip *slip) {
 }
 
 /* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
-static double spread(hs_curve curve, double *each, const hs_slip *slip) {
+double hs_spread(hs_curve curve, double *each, const hs_slip *slip) {
     double part[HS_AT_ONCE], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
     /* knots are nothing that loses energy of its own */
@@ -105,7 +105,7 @@ void hs_work_out(hs_losses *losses, double *each) {
 
 void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
     if (!losses->waits || group->curve.count > 1) {
-        losses->total += spread(group->curve, group->each, slip);
+        losses->total += hs_spread(group->curve, group->each, slip);
         return;
     }
     hs_put_off(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->each - group->start, slip);
@@ -165,7 +165,7 @@ double hs_stored(const hs_memory *memory, double *each) {
         for (int64_t j = 1; j < memory->depth[index]; ++j) {
             double v_low = memory->displacement - stack[j - 1].anchor, v_high = memory->displacement - stack[j].anchor;
             hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high, 0.5 * v_low, 0.5 * v_high};
-            total += spread(group.curve, each ? each + group.start : NULL, &held);
+            total += hs_spread(group.curve, each ? each + group.start : NULL, &held);
         }
     }
     return total;

@@ -13,7 +13,7 @@ from historysim.scenario.schema import reported
 from historysim.scenario.sections import Pictures
 
 if TYPE_CHECKING:
-    from historysim.results.plots.canvas import Drawn, Place
+    from historysim.results.plots.canvas import FigureOrAxes, Place
 
 
 def drawable(what: xr.Dataset | Scenario) -> Pictures:
@@ -29,7 +29,9 @@ def drawable(what: xr.Dataset | Scenario) -> Pictures:
         return tuple(each for each in pictures_of(parsed(str(text))) if content in each.of)
 
 
-def draw_scenario_figure(what: xr.Dataset | Scenario, pictures: Pictures, place: "Place | None" = None) -> "Drawn":
+def draw_scenario_figure(
+    what: xr.Dataset | Scenario, pictures: Pictures, place: "Place | None" = None
+) -> "FigureOrAxes":
     """Return the pictures of a scenario, drawn of it or of its result, below its title."""
     title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
     return draw_figure(what, pictures, title, place)
@@ -45,7 +47,7 @@ def _of_scenario(
     adhesion: bool = False,
     asperity: int | str | None = None,
     **options: object,
-) -> "Drawn":
+) -> "FigureOrAxes":
     """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
     if asperity is not None:
         if not adhesion:

@@ -27,7 +27,7 @@ from historysim.scenario.schema import reported
 from historysim.scenario.sections import FitSection
 
 if TYPE_CHECKING:
-    from historysim.results.plots.canvas import Drawn, Place
+    from historysim.results.plots.canvas import FigureOrAxes, Place
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
@@ -276,7 +276,7 @@ def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> N
 
 
 @figure_of.register(Fit)
-def _figure(fit: Fit, *, place: "Place", **_: object) -> "Drawn":
+def _figure(fit: Fit, *, place: "Place", **_: object) -> "FigureOrAxes":
     return figure_of(fit.comparison, title=fit.scenario.title, place=place)
 
 

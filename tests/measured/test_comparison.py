@@ -117,7 +117,7 @@ def test_the_picture_shows_measurement_and_model(compared):
     assert figure.get_suptitle() == r"of \$5 and 3 % more"
     observed, response = compared.observation, compared.response
     (measured,), (model,) = lines_of(loops, plots.MEASURED), lines_of(loops, plots.MODEL)
-    assert loops.get_xlabel() == "displacement (nm)"
+    assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
     assert loops.get_ylabel() == "tangential load $T$ (mN)"
     assert_allclose(measured.get_xdata(), 1e9 * observed.displacement)
     assert_allclose(measured.get_ydata(), 1e3 * observed.tangential_load)

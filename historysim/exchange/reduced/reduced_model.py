@@ -16,7 +16,7 @@ from historysim.results.report.page import page_of
 from historysim.results.result_files import FILES, FileKind
 
 if TYPE_CHECKING:
-    from historysim.results.plots.canvas import Drawn, Place
+    from historysim.results.plots.canvas import FigureOrAxes, Place
 
 
 @attrs.frozen(eq=False)
@@ -80,7 +80,7 @@ class ReducedFile(FileKind):
 
 
 @figure_of.register(ReducedModel)
-def _figure(model: ReducedModel, *, place: "Place", **_: object) -> "Drawn":
+def _figure(model: ReducedModel, *, place: "Place", **_: object) -> "FigureOrAxes":
     from historysim.exchange.reduced.reduced_picture import ReducedPicture
 
     return ReducedPicture().figure(model, place)

@@ -1,7 +1,6 @@
 """Pictures of adhesion: the zones in which its theories hold, with contacts in them, and equilibria of one contact."""
 
 import itertools
-import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,24 +9,21 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.adhering import AdheringAsperities
-from historysim.basics.units import prefixed
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
-from historysim.results.plots.canvas import Canvas, beside_title
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture
-from historysim.results.plots.style import FAINT, INK, MARK, plain, zero_lines
+from historysim.results.plots.canvas import Canvas
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture, Titled
+from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, scale_of, zero_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.transforms import BboxBase
 
 Contacts = Mapping[str, tuple[float, float]]
 """By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts."""
 
 PARAMETERS = 1e-3, 1e2
 LOADS = 1e-2, 1e4
-FINE, COARSE = 2_000, 60
-DISTANCES = 6, 14, 24, 36, 50, 66
+FINE, GRID = 2_000, 100
 
 NAMES = {
     Regime.HERTZ: "Hertz",
@@ -58,14 +54,14 @@ class AdhesionMapPicture(Picture):
     kind, of, size, alone = "adhesion-map", (AdheringAsperities, SCENARIO), (130.0, 107.0), True
 
     def draw(self, canvas: Canvas, data: AdheringAsperities | Contacts | None) -> None:
-        """Draw zones, contacts, and names where there is room for them."""
-        marked = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
+        """Draw zones with their names, and contacts, which are named below."""
+        contacts = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
         axes = canvas.axes()
         axes.set(
             xscale="log",
             yscale="log",
-            xlim=_limits(PARAMETERS, (parameter for parameter, _ in marked.values())),
-            ylim=_limits(LOADS, (load for _, load in marked.values() if load > 0)),
+            xlim=_limits(PARAMETERS, (parameter for parameter, _ in contacts.values())),
+            ylim=_limits(LOADS, (load for _, load in contacts.values() if load > 0)),
             title="Adhesion map",
             xlabel=r"Maugis parameter $\lambda$",
             ylabel=r"load parameter $N/(\pi W R)$",
@@ -73,11 +69,13 @@ class AdhesionMapPicture(Picture):
         axes.minorticks_off()
         axes.spines[["top", "right"]].set_visible(True)
         _draw_zones(axes)
-        # the layout must be settled before labels can be kept apart
-        canvas.settle()
-        taken = _draw_marks(axes, marked)
-        taken += _label_marks(axes, marked, taken)
-        _name_zones(axes, taken)
+        _name_zones(axes, contacts)
+        for (label, (parameter, load)), (colour, _, marker) in zip(contacts.items(), itertools.cycle(LINES)):
+            looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none"}
+            at, name = (load, plain(label)) if load > 0 else (axes.get_ylim()[0] * 1.12, f"{plain(label)} ($N$ ≤ 0)")
+            looks |= {"marker": marker if load > 0 else "v", "clip_on": False, "zorder": 4}
+            axes.plot(parameter, at, label=name, **looks)
+        canvas.legend(handles=[line for line in axes.get_lines() if line.get_linestyle() == "None"])
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:
@@ -130,126 +128,58 @@ def _draw_zones(axes: "Axes") -> None:
         axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)
 
 
-def _draw_marks(axes: "Axes", contacts: Contacts) -> "list[BboxBase]":
-    """Mark the contacts, and return the room that the marks take."""
-    from matplotlib.transforms import Bbox
+def _name_zones(axes: "Axes", contacts: Contacts) -> None:
+    """Name each zone where it has most room beside the contacts."""
+    from scipy import ndimage
 
-    half = 4 * axes.figure.dpi / 72
-    rooms: list[BboxBase] = []
-    for contact in contacts.values():
-        x, y = _place(axes, contact)
-        marker = "o" if contact[1] > 0 else "v"
-        axes.plot(x, y, marker, color=MARK, mec="white", mew=0.6, ms=5.5, zorder=4, clip_on=False)
-        at = axes.transData.transform((x, y))
-        rooms.append(Bbox([at - half, at + half]))
-    if any(load <= 0 for _, load in contacts.values()):
-        beside_title(axes, "▼ unloaded or pulled")
-    return rooms
-
-
-def _place(axes: "Axes", contact: tuple[float, float]) -> tuple[float, float]:
-    parameter, load = contact
-    return parameter, load if load > 0 else axes.get_ylim()[0] * 1.12
-
-
-def _label_marks(axes: "Axes", contacts: Contacts, marks: "list[BboxBase]") -> "list[BboxBase]":
-    """Label each contact beside its mark, off marks and lines, and return the room that labels and leaders take."""
-    from matplotlib.path import Path
-
-    frame, points = axes.get_window_extent(), axes.figure.dpi / 72
-    lines = [line.get_path().transformed(axes.transData) for line in axes.get_lines() if line.get_zorder() < 2]
-    labels: list[BboxBase] = []
-    leaders: list[Path] = []
-    for label, contact in contacts.items():
-        place: dict[str, Any] = {"xy": _place(axes, contact), "textcoords": "offset points", "annotation_clip": False}
-        mark = axes.transData.transform(place["xy"])
-        text = axes.annotate(plain(label), xytext=(0, 0), **place, color=INK, fontsize=7.5, zorder=5)
-        text.set_in_layout(False)
-
-        def leader(text: Any = text, mark: Any = mark) -> Path:
-            return Path([mark, mark + points * np.array(text.xyann)])
-
-        def cost(offset: tuple[float, float], text: Any = text, leader: Any = leader) -> float:
-            text.set(**_beside(*offset))
-            room = text.get_window_extent().padded(2)
-            beyond = not all(frame.contains(*corner) for corner in room.corners())
-            crossed = any(line.intersects_bbox(room, filled=False) for line in [*lines, *leaders])
-            crossed |= any(leader().intersects_bbox(other, filled=False) for other in labels)
-            return offset[0] + 1e2 * crossed + 1e3 * (int(room.count_overlaps([*marks, *labels])) + beyond)
-
-        best = min(itertools.product(DISTANCES, np.arange(0, 2 * np.pi, np.pi / 8)), key=cost)
-        cost(best)
-        labels.append(text.get_window_extent())
-        if best[0] > DISTANCES[0]:
-            leaders.append(leader())
-            stroke = {"arrowstyle": "-", "color": INK, "linewidth": 0.4, "shrinkA": 0, "shrinkB": 3}
-            axes.annotate("", xytext=text.xyann, **place, arrowprops=stroke).set_in_layout(False)
-    return [*labels, *(path.get_extents() for path in leaders)]
-
-
-def _name_zones(axes: "Axes", taken: "list[BboxBase]") -> None:
-    """Name each zone as near its middle as the name fits beside marks and labels."""
-    (left, right), (bottom, top) = np.log(axes.get_xlim()), np.log(axes.get_ylim())
-    start, span = np.array([left, bottom]), np.array([right - left, top - bottom])
-    x, y = np.exp(np.linspace(left, right, COARSE)), np.exp(np.linspace(bottom, top, COARSE))
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    x, y = np.geomspace(left, right, GRID), np.geomspace(bottom, top, GRID)
     zones = np.asarray(regime(x[:, None], y))
+    marks = [
+        (np.abs(np.log(x / one)).argmin(), np.abs(np.log(y / max(load, bottom))).argmin())
+        for one, load in contacts.values()
+    ]
     for zone, name in NAMES.items():
-        text = axes.text(1, 1, name, ha="center", va="center", color=INK, fontsize=9, zorder=3, in_layout=False)
-
-        def fits(at: npt.NDArray[np.intp], text: Any = text, zone: Regime = zone) -> bool:
-            text.set_position((x[at[0]], y[at[1]]))
-            room = text.get_window_extent().padded(4)
-            corners = np.log(axes.transData.inverted().transform(room.corners()))
-            nearest = np.rint((corners - start) / span * (COARSE - 1)).astype(int)
-            if nearest.min() < 0 or nearest.max() >= COARSE:
-                return False
-            return bool(np.all(zones[*nearest.T] == zone)) and room.count_overlaps(taken) == 0
-
-        inside = np.argwhere(zones == zone)
-        by_distance = inside[np.argsort(np.hypot(*(inside - inside.mean(axis=0)).T), kind="stable")]
-        fits(next(filter(fits, by_distance), by_distance[0]))
-
-
-def _beside(distance: float, angle: float) -> dict[str, Any]:
-    """Return where a label stands that many points off its mark, and by which side or corner."""
-    x, y = distance * math.cos(angle), distance * math.sin(angle)
-    side = "center" if abs(x) < distance / 2 else "left" if x > 0 else "right"
-    edge = "center" if abs(y) < distance / 2 else "bottom" if y > 0 else "top"
-    return {"x": x, "y": y, "ha": side, "va": edge}
+        free = zones == zone
+        free[tuple(np.transpose(marks or np.empty((0, 2), int)))] = False
+        room = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
+        at = np.unravel_index(room.argmax(), room.shape)
+        axes.text(
+            float(x[at[0]]),
+            float(y[at[1]]),
+            name,
+            ha="center",
+            va="center",
+            color=INK,
+            fontsize=9,
+            zorder=3,
+            in_layout=False,
+        )
 
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class AdhesionBranchPicture(Picture):
-    """The load of an adhesive contact over its approach: what is stable, and where it jumps.
-
-    Attributes
-    ----------
-    title
-        A heading; by default the theory.
-    """
-
-    title: str = ""
+class AdhesionBranchPicture(Titled):
+    """The load of an adhesive contact over its approach: what is stable, and where it jumps."""
 
     kind, of, size, alone = "adhesion-branch", (Branch,), (130.0, 102.0), True
 
     def draw(self, canvas: Canvas, data: Branch) -> None:
         """Draw the equilibria."""
-        length, length_prefix = prefixed(float(np.abs(data.approach).max()))
-        force, force_prefix = prefixed(float(np.abs(data.normal_load).max()))
+        (length, length_unit), (force, force_unit) = scale_of("m", data.approach), scale_of("N", data.normal_load)
         axes = canvas.axes()
         zero_lines(axes)
         for name, part, line in _parts(data):
             axes.plot(data.approach[part] * length, data.normal_load[part] * force, label=name, **line)
         for name, point, mark in _jumps(data):
             x, y = point.approach * length, point.normal_load * force
-            load = f", −{-y:.3g} {force_prefix}N" if y < 0 else ""
+            load = f", −{-y:.3g} {force_unit}" if y < 0 else ""
             axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
         axes.margins(0.06)
         axes.set(
             title=plain(self.title or f"Equilibria after {data.model.label}"),
-            xlabel=rf"approach $\delta$ ({length_prefix}m)",
-            ylabel=f"normal load $N$ ({force_prefix}N)",
+            xlabel=rf"approach $\delta$ ({length_unit})",
+            ylabel=f"normal load $N$ ({force_unit})",
         )
         canvas.legend(axes)
 
@@ -258,19 +188,12 @@ def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, A
     """Return what to call, which points to draw and how, for each part of the curve that is there."""
     size = branch.normal_load.size
     stable, held = (size - int(mask.sum()) for mask in (branch.stable_under_load, branch.stable_under_displacement))
+    dashed, dotted = ({"linewidth": 1.0, "linestyle": (0, pattern)} for pattern in ((4, 2), (1.2, 1.5)))
     # neighbours share a point, so that the curve does not tear
     parts = [
         ("stable", np.arange(max(stable, held), size), {"color": INK, "linewidth": 1.2}),
-        (
-            "stable under displacement only",
-            np.arange(held, stable + 1),
-            {"color": INK, "linewidth": 1.0, "linestyle": (0, (4, 2))},
-        ),
-        (
-            "unstable",
-            np.arange(min(stable, held) + 1),
-            {"color": FAINT, "linewidth": 1.0, "linestyle": (0, (1.2, 1.5))},
-        ),
+        ("stable under displacement only", np.arange(held, stable + 1), {"color": INK, **dashed}),
+        ("unstable", np.arange(min(stable, held) + 1), {"color": FAINT, **dotted}),
     ]
     return [part for part in parts if part[1].size > 1]
 
@@ -280,13 +203,9 @@ def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
     load, displacement = branch.pull_off_under_load, branch.pull_off_under_displacement
     if load == branch.jump_in:
         return []
-    pull_off = (
-        [("pull-off", load, {"marker": "o", "ms": 5})]
-        if load == displacement
-        else [
-            ("pull-off under load", load, {"marker": "o", "ms": 5}),
-            ("pull-off under displacement", displacement, {"marker": "s", "ms": 4.5}),
-        ]
-    )
+    pull_off = [("pull-off under load", load, {"marker": "o", "ms": 5})]
+    pull_off.append(("pull-off under displacement", displacement, {"marker": "s", "ms": 4.5}))
+    if load == displacement:
+        pull_off = [("pull-off", load, {"marker": "o", "ms": 5})]
     # a ring, since a pull-off may lie right beside it
     return [*pull_off, ("jump-in", branch.jump_in, {"marker": "o", "ms": 9, "mfc": "none"})]

@@ -1,6 +1,6 @@
 """A moving picture: loop and contact map together over a cycle."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,17 +8,15 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.files import replacing
-from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
-from historysim.results.plots.canvas import PAGE, Canvas, Size, in_style, new_figure
+from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size, in_style, new_figure
 from historysim.results.plots.contact_maps import draw_zones, zone_handles, zone_shares, zones_at
 from historysim.results.plots.printed import MADE_BY
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, thinned
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, label_loop, thinned
 from historysim.results.plots.surfaces import (
     caption_at,
-    check_summits,
     contact_at,
     draw_distribution,
     draw_map,
@@ -29,7 +27,9 @@ from historysim.results.point_maps import SOLVED
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation
+    from matplotlib.axes import Axes
 
+LOOP = ("tangential_displacement", "total_tangential_load")
 MOST_FRAMES = 60
 FRAMES_PER_SECOND = 12
 DOTS_PER_INCH = 110
@@ -69,50 +69,17 @@ def animate_contact_map(
     frames = _last_cycle(history) if steps is None else [position_of(step, history) for step in steps]
     if not frames:
         raise InputError("steps is empty; expected one step or more")
-    surface = surface_of(history)
-    # asperities that press on one another have no summits, but zones
-    zones = zones_at(history, frames) if SOLVED in surface else None
-    if zones is None:
-        check_summits(surface)
-    placed = {"summit_x", "summit_y"} <= set(surface.variables)
-    names = ("tangential_displacement", "total_tangential_load")
-    thin, now = thinned(history), history[list(names)].isel(step=frames).load()
-    (length, length_prefix), (force, force_prefix) = (prefixed(float(np.abs(thin[name]).max())) for name in names)
-    x, y = (now[name].values * factor for name, factor in zip(names, (length, force), strict=True))
-    with new_figure(size, (PAGE, 95.0)) as figure:
+    with new_figure(size, (TWO_COLUMNS, 95.0)) as figure:
         canvas = Canvas.of(figure)
         loop, contacts = figure.subplots(1, 2) if canvas.width >= 120.0 else figure.subplots(2, 1)
-        loop.plot(thin[names[0]].values * length, thin[names[1]].values * force, color=FAINT, linewidth=0.8)
-        (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
-        loop.margins(0.06)
-        loop.set(
-            title="Friction loop",
-            xlabel=f"tangential displacement $U$ ({length_prefix}m)",
-            ylabel=f"tangential load $T$ ({force_prefix}N)",
-        )
-        if zones is None:
-            first = contact_at(surface, history, frames[0])
-            canvas.legend(handles=legend_handles(surface, first.state, first, flat=not placed))
-        else:
-            canvas.legend(handles=zone_handles())
-
-    captions = [caption_at(history, step) for step in frames]
-    if zones is not None:
-        captions = [f"{each}, {zone_shares(zone)}" for each, zone in zip(captions, zones.maps, strict=True)]
+        move_dot = _dot_on_loop(loop, history, frames)
+        captions, draw_frame = _frames(canvas, contacts, history, frames)
 
     def show(frame: int) -> None:
         with in_style():
             contacts.clear()
-            if zones is not None:
-                draw_zones(contacts, zones.maps[frame], zones.extent)
-                contacts.set(title="Contact map", xlabel=f"$x$ ({zones.unit})", ylabel=f"$y$ ({zones.unit})")
-            elif placed:
-                contact = contact_at(surface, history, frames[frame])
-                draw_map(contacts, surface, contact.state)
-            else:
-                contact = contact_at(surface, history, frames[frame])
-                draw_distribution(contacts, surface, contact.state, contact)
-            dot.set_data([x[frame]], [y[frame]])
+            draw_frame(frame)
+            move_dot(frame)
             canvas.heading("", captions[frame])
             # ticks are made when they are first drawn, and that is to be in this style
             figure.draw_without_rendering()
@@ -122,6 +89,48 @@ def animate_contact_map(
     figure.set_layout_engine("none")
     show(0)
     return FuncAnimation(figure, show, frames=len(frames), interval=1000 / FRAMES_PER_SECOND, init_func=lambda: None)
+
+
+def _dot_on_loop(axes: "Axes", history: xr.Dataset, frames: Sequence[int]) -> Callable[[int], None]:
+    """Draw the friction loop, and return what moves a dot on it to a frame."""
+    thin = thinned(history)
+    u, t = (thin[name].values for name in LOOP)
+    length, force = label_loop(axes, [u], [t])
+    axes.plot(u * length, t * force, color=FAINT, linewidth=0.8)
+    (dot,) = axes.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
+    axes.margins(0.06)
+    axes.set_title("Friction loop")
+    now = history[[*LOOP]].isel(step=[*frames]).load()
+    x, y = now[LOOP[0]].values * length, now[LOOP[1]].values * force
+    return lambda frame: dot.set_data([x[frame]], [y[frame]])
+
+
+def _frames(
+    canvas: Canvas, axes: "Axes", history: xr.Dataset, frames: Sequence[int]
+) -> tuple[list[str], Callable[[int], None]]:
+    """Name what the map shows, and return the captions of the frames and what draws one of them into its axes."""
+    surface, captions = surface_of(history), [caption_at(history, step) for step in frames]
+    # asperities that press on one another have no summits, but zones
+    if SOLVED in surface:
+        zones = zones_at(history, frames)
+        canvas.legend(handles=zone_handles())
+
+        def draw_zone(frame: int) -> None:
+            draw_zones(axes, zones.maps[frame], zones.extent)
+            axes.set(title="Contact map", xlabel=f"$x$ ({zones.unit})", ylabel=f"$y$ ({zones.unit})")
+
+        return [f"{each}, {zone_shares(zone)}" for each, zone in zip(captions, zones.maps, strict=True)], draw_zone
+    placed = {"summit_x", "summit_y"} <= set(surface.variables)
+    canvas.legend(handles=legend_handles(surface, contact_at(surface, history, frames[0]), flat=not placed))
+
+    def draw_summits(frame: int) -> None:
+        contact = contact_at(surface, history, frames[frame])
+        if placed:
+            draw_map(axes, surface, contact)
+        else:
+            draw_distribution(axes, contact)
+
+    return captions, draw_summits
 
 
 def save_animation(animation: "FuncAnimation", path: str | Path) -> None:

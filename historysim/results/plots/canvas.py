@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 Size = tuple[float, float]
 """Width and height [mm]."""
-Drawn = Any
-"""What a picture was drawn on: the new figure, or the figure or axes that were given."""
+FigureOrAxes = Any
+"""The new figure, or the figure or axes that were given."""
 
-COLUMN, PAGE = 90.0, 180.0
+COLUMN, TWO_COLUMNS = 90.0, 180.0
 """Widths [mm] of one column and of both in a journal."""
 WIDE = 140.0
 """Width from which on panels stand side by side [mm]."""
@@ -35,7 +35,12 @@ HIGHEST_LEGEND = 0.3
 """Share of the height that names below a picture may take."""
 NOTE, SMALL = 6.0, 6.5
 """Size of the letters at the foot, and of labels that do not fit otherwise [pt]."""
+ROUNDS = 4
+"""How often labels are fitted: on more lines they take more room, and panels less."""
 MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
+UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?<=\$) (?=\()"
+"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
+NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 class Place(TypedDict, total=False):
@@ -64,7 +69,7 @@ class Canvas:
         return cls(figure, ax, width, height)
 
     @property
-    def result(self) -> Drawn:
+    def result(self) -> FigureOrAxes:
         """What the function that draws returns."""
         return self.figure if self.given is None else self.given
 
@@ -135,15 +140,14 @@ class Canvas:
         if self.given is not None:
             self.given.legend(named.values(), named.keys(), loc="best", title=title)
             return
-        place: dict[str, Any] = {"loc": "outside lower left", "columnspacing": 1.6, "handlelength": 1.8, "title": title}
-        room = self.width * self.figure.dpi / MILLIMETRES_PER_INCH
-        for size in (7.5, 7.0, 6.5, 6.0) if self.width >= 120.0 else (7.0, 6.5, 6.0):
+        looks: dict[str, Any] = {"loc": "outside lower left", "columnspacing": 1.6, "handlelength": 1.8, "title": title}
+        room = self.figure.bbox.width
+        for size in (7.5, 6.5) if self.width >= 120.0 else (7.0, 6.0):
             for columns in range(min(len(named), 6), 0, -1):
-                legend = self.figure.legend(
-                    named.values(), named.keys(), ncols=columns, fontsize=size, title_fontsize=size, **place
-                )
+                looks |= {"fontsize": size, "title_fontsize": size, "ncols": columns}
+                legend = self.figure.legend(named.values(), named.keys(), **looks)
                 box = legend.get_window_extent()
-                if box.width <= 0.95 * room and box.height <= HIGHEST_LEGEND * room * self.height / self.width:
+                if box.width <= 0.95 * room and box.height <= HIGHEST_LEGEND * self.figure.bbox.height:
                     for line in legend.legend_handles:
                         # samples are small, and their colour is to be seen
                         if isinstance(line, Line2D) and line.get_marker() == ".":
@@ -151,7 +155,7 @@ class Canvas:
                     return
                 legend.remove()
         names = [name if "$" in name else broken(name, self.width * 0.8, NOTE, 4) for name in named]
-        self.figure.legend(named.values(), names, ncols=1, fontsize=NOTE, title_fontsize=NOTE, **place)
+        self.figure.legend(named.values(), names, **looks)
 
     def left_out(self, *names: str) -> None:
         """Write at the foot of the picture what does not fit its size, or has nothing to show."""
@@ -162,10 +166,6 @@ class Canvas:
         """Return the canvas of a part of the figure; its notes stand at the foot of the whole."""
         return attrs.evolve(Canvas.of(figure), notes=self.notes, beside_others=True)
 
-    def settle(self) -> None:
-        """Lay out what was drawn so far, so that labels can be kept apart."""
-        _whole(self.figure).draw_without_rendering()
-
     def foot(self, text: str) -> None:
         """Write a line at the foot of the picture, below what is named there."""
         if text:
@@ -175,7 +175,7 @@ class Canvas:
         """Write the notes, once all else is there."""
         if not self.notes or self.given is not None:
             return
-        text = "\n".join(broken(note, self.width * 0.97, NOTE, 3) for note in self.notes)
+        text = "\n".join(broken(note, self.width * 0.94, NOTE, 3) for note in self.notes)
         engine: Any = self.figure.get_layout_engine()
         if self.figure.figure is not self.figure or not hasattr(engine, "execute"):
             self.figure.supxlabel(text, x=0.99, ha="right", fontsize=NOTE, color=FAINT)
@@ -187,22 +187,19 @@ class Canvas:
         for legend in self.figure.legends:
             legend.set_bbox_to_anchor((0.0, below, 1.0, 1.0 - below))
             names = max(names, legend.get_window_extent().height / self.figure.bbox.height + 0.01)
-        engine.set(rect=(0.0, below + names, 1.0, 1.0 - below - names))
+        # of a size for which the notes are too high, panels get what cannot be read, and the size is refused
+        bottom = min(below + names, 0.95)
+        engine.set(rect=(0.0, bottom, 1.0, 1.0 - bottom))
         self.figure.text(0.99, below / 2, text, ha="right", va="center", fontsize=NOTE, color=FAINT, in_layout=False)
 
 
-def beside_title(axes: "Axes", text: str) -> None:
-    """Write a note on the right of the title of axes; below the title where both do not fit."""
-    axes.set_title(text, loc="right", color=FAINT, fontsize=7, fontweight="normal")
-
-
 @contextmanager
-def canvas(default: Size, place: Place) -> Iterator[Canvas]:
-    """Yield what a picture is drawn on, in the style of all pictures; labels are fitted to its size at the end.
+def canvas_at(place: Place, default: Size) -> Iterator[Canvas]:
+    """Yield the canvas of a place, in the style of all pictures; labels are fitted to its size at the end.
 
     Raises InputError: two places, what is no width and height from 20 to 2000 mm, or too small a size.
     """
-    size, figure, ax = (place.get(name) for name in ("size", "figure", "ax"))
+    size, figure, ax = (place.get(name) for name in Place.__annotations__)
     if sum(each is not None for each in (size, figure, ax)) > 1:
         raise InputError("size, figure, ax: expected one of them: a figure and axes have a size of their own")
     for name, given, method, kind in (("figure", figure, "add_subplot", "figure"), ("ax", ax, "get_xaxis", "axes")):
@@ -212,30 +209,22 @@ def canvas(default: Size, place: Place) -> Iterator[Canvas]:
             )
     if figure is None and ax is None:
         with new_figure(size, default) as made:  # type: ignore[arg-type] # checked there
-            yield from _drawn_on(Canvas.of(made))
+            canvas = Canvas.of(made)
+            yield canvas
+            canvas.finish()
         return
     target: Any = ax.figure if ax is not None else figure  # type: ignore[attr-defined] # axes, as checked above
-    if ax is None and not (whole := _whole(target)).axes and whole.get_layout_engine() is None:
-        whole.set_layout_engine("constrained")
+    if ax is None and not target.figure.axes and target.figure.get_layout_engine() is None:
+        target.figure.set_layout_engine("constrained")
     with in_style():
-        yield from _drawn_on(Canvas.of(target, ax))  # type: ignore[arg-type] # likewise
-
-
-def _drawn_on(page: Canvas) -> Iterator[Canvas]:
-    yield page
-    page.finish()
-
-
-def _whole(figure: Any) -> Any:
-    """Return the figure that a part of one, or of a part, belongs to."""
-    while figure.figure is not figure:
-        figure = figure.figure
-    return figure
+        canvas = Canvas.of(target, ax)  # type: ignore[arg-type] # likewise
+        yield canvas
+        canvas.finish()
 
 
 @contextmanager
 def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
-    """Yield an empty figure, to be drawn in the style of all pictures; size and errors as for `canvas`."""
+    """Yield an empty figure, to be drawn in the style of all pictures; size and errors as for `canvas_at`."""
     from historysim.basics.arguments import checked
     from historysim.results.plots.printed import PrintedFigure
 
@@ -266,9 +255,8 @@ def broken(text: str, width: float, size: float, lines: int) -> str:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    # a number and its unit stay together
-    whole = re.sub(UNBROKEN, "\N{NO-BREAK SPACE}", " ".join(text.split()))
     letters, room = FontProperties(size=size), width / MILLIMETRES_PER_INCH * POINTS_PER_INCH
+    whole = " ".join(text.split())
 
     def width_of(line: str) -> float:
         return float(text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0])
@@ -278,14 +266,15 @@ def broken(text: str, width: float, size: float, lines: int) -> str:
     columns = min(len(whole), 8 + int(2 * len(whole) * room / max(width_of(whole), 1.0)))
     while columns > 8 and any(width_of(line) > room for line in found):
         columns -= 1
-        found = textwrap.wrap(whole, columns, max_lines=lines, placeholder=" …", break_on_hyphens=False)
-    return "\n".join(found).replace("\N{NO-BREAK SPACE}", " ")
+        found = _wrapped(whole, columns, max_lines=lines, placeholder=" …")
+    return "\n".join(found)
 
 
-UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)"
-"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
-ROUNDS = 4
-"""How often labels are fitted: on more lines they take more room, and panels less."""
+def _wrapped(text: str, columns: int, **options: Any) -> list[str]:
+    """Return the lines of a string, none broken in a formula, before a unit, or at a hyphen."""
+    whole = re.sub(r"\$[^$]*\$", lambda formula: formula[0].replace(" ", NO_BREAK), re.sub(UNBROKEN, NO_BREAK, text))
+    lines = textwrap.wrap(whole, columns, break_on_hyphens=False, **options)
+    return [line.replace(NO_BREAK, " ") for line in lines]
 
 
 def _fit(figure: "Figure") -> bool:
@@ -319,71 +308,41 @@ def _readable(axes: "Axes") -> bool:
 
 
 def _fit_panel(axes: "Axes") -> bool:
-    """Break or shorten one label of each kind that is too long; return whether there was one."""
-    box, apart = axes.get_window_extent(), 6.0 / POINTS_PER_INCH * axes.figure.dpi
-    changed = False
-    for label, length, room in (
-        (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width),
-        (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height),
-    ):
-        if label.get_text() and length > room + 2 * apart:
-            changed |= _shortened(label)
-    # a map is narrower than its place
-    paper = axes.figure.bbox
-    place = paper.x0 + axes.get_position(original=True).x1 * paper.width
-    return changed | _fit_titles(axes, max(place - box.x0, box.width), apart)
-
-
-def _shortened(label: "Text") -> bool:
-    """Take the next shorter form of a label: on two lines, its symbol and unit alone, in smaller letters."""
-    text = label.get_text()
-    # the symbol and its unit, or the last word, stand on the second line
-    parts = re.fullmatch(r"(.*?\S) (\$[^$]*\$ \(.*\)|\S+ \(.*\)|\(.*\)|\$[^$]*\$|\S+)", text)
-    symbol = re.search(r"\$[^$]*\$( \([^()]*\))?$", text)
-    if "\n" not in text and parts:
-        label.set_text(f"{parts[1]}\n{parts[2]}")
-    elif symbol and symbol[0] != text:
-        label.set_text(symbol[0])
-    elif float(label.get_fontsize()) > SMALL:
-        label.set_fontsize(SMALL)
-    else:
-        return False
-    return True
-
-
-def _fit_titles(axes: "Axes", room: float, apart: float) -> bool:
-    """Set the note on the right of a title below it where both do not fit, and break a title that is too long."""
-    title, note = (_title(axes, place) for place in ("left", "right"))
-    if title is None:
-        return False
-    inch = axes.figure.dpi / MILLIMETRES_PER_INCH
-    length = title.get_window_extent().width
-    if note is not None and length + note.get_window_extent().width + apart > room:
-        size = float(note.get_fontsize())
-        lines = broken(note.get_text().replace("\n", ", "), room / inch, size, 4)
-        note.set_text("")
-        at: dict[str, Any] = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        axes.annotate(lines, (0, 1), (0, 4), fontsize=size, color=FAINT, **at)
-        looks: dict[str, Any] = {"fontsize": title.get_fontsize(), "fontweight": title.get_fontweight()}
-        axes.set_title(title.get_text(), pad=6 + 1.25 * size * (lines.count("\n") + 1), **looks)
-        return True
-    if length <= room + apart:
-        return False
-    text = title.get_text()
-    lines = textwrap.fill(text.replace("\n", " "), max(int(0.95 * len(text) * room / length), 8))
-    if "\n" in lines and "\n" not in text:
-        title.set_text(lines)
-    elif float(title.get_fontsize()) > SMALL:
-        title.set_fontsize(SMALL)
-    else:
-        return False
-    return True
-
-
-def _title(axes: "Axes", place: str) -> "Text | None":
-    """Return the title of axes at a place; None where there is none."""
+    """Shorten each label and the title where it is too long; return whether one was."""
     from matplotlib.text import Text
 
-    wanted = axes.get_title(loc=place)  # type: ignore[arg-type] # left, center or right
-    found = (each for each in axes.get_children() if isinstance(each, Text) and each.get_text() == wanted)
-    return next(found, None) if wanted else None
+    box, apart = axes.get_window_extent(), 6.0 / POINTS_PER_INCH * axes.figure.dpi
+    # a map is narrower than its room
+    whole = axes.figure.bbox
+    right = whole.x0 + axes.get_position(original=True).x1 * whole.width
+    title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
+    title = axes.get_title(loc="left")
+    rooms = [
+        (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width + 2 * apart),
+        (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height + 2 * apart),
+    ]
+    titles = (each for each in axes.get_children() if isinstance(each, Text) and each.get_text() == title)
+    rooms += [(each, each.get_window_extent().width, title_room) for each in titles]
+    return bool(
+        sum([_shorten(text, room / length) for text, length, room in rooms if text.get_text() and length > room])
+    )
+
+
+def _shorten(text: "Text", room: float) -> bool:
+    """Take the next shorter form of a string: on more lines, its symbol and unit alone, in smaller letters."""
+    whole = text.get_text()
+    symbol = re.search(r"\$[^$]*\$ \([^()]*\)$", whole)
+    columns = max(int(0.95 * max(map(len, whole.split("\n"))) * room), 8)
+    lines = [part for line in whole.split("\n") for part in _wrapped(line, columns, break_long_words=False)]
+    smaller = float(text.get_fontsize()) > SMALL
+    if smaller and "\n" in whole and not symbol:
+        text.set_fontsize(SMALL)
+    elif "\n".join(lines) != whole and (len(lines) == 2 or not symbol):
+        text.set_text("\n".join(lines))
+    elif symbol and symbol[0] != whole:
+        text.set_text(symbol[0])
+    elif smaller:
+        text.set_fontsize(SMALL)
+    else:
+        return False
+    return True

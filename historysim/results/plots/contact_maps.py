@@ -10,14 +10,14 @@ import xarray as xr
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.replaying import Replay
 from historysim.results.analysis.slips import representative_step, slip_shares
 from historysim.results.origin import Origin
-from historysim.results.plots.canvas import PAGE, Canvas, Size
+from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS
-from historysim.results.plots.surfaces import contact_at, draw_surface, position_of, surface_of
+from historysim.results.plots.style import DIVERGING, STATE_COLOURS, Extent, draw_image, patches, scale_of
+from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
 from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.patches import Patch
 
-
-Extent = tuple[float, float, float, float]
 NO_CONTACT = "#d9d9d6"
 TWO_ROWS = 85.0
 """Height from which on there is room for two rows of maps [mm]."""
@@ -49,7 +47,7 @@ class ContactMapPicture(Picture):
 
     kind, alone = "contact-map", True
     caption = "The contact at the step where nearest to half of its area slips"
-    place = 2
+    order = 2
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
@@ -67,17 +65,16 @@ class ContactMapPicture(Picture):
 
     def size_of(self, data: xr.Dataset) -> Size:
         """Return the size of four maps, or of a map beside its distribution."""
-        return PAGE, 163.0 if SOLVED in surface_of(data) else 97.0
+        return TWO_COLUMNS, 163.0 if SOLVED in surface_of(data) else 97.0
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the zones of a map that was solved as a whole, else the summits."""
-        surface = surface_of(data)
+        surface, step = surface_of(data), step_number(self.step, data)
         if SOLVED in surface:
-            at = float(data["time"].values[position_of(self.step, data)])
+            at = float(data["time"].values[step])
             _draw_solved(canvas, *answered(data, lambda origin: (origin, origin.state(at))), at)
             return
-        contact = contact_at(surface, data, position_of(self.step, data))
-        draw_surface(canvas, surface, contact, str(data.attrs.get("title", "")))
+        draw_surface(canvas, surface, contact_at(surface, data, step), str(data.attrs.get("title", "")))
 
 
 @attrs.frozen(eq=False)
@@ -100,36 +97,32 @@ def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
 
 def _zone(origin: Origin, state: EnsembleState) -> Floats:
     """Return what sticks and what slips, point by point; NaN where nothing touches."""
-    return _touching(maps_of(origin, state).contact_state.astype(np.float64))
-
-
-def _touching(values: Floats) -> Floats:
-    """Return values with NaN in place of 0."""
-    return np.where(values == 0, np.nan, values)
+    states = maps_of(origin, state).contact_state
+    return np.where(states == 0, np.nan, states)
 
 
 def _extent(origin: Origin) -> tuple[Extent, str]:
     """Return the ends of the map in a readable unit, and that unit."""
-    x, y = sides_of(origin)
-    factor, prefix = prefixed(max(x, y))
-    return (0.0, x * factor, 0.0, y * factor), f"{prefix}m"
+    factor, unit = scale_of("m", sides_of(origin))
+    x, y = (side * factor for side in sides_of(origin))
+    return (0.0, x, 0.0, y), unit
 
 
 def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
     maps = maps_of(origin, state)
-    nothing = maps.pressure == 0
     extent, unit = _extent(origin)
     rows = 2 if canvas.height >= max(TWO_ROWS, 0.6 * canvas.width) else 1
     axes: Any = canvas.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
-    whole, independent = _touching(maps.contact_state.astype(np.float64)), _independent(origin, at, shape, pixel)
+    whole, independent = _zone(origin, state), _independent(origin, at, shape, pixel)
     for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
         draw_zones(axis, zone, extent)
         axis.set_title(f"{name}\n{zone_shares(zone)}")
     if rows == 2:
-        _draw_field(axes[1, 0], _touching(maps.pressure), extent, "pressure", signed=False)
-        _draw_field(axes[1, 1], np.where(nothing, np.nan, maps.traction), extent, "traction", signed=True)
+        pressure, traction = (np.where(maps.pressure == 0, np.nan, each) for each in (maps.pressure, maps.traction))
+        _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
+        _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
     else:
         canvas.left_out("pressure", "traction")
     for axis in axes[-1]:
@@ -146,10 +139,7 @@ def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float
 
 def zone_handles() -> "list[Patch]":
     """Return what a legend shows of the colours of zones."""
-    from matplotlib.patches import Patch
-
-    states = zip((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"), strict=True)
-    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.4, label=label) for colour, label in states]
+    return patches((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"))
 
 
 def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
@@ -179,7 +169,7 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
     from matplotlib.colors import ListedColormap
 
     colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
-    axes.imshow(zone.T, origin="lower", extent=extent, cmap=colours, vmin=0.5, vmax=2.5, interpolation="nearest")
+    draw_image(axes, zone, extent, cmap=colours, vmin=0.5, vmax=2.5)
 
 
 def zone_shares(zone: Floats) -> str:
@@ -192,19 +182,10 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
     """Draw a quantity point by point; of one with a sign zero is white, and what does not touch is grey."""
     import matplotlib as mpl
 
-    largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
-    factor, prefix = prefixed(largest)
-    image = axes.imshow(
-        values.T * factor,
-        origin="lower",
-        extent=extent,
-        cmap=mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis",
-        vmin=-largest * factor if signed else 0.0,
-        vmax=largest * factor,
-        interpolation="nearest",
-    )
-    if signed:
-        # 0 is white, which nothing that touches should be taken for
-        axes.set_facecolor("0.85")
+    factor, unit = scale_of("Pa", values)
+    largest = float(np.nanmax(np.abs(values), initial=0.0)) * factor or 1.0
+    colours = mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis"
+    low = -largest if signed else 0.0
+    image = draw_image(axes, values * factor, extent, cmap=colours, vmin=low, vmax=largest)
     axes.set_title(name)
-    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({prefix}Pa)")
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({unit})")

@@ -8,20 +8,29 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Integers
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured.loop_table import LoopStatistics, LoopTable
 from historysim.measured.loop_values import DIRECTIONS
 from historysim.measured.loops import Loops
-from historysim.results.plots.canvas import PAGE, WIDE, Canvas, beside_title
-from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import FAINT, INK, MOST_POINTS, STATE_COLOURS, plain, zero_lines
+from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas
+from historysim.results.plots.pictures import PICTURES, Titled
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    MOST_POINTS,
+    SPAN,
+    STATE_COLOURS,
+    WHITE,
+    label_loop,
+    plain,
+    scale_of,
+)
 from historysim.results.tables import of_mean
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure, SubFigure
-    from matplotlib.gridspec import SubplotSpec
 
 COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
@@ -34,7 +43,7 @@ HIGH = 85.0
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class MeasuredLoopsPicture(Picture):
+class MeasuredLoopsPicture(Titled):
     """Friction loops that were found, over one another, with their means, and how these change from loop to loop.
 
     At one normal load the loop of median energy is drawn stronger than the others, and at it the means of the first set
@@ -48,47 +57,44 @@ class MeasuredLoopsPicture(Picture):
         A second set, to compare.
     labels
         What the two sets are called.
-    title
-        A heading.
     """
 
     model: Loops | None = None
     labels: tuple[str, ...] = ("measured", "model")
-    title: str = ""
 
-    kind, of, size, alone = "measured-loops", (Loops,), (PAGE, 117.0), True
+    kind, of, size, alone = "measured-loops", (Loops,), (TWO_COLUMNS, 117.0), True
 
     def draw(self, canvas: Canvas, data: Loops) -> None:
         """Draw the loops, and the trends beside or below them."""
         sets, offset = _near_zero([data] if self.model is None else [data, self.model])
-        figure = canvas.several(1 + len(TRENDS))
-        axes, places = _places(canvas, trends=len(data) > 1)
+        canvas.several(1 + len(TRENDS))
+        axes, *trends = _panels(canvas, trends=len(data) > 1)
         if int(data.load_level.max()) > 0:
             _draw_levels(axes, sets, self.labels)
         else:
             _draw_loops(axes, sets, self.labels)
         if offset:
             axes.set_xlabel(f"{axes.get_xlabel()}, from {quantity_text(offset, 'm', 6)}")
-        if places:
-            _draw_trends(figure, places, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
-        canvas.legend(axes)
+        if trends:
+            _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
+        canvas.legend(axes, handles=_direction_handles() if trends else ())
         canvas.heading(self.title)
 
 
-def _places(canvas: Canvas, *, trends: bool) -> "tuple[Axes, list[SubplotSpec]]":
-    """Return the axes of the loops, and places for as many trends as fit, beside or below them."""
-    figure = canvas.figure
+def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
+    """Return the axes of the loops, and of the trends beside or below them, where they fit."""
+    rows: Any = [["loops"]]
+    ratios: dict[str, Any] = {}
     if not trends:
         canvas.foot("no trends from loop to loop: there is one")
-        return figure.add_subplot(), []
-    if canvas.width >= WIDE and canvas.height >= HIGH:
-        grid = figure.add_gridspec(len(TRENDS), 2, width_ratios=(1.75, 1))
-        return figure.add_subplot(grid[:, 0]), [grid[row, 1] for row in range(len(TRENDS))]
-    if canvas.height >= HIGH:
-        grid = figure.add_gridspec(3, 2, height_ratios=(2.4, 1, 1))
-        return figure.add_subplot(grid[0, :]), [grid[row, column] for row in (1, 2) for column in (0, 1)]
-    canvas.left_out("loop by loop: friction, displacement, stiffness, energy")
-    return figure.add_subplot(), []
+    elif canvas.height < HIGH:
+        canvas.left_out("loop by loop: friction, displacement, stiffness, energy")
+    elif canvas.width >= WIDE:
+        rows, ratios = [["loops", name] for name in TRENDS], {"width_ratios": (1.75, 1)}
+    else:
+        rows, ratios = [["loops", "loops"], TRENDS[:2], TRENDS[2:]], {"height_ratios": (2.4, 1, 1)}
+    found = canvas.figure.subplot_mosaic(rows, **ratios)
+    return [found[name] for name in ("loops", *TRENDS) if name in found]
 
 
 def _near_zero(sets: list[Loops]) -> tuple[list[Loops], float]:
@@ -113,13 +119,12 @@ def _draw_loops(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
             draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
         if each.left_out_branches.any() or np.any(np.diff(each.number) > 1):
             draw(each.ends[0, 0], each.ends[-1, 2], color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
-            for start, end in _branches(each):
-                draw(start, end, color=colour, linewidth=0.6, alpha=0.4, zorder=2)
-        else:
-            # loops follow each other, so that one line draws them all
-            draw(each.ends[0, 0], each.ends[-1, 2], color=colour, linewidth=0.6, alpha=0.4, zorder=2)
+        for start, end in _branches(each):
+            draw(start, end, color=colour, linewidth=0.6, alpha=0.4, zorder=2)
         start, _, end = each.ends[_typical(each)]
-        draw(start, end, color=colour, linewidth=1.3, zorder=3, label=_name(each, label if len(sets) > 1 else ""))
+        count = counted(len(each), "loop", "loops")
+        name = f"{plain(label)}, {count}" if len(sets) > 1 else count
+        draw(start, end, color=colour, linewidth=1.3, zorder=3, label=name)
     _mark_means(axes, sets[0], length, force)
 
 
@@ -129,7 +134,7 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
 
     length, force = _frame(axes, sets)
     loads = sets[0].by_load()
-    # the light end is left out: it is lost on white paper
+    # the light end is left out: it is lost on white
     colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
     for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
         draw = _pen(axes, each, length, force)
@@ -143,8 +148,8 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
             if order:
                 name = plain(label)
                 line = {"color": INK, "linewidth": 0.8, "zorder": 3, "linestyle": (0, (3, 1.5))}
-            for place, (start, end) in enumerate(_branches(each, here)):
-                named = place == 0 and not (order and value > loads.value[0])
+            for number, (start, end) in enumerate(_branches(each, here)):
+                named = number == 0 and not (order and value > loads.value[0])
                 draw(start, end, label=name if named else None, **line)
     if len(sets) > 1:
         for colour, label in zip(COLOURS, labels, strict=True):
@@ -153,20 +158,15 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
 
 def _frame(axes: "Axes", sets: list[Loops]) -> tuple[float, float]:
     """Label the axes, and return what displacement and load are multiplied by."""
-    length, length_prefix = prefixed(max(float(np.abs(each.trace.displacement).max()) for each in sets))
-    force, force_prefix = prefixed(max(float(np.abs(each.trace.tangential_load).max()) for each in sets))
-    zero_lines(axes)
+    traces = [each.trace for each in sets]
+    length, force = label_loop(axes, [each.displacement for each in traces], [each.tangential_load for each in traces])
     axes.margins(0.05, 0.09)
-    axes.set(
-        title="Friction loops",
-        xlabel=f"tangential displacement $U$ ({length_prefix}m)",
-        ylabel=f"tangential load $T$ ({force_prefix}N)",
-    )
+    axes.set_title("Friction loops")
     return length, force
 
 
 def _pen(axes: "Axes", loops: Loops, length: float, force: float) -> Callable[..., None]:
-    """Return what draws a record from sample to sample, with no more points than a page can show."""
+    """Return what draws a record from sample to sample, with no more points than a picture can show."""
     record = loops.trace
     stride = -(-record.time.size // MOST_POINTS)
 
@@ -194,11 +194,6 @@ def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
     return pieces
 
 
-def _name(loops: Loops, label: str) -> str:
-    count = counted(len(loops), "loop", "loops")
-    return f"{plain(label)}, {count}" if label else count
-
-
 def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None:
     """Mark the means of the first set, at the forward branch of its typical loop and at both of its plateaus."""
     start, turn, end = loops.ends[_typical(loops)]
@@ -220,8 +215,7 @@ def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None
     way = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(way):
         middle, reached = bottom + 0.3 * (top - bottom), left + way * length
-        arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-        axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=arrow, zorder=4)
+        axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
         _label(axes, quantity_text(way, "m", 3), (reached, middle), (3, 0), ha="left", va="center")
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
@@ -232,12 +226,10 @@ def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None
         _label(axes, quantity_text(stiffness, "N/m", 3), at, (3, 0), ha="left", va="center")
 
 
-def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float, float], **place: Any) -> None:
-    """Write a text some points off a place, on white, since it may lie on noise."""
-    box = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
-    axes.annotate(
-        text, xy=at, xytext=offset, textcoords="offset points", fontsize=7.5, color=INK, zorder=5, bbox=box, **place
-    )
+def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float, float], **alignment: Any) -> None:
+    """Write a string some points off a point, on white, since it may lie on noise."""
+    looks: dict[str, Any] = {"fontsize": 7.5, "color": INK, "zorder": 5, "bbox": WHITE, **alignment}
+    axes.annotate(text, at, offset, textcoords="offset points", **looks)
 
 
 def _typical(loops: Loops) -> int:
@@ -247,41 +239,38 @@ def _typical(loops: Loops) -> int:
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class LoopTrendsPicture(Picture):
-    """Friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load.
+class LoopTrendsPicture(Titled):
+    """Friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load."""
 
-    Attributes
-    ----------
-    title
-        A heading; by default that of the loops.
-    """
-
-    title: str = ""
-
-    kind, of, size, alone = "loop-trends", (), (PAGE, 97.0), True
+    kind, of, size, alone = "loop-trends", (), (TWO_COLUMNS, 97.0), True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw what `Loops.to_dataset` gives."""
-        figure = canvas.several(len(TRENDS))
-        grid = figure.add_gridspec(2, 2)
-        _draw_trends(figure, [grid[row, column] for row in range(2) for column in range(2)], [data], 2)
+        grid: Any = canvas.several(len(TRENDS)).subplots(2, 2)
+        _draw_trends(grid.ravel(), [data], 2)
+        canvas.legend(handles=_direction_handles())
         canvas.heading(self.title or str(data.attrs.get("title", "")))
 
 
-def _draw_trends(
-    figure: "Figure | SubFigure", places: Sequence["SubplotSpec"], sets: Sequence[xr.Dataset], columns: int
-) -> None:
-    """Draw each of the `TRENDS` in its place, of one set of loops or of several in their colours."""
-    first = None
-    for number, (quantity, place) in enumerate(zip(TRENDS, places, strict=True)):
-        first = axes = figure.add_subplot(place, sharex=first)
+def _direction_handles() -> "list[Artist]":
+    from matplotlib.lines import Line2D
+
+    looks: dict[str, Any] = {"linestyle": "", "color": INK, "ms": 3.5}
+    return [
+        Line2D([], [], marker=marker, label=name, **looks) for marker, name in zip(MARKERS, DIRECTIONS, strict=True)
+    ]
+
+
+def _draw_trends(panels: "Sequence[Axes]", sets: Sequence[xr.Dataset], columns: int) -> None:
+    """Draw each of the `TRENDS` in its axes, of one set of loops or of several in their colours."""
+    for number, (quantity, axes) in enumerate(zip(TRENDS, panels, strict=True)):
         _draw_trend(axes, sets, quantity)
+        if number:
+            axes.sharex(panels[0])
         lowest = number >= len(TRENDS) - columns
         axes.tick_params(labelbottom=lowest)
         if lowest:
             axes.set_xlabel("loop, counted from 0")
-        if number == 0:
-            beside_title(axes, "▲ forward  ▼ backward")
 
 
 def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None:
@@ -289,7 +278,8 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
 
     values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
-    factor, prefix = prefixed(float(np.abs(finite).max(initial=0.0)))
+    label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
+    factor, symbol = scale_of(unit.replace(" m-1", "/m"), finite)
     for loops, value, colour in zip(sets, values, COLOURS, strict=False):
         # one marker for each direction, or a dot for the whole loop
         markers = MARKERS if value.shape[1] == len(MARKERS) else ("o",)
@@ -308,8 +298,6 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high))) or 1.0
         axes.set_ylim(low - room, high + room)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
-    symbol = {"N m-1": f"{prefix}N/m"}.get(unit, f"{prefix}{unit}")
     axes.set_title(f"{label} ({symbol})", fontsize=7.5, fontweight="normal")
 
 
@@ -320,69 +308,59 @@ APART = 0.02
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class LoopLevelsPicture(Picture):
+class LoopLevelsPicture(Titled):
     """Friction force, coefficient, preliminary displacement and energy over the normal load, or the amplitude.
 
     Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
-
-    Attributes
-    ----------
-    title
-        A heading; by default that of the loops.
     """
 
-    title: str = ""
-
-    kind, of, size, alone = "loop-levels", (LoopTable,), (PAGE, 122.0), True
+    kind, of, size, alone = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True
 
     def draw(self, canvas: Canvas, data: LoopTable | xr.Dataset) -> None:
         """Draw a table of loops, or what its `to_dataset` gives."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
         # side by side they are flat, and there is room for one row
         rows = 1 if canvas.height < HIGH else 2
-        drawn = LEVELS if rows == 2 else (LEVELS[0], LEVELS[2])
+        chosen = LEVELS if rows == 2 else (LEVELS[0], LEVELS[2])
         grid: Any = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
-        for axes, quantity in zip(grid.flat, drawn, strict=True):
+        for axes, quantity in zip(grid.flat, chosen, strict=True):
             _draw_level(axes, table, quantity)
-        canvas.left_out(*(quantity.replace("_", " ") for quantity in LEVELS if quantity not in drawn))
+        canvas.left_out(*(quantity.replace("_", " ") for quantity in LEVELS if quantity not in chosen))
         along = next(str(name) for name in ("level", "amplitude_class") if name in table.coords)
-        _, prefix = prefixed(float(table[along].max()))
+        _, unit = scale_of(table[along].attrs["units"], table[along].values)
         for axes in grid[-1]:
-            axes.set_xlabel(f"{table[along].attrs['long_name']} ({prefix}{table[along].attrs['units']})")
+            axes.set_xlabel(f"{table[along].attrs['long_name']} ({unit})")
         canvas.legend(grid[0, 0], extra="bars: standard deviation of one loop")
         canvas.heading(self.title or str(table.attrs.get("title", "")))
 
 
 def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
     along = table[quantity].dims[0]
-    load, load_prefix = table[along].values, prefixed(float(table[along].max()))[0]
+    load, (load_factor, _) = table[along].values, scale_of("", table[along].values)
     label, unit = (table[quantity].attrs[name] for name in ("long_name", "units"))
-    factor, prefix = (1.0, "") if unit == "1" else prefixed(float(np.nanmax(table[quantity].values, initial=0.0)))
-    width = APART * (np.ptp(load) or load.max()) * load_prefix
-    for place, (direction, marker, colour) in enumerate(BESIDE):
-        if "direction" in table[quantity].dims:
-            mean, scatter = (
-                table[name].sel(direction=direction).values for name in (quantity, f"{quantity}_standard_deviation")
-            )
-        elif direction == "both":
-            mean, scatter = (table[name].values for name in (quantity, f"{quantity}_standard_deviation"))
-        else:
+    factor, symbol = (1.0, "") if unit == "1" else scale_of(unit, table[quantity].values)
+    width = APART * (np.ptp(load) or load.max()) * load_factor
+    by_direction = "direction" in table[quantity].dims
+    for number, (direction, marker, colour) in enumerate(BESIDE):
+        if not by_direction and direction != "both":
             continue
+        own = table.sel(direction=direction) if by_direction else table
+        mean, scatter = (own[name].values for name in (quantity, f"{quantity}_standard_deviation"))
         style: dict[str, Any] = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "elinewidth": 0.8, "capsize": 2}
-        at = load * load_prefix + (place - 1) * width * ("direction" in table[quantity].dims)
+        at = load * load_factor + (number - 1) * width * by_direction
         # one loop has a mean and no scatter
         axes.errorbar(at, mean * factor, np.nan_to_num(scatter) * factor, fmt=marker, label=direction, **style)
-    _draw_law(axes, table, quantity, load_prefix, factor)
-    symbol = {"1": "", "N m-1": f"{prefix}N/m"}.get(unit, f"{prefix}{unit}")
-    axes.set_title(f"{label} ({symbol})" if symbol else label, fontsize=7.5, fontweight="normal")
+    law = _draw_law(axes, table, quantity, load_factor, factor)
+    title = f"{label} ({symbol})" if symbol else label
+    axes.set_title("\n".join(filter(None, [title, law])), fontsize=7.5, fontweight="normal")
     # from zero, so that heights compare
     low, high = axes.get_ylim()
     axes.set_ylim(min(0.0, low), 1.1 * high)
     axes.margins(x=0.08)
 
 
-def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float, factor: float) -> None:
-    """Draw the law of a quantity, with its numbers at the upper end."""
+def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float, factor: float) -> str:
+    """Draw the law of a quantity, if it has one, and return it."""
     found = table.attrs
     along = table[quantity].dims[0]
     load = np.linspace(float(table[along].min()), float(table[along].max()), 60)
@@ -395,6 +373,6 @@ def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float
         law = found[f"{quantity}_factor"] * load ** found[f"{quantity}_exponent"]
         text = f"∝ $N^{{{found[f'{quantity}_exponent']:.2f}}}$"
     else:
-        return
+        return ""
     axes.plot(load * load_factor, law * factor, color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=0)
-    axes.set_title(text, loc="right", color=FAINT, fontsize=7.5, fontweight="normal")
+    return text

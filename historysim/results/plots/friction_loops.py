@@ -10,7 +10,7 @@ import xarray as xr
 
 from historysim.basics.array_types import Floats
 from historysim.basics.fields import Quantity
-from historysim.basics.units import newtons, prefixed, quantity_text
+from historysim.basics.units import newtons, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.results import analysis
@@ -20,7 +20,18 @@ from historysim.results.named_states import named_states, state_label, step_of
 from historysim.results.origin import dense
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
-from historysim.results.plots.style import FAINT, INK, LINES, MOST_LINES, line_style, zero_lines
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    LINES,
+    MOST_LINES,
+    SPAN,
+    WHITE,
+    label_loop,
+    line_style,
+    scale_of,
+    zero_lines,
+)
 from historysim.results.plots.swept import cell_label, selected
 
 if TYPE_CHECKING:
@@ -47,7 +58,7 @@ class LoopsPicture(Panel):
     steps
         Names or numbers of states that are marked; by default all that have a name.
     first_loading
-        Normal loads whose curves of first loading are drawn.
+        Normal loads, of which the curves of first loading are drawn.
     work
         Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
     drift
@@ -87,9 +98,8 @@ class LoopsPicture(Panel):
         loops = cells_of(data, LOOP, self.labels, self.where)
         axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
         smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
-        length, unit = _scale([row for loop in smooth for row in self._displacements(loop.rows)], "m")
-        force, force_unit = _scale([loop.rows[LOOP[0]].values for loop in smooth], "N")
-        zero_lines(axes)
+        moved = [each for loop in smooth for each in self._displacements(loop.rows)]
+        length, force = label_loop(axes, moved, [loop.rows[LOOP[0]].values for loop in smooth])
         for number, load in enumerate(self.first_loading):
             u, t = first_loading(loops[0].rows, load)
             dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
@@ -105,7 +115,6 @@ class LoopsPicture(Panel):
             for loop in loops:
                 _mark_states(axes, loop.rows, self.steps, length, force)
         axes.margins(0.07, 0.14)
-        axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
         if beside is not None:
             _draw_loads(*beside, loops[0].rows)
         elif self.loads:
@@ -132,22 +141,15 @@ class LoopsPicture(Panel):
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
     """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
-    figure = canvas.several(3)
+    figure: Any = canvas.several(3)
     if canvas.width >= 110.0:
-        grid = figure.add_gridspec(2, 2, width_ratios=(1.7, 1))
-        loop, upper, lower = grid[:, 0], grid[0, 1], grid[1, 1]
+        axes = figure.subplot_mosaic("LN;LT", width_ratios=(1.7, 1))
     elif canvas.height >= 110.0:
-        grid = figure.add_gridspec(3, 1, height_ratios=(2.4, 1, 1))
-        loop, upper, lower = grid[0, 0], grid[1, 0], grid[2, 0]
+        axes = figure.subplot_mosaic("L;N;T", height_ratios=(2.4, 1, 1))
     else:
         return figure.add_subplot(), None
-    axes, normal = figure.add_subplot(loop), figure.add_subplot(upper)
-    return axes, (normal, figure.add_subplot(lower, sharex=normal))
-
-
-def _scale(values: Sequence[Floats], unit: str) -> tuple[float, str]:
-    factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in values))
-    return factor, prefix + unit
+    axes["N"].sharex(axes["T"])
+    return axes["L"], (axes["N"], axes["T"])
 
 
 @attrs.frozen(eq=False)
@@ -207,8 +209,8 @@ def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
     dims = [str(dim) for dim in sweep[name].dims if dim != "step"]
     several = [dim for dim in dims if sweep.sizes[dim] > 1]
     found = []
-    for place in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
-        at = dict(zip(dims, place, strict=True))
+    for members in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
+        at = dict(zip(dims, members, strict=True))
         rows = sweep.isel(at)
         own = rows[[each for each in rows.data_vars if rows[each].dims == ("step",)]]
         # cells of fewer steps end with NaN, and those that have failed are nothing else
@@ -233,17 +235,10 @@ def _mark_states(
         axes.plot([u], [t], color=INK, **MARK)
         # on the way down a state lies on the lower right of the loop, on the way up on the upper left
         right = float(rows[LOOP[1]][max(step - 1, 0)]) * length > u
-        axes.annotate(
-            state_label(rows, step) if isinstance(state, str) else str(state),
-            (u, t),
-            xytext=(5 if right else -5, -5 if right else 5),
-            textcoords="offset points",
-            ha="left" if right else "right",
-            va="top" if right else "bottom",
-            fontsize=8,
-            fontstyle="italic",
-            zorder=6,
-        )
+        label = state_label(rows, step) if isinstance(state, str) else str(state)
+        offset, ha, va = ((5, -5), "left", "top") if right else ((-5, 5), "right", "bottom")
+        looks: dict[str, Any] = {"fontsize": 8, "fontstyle": "italic", "zorder": 6, "textcoords": "offset points"}
+        axes.annotate(label, (u, t), offset, ha=ha, va=va, **looks)
 
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
@@ -281,32 +276,19 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     """Mark where the first two loops begin to slide in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
         raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
-    places = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
-    low = -0.32 * max(top for _, top in places)
-    for number, (reach, top) in enumerate(places):
+    ends = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
+    low = -0.32 * max(top for _, top in ends)
+    for number, (reach, top) in enumerate(ends):
         axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
         axes.plot([reach * length], [top * force], color=INK, **MARK)
-        axes.annotate(
-            rf"$\delta_{number + 1}$",
-            (reach * length, top * force),
-            xytext=(-3 if reach == min(place[0] for place in places) else 3, 4),
-            textcoords="offset points",
-            ha="right" if reach == min(place[0] for place in places) else "left",
-        )
-    first, second = (reach * length for reach, _ in places)
-    arrow = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=arrow)
-    drift = abs(places[1][0] - places[0][0])
-    axes.annotate(
-        f"drift {quantity_text(drift, 'm', 3)}",
-        (max(first, second), low * force),
-        xytext=(4, 0),
-        textcoords="offset points",
-        va="center",
-        fontsize=7.5,
-        zorder=6,
-        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8},
-    )
+        left = reach == min(end for end, _ in ends)
+        looks: dict[str, Any] = {"ha": "right" if left else "left", "textcoords": "offset points"}
+        axes.annotate(rf"$\delta_{number + 1}$", (reach * length, top * force), (-3 if left else 3, 4), **looks)
+    first, second = (reach * length for reach, _ in ends)
+    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
+    drift = quantity_text(abs(ends[1][0] - ends[0][0]), "m", 3)
+    looks = {"va": "center", "fontsize": 7.5, "zorder": 6, "bbox": WHITE}
+    axes.annotate(f"drift {drift}", (max(first, second), low * force), (4, 0), textcoords="offset points", **looks)
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
@@ -317,10 +299,9 @@ def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
     time = rows["time"].values
     for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
         values = rows[name].values
-        factor, unit = _scale([values], "N")
+        factor, unit = scale_of("N", values)
         axes.plot(time, values * factor, color=LINES[0][0], linewidth=1.1)
-        if symbol == "T":
-            axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+        zero_lines(axes, vertical=False)
         axes.set_ylabel(f"${symbol}$ ({unit})")
         axes.set_ylim(min(0.0, 1.1 * float(values.min()) * factor), 1.15 * float(values.max()) * factor)
         for step in names.values():

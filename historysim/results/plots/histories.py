@@ -8,12 +8,11 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Floats
-from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
 from historysim.results.analysis.slips import slip_shares
 from historysim.results.analysis.unseen_slip import slip_note
-from historysim.results.plots.canvas import COLUMN, PAGE, WIDE, Canvas, Size, beside_title
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import (
     FAINT,
@@ -23,8 +22,11 @@ from historysim.results.plots.style import (
     STATES,
     draw_coloured,
     kept_steps,
+    label_loop,
     line_colours,
     line_style,
+    patches,
+    scale_of,
     scaled,
     swings,
     thinned,
@@ -33,7 +35,6 @@ from historysim.results.plots.style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.patches import Patch
 
 PANELS = ("loop", "loads", "states", "energy", "wear")
 HIGH, HIGH_WITH_WEAR = 85.0, 135.0
@@ -58,8 +59,7 @@ class HistoryPicture(Picture):
 
     kind, alone = "history", True
     caption = "The friction loop, the loads over time, and the slip state of each asperity."
-    place = 1
-    totals = True
+    order, needs = 1, "total_normal_load"
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
@@ -71,31 +71,26 @@ class HistoryPicture(Picture):
     def size_of(self, data: xr.Dataset) -> Size:
         """Return the size of its panels."""
         if self.panels is not None:
-            return PAGE if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
-        return PAGE, 99.0 + 25.4 * sum(_lower_heights(data))
+            return TWO_COLUMNS if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
+        return TWO_COLUMNS, 99.0 + 25.4 * sum(_lower_heights(data))
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw chosen panels, or those that the history has and the size allows."""
         thin = thinned(data)
         if self.panels is not None:
             _check_panels(data, self.panels)
-            _draw_chosen(canvas, data, thin, self.panels)
+            _draw_panels(canvas, data, thin, self.panels)
             return
         asperities = data.sizes.get("asperity", 0) if "slip_state" in data else 0
         shown = ["loop", "loads", "states" if asperities else "energy", *(["wear"] if "worn_volume" in data else [])]
         if thin.sizes["step"] == 1:
             # one point is no course
             shown = ["states"] if asperities else shown[:1]
-        if canvas.width < WIDE or canvas.height < HIGH or len(shown) == 1:
-            fitting = _fitting(shown, canvas.height)
-        else:
-            canvas.several(len(shown) + 1)
-            fitting = shown if canvas.height >= HIGH_WITH_WEAR else shown[:3]
+        wide = canvas.width >= WIDE and canvas.height >= HIGH and len(shown) > 1
+        first = shown if canvas.height >= HIGH_WITH_WEAR else shown[:3]
+        fitting = first if wide else _fitting(shown, canvas.height)
+        _draw_panels(canvas, data, thin, fitting, wide=wide)
         canvas.left_out(*(CALLED[name] for name in shown if name not in fitting))
-        if canvas.width < WIDE or canvas.height < HIGH or len(shown) == 1:
-            _draw_chosen(canvas, data, thin, fitting)
-        else:
-            _draw_wide(canvas, data, thin, fitting)
         if "loop" in fitting:
             canvas.foot(slip_note(data))
         canvas.heading(str(data.attrs.get("title", "")))
@@ -118,19 +113,30 @@ def _fitting(panels: Sequence[str], height: float) -> list[str]:
     return found
 
 
-def _draw_wide(canvas: Canvas, history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str]) -> None:
-    """Draw the loads beside the loop, and the others below."""
-    figure = canvas.figure
-    heights = (1.1, 1.9, *_lower_heights(history)[: len(panels) - 2])
-    grid = figure.add_gridspec(len(heights), 2, width_ratios=(1, 1), height_ratios=heights)
-    normal_axes = figure.add_subplot(grid[0, 1])
-    loop = figure.add_subplot(grid[:2, 0])
-    draw_loop(loop, thin, "colour: time, as on the right")
-    _draw_loads(normal_axes, figure.add_subplot(grid[1, 1], sharex=normal_axes), thin)
-    for row, name in enumerate(panels[2:], 2):
-        DRAWS[name](figure.add_subplot(grid[row, :]), history, thin)
-    named = [axes for axes in figure.axes if axes is not loop]
-    canvas.legend(*named, handles=state_handles() if "states" in panels else ())
+def _draw_panels(
+    canvas: Canvas, history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str], *, wide: bool = False
+) -> None:
+    """Draw panels one below the other, or the loads beside the loop and the others below, and name what is in them."""
+    if wide:
+        rows: Any = [["loop", "normal"], ["loop", "tangential"], *([name, name] for name in panels[2:])]
+        heights = [1.1, 1.9, *_lower_heights(history)[: len(panels) - 2]]
+    else:
+        parts = {name: ("normal", "tangential") if name == "loads" else (name,) for name in panels}
+        rows = [[part] for name in panels for part in parts[name]]
+        heights = [HEIGHTS[name] / len(parts[name]) for name in panels for _ in parts[name]]
+    if len(rows) == 1:
+        axes = {rows[0][0]: canvas.axes()}
+    else:
+        axes = canvas.several(len(rows)).subplot_mosaic(rows, height_ratios=heights)
+    for name, each in axes.items():
+        DRAWS[name](each, history, thin)
+    if "normal" in axes:
+        axes["normal"].sharex(axes["tangential"])
+    canvas.legend(
+        *axes.values(),
+        handles=patches(STATE_COLOURS, STATES) if "states" in panels else (),
+        extra="colour of the loop: time" if "loop" in panels else "",
+    )
 
 
 def _check_panels(history: xr.Dataset, panels: Sequence[str]) -> None:
@@ -143,41 +149,22 @@ def _check_panels(history: xr.Dataset, panels: Sequence[str]) -> None:
         check_worn(history)
 
 
-def _draw_chosen(canvas: Canvas, history: xr.Dataset, thin: xr.Dataset, panels: Sequence[str]) -> None:
-    """Draw panels, one below the other."""
-    if len(panels) == 1 and panels[0] in DRAWS:
-        named = [canvas.axes()]
-        DRAWS[panels[0]](named[0], history, thin)
-    else:
-        figure = canvas.several(len(panels) + panels.count("loads"))
-        grid = figure.add_gridspec(len(panels), 1, height_ratios=[HEIGHTS[name] for name in panels])
-        for row, name in enumerate(panels):
-            if name == "loads":
-                parts = grid[row, 0].subgridspec(2, 1)
-                normal = figure.add_subplot(parts[0])
-                _draw_loads(normal, figure.add_subplot(parts[1], sharex=normal), thin)
-            else:
-                DRAWS[name](figure.add_subplot(grid[row, 0]), history, thin)
-        named = figure.axes
-    # of the loop, its start and end are named above it
-    named = [axes for axes in named if axes.get_title(loc="left") != "Friction loop"]
-    canvas.legend(*named, handles=state_handles() if "states" in panels else ())
+def _draw_normal_load(axes: "Axes", thin: xr.Dataset) -> None:
+    load, unit = scaled(thin["total_normal_load"].values, "N")
+    axes.plot(thin["time"].values, load, color=INK, linewidth=1.0, rasterized=True)
+    axes.set(title="Loads", ylabel=f"normal load\n$N$ ({unit})", ylim=(0, None))
+    axes.tick_params(labelbottom=False)
 
 
-def _draw_loads(normal_axes: "Axes", tangential_axes: "Axes", thin: xr.Dataset) -> None:
-    time, force, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
-    normal, normal_unit = scaled(thin["total_normal_load"].values, "N")
-    normal_axes.plot(time, normal, color=INK, linewidth=1.0, rasterized=True)
-    normal_axes.set(title="Loads", ylabel=f"normal load\n$N$ ({normal_unit})", ylim=(0, None))
-    normal_axes.tick_params(labelbottom=False)
-
-    factor, prefix = prefixed(max(np.abs(force).max(initial=0.0), limit.max(initial=0.0)))
+def _draw_tangential_load(axes: "Axes", thin: xr.Dataset) -> None:
+    time, load, limit = (thin[name].values for name in ("time", "total_tangential_load", "friction_limit"))
+    factor, unit = scale_of("N", load, limit)
     for sign, label in ((1, "friction limit"), (-1, None)):
         dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2)), "rasterized": True}
-        tangential_axes.plot(time, sign * limit * factor, label=label, **dashes)
-    draw_coloured(tangential_axes, time, force * factor, time)
-    tangential_axes.margins(x=0.02)
-    tangential_axes.set(xlabel="time (s)", ylabel=f"tangential load\n$T$ ({prefix}N)")
+        axes.plot(time, sign * limit * factor, label=label, **dashes)
+    draw_coloured(axes, time, load * factor, time)
+    axes.margins(x=0.02)
+    axes.set(xlabel="time (s)", ylabel=f"tangential load\n$T$ ({unit})")
 
 
 def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
@@ -206,9 +193,8 @@ class LoopPicture(Picture):
 
     colour: str = "slip"
 
-    kind, size, alone = "loop", (COLUMN, 75.0), True
+    kind, size, alone, order = "loop", (COLUMN, 75.0), True, 3
     caption = "The friction loop, coloured by the share of the contact area that slips."
-    place = 3
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the tangential load over the tangential displacement."""
@@ -220,39 +206,33 @@ class LoopPicture(Picture):
         if self.colour == "slip":
             values = slip_shares(data)["slipping_area"].values[kept_steps(data.sizes["step"])]
         axes = canvas.axes()
-        x, y = _loop_frame(axes, thin)
+        x, y = _loop_of(axes, thin)
         line = draw_coloured(axes, x, y, values, pieces=PIECES_OF_SLIP)
         if self.colour == "slip":
             line.set_clim(0, 1)
         axes.margins(0.06)
-        bar = canvas.figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03)
-        bar.set_label(COLOURS[self.colour])
-        bar.outline.set_linewidth(0.4)
+        canvas.figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03, label=COLOURS[self.colour])
         canvas.foot(slip_note(data))
 
 
-def draw_loop(axes: "Axes", thin: xr.Dataset, note: str = "colour: time") -> None:
+def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
     """Draw the loop of a thinned history into axes, its colour time, with arrows and marks at start and end."""
     time = thin["time"].values
-    displacement, force = _loop_frame(axes, thin)
+    displacement, force = _loop_of(axes, thin)
     draw_coloured(axes, displacement, force, time)
     _draw_arrows(axes, displacement, force, time)
-    for index, marker, name in ((0, "o", "start"), (-1, "s", "end")):
-        looks: dict[str, Any] = {"mec": "white", "mew": 0.6, "ms": 5, "label": name, "zorder": 4}
-        colour = line_colours()(0.0 if name == "start" else 1.0)
-        axes.plot(displacement[index], force[index], marker, color=colour, **looks)
+    for index, marker, name, shade in ((0, "o", "start", 0.0), (-1, "s", "end", 1.0)):
+        looks: dict[str, Any] = {"mec": "white", "mew": 0.6, "ms": 5, "label": name, "zorder": 4, "linestyle": ""}
+        axes.plot(displacement[index], force[index], marker=marker, color=line_colours()(shade), **looks)
     axes.margins(0.06)
     axes.set_title("Friction loop")
-    beside_title(axes, f"{note}\n● start  ■ end")
 
 
-def _loop_frame(axes: "Axes", thin: xr.Dataset) -> tuple[Floats, Floats]:
+def _loop_of(axes: "Axes", thin: xr.Dataset) -> tuple[Floats, Floats]:
     """Label axes of a loop, and return displacement and load in their units."""
-    displacement, unit = scaled(thin["tangential_displacement"].values, "m")
-    force, force_unit = scaled(thin["total_tangential_load"].values, "N")
-    zero_lines(axes)
-    axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
-    return displacement, force
+    displacement, load = thin["tangential_displacement"].values, thin["total_tangential_load"].values
+    length, force = label_loop(axes, [displacement], [load])
+    return displacement * length, load * force
 
 
 def _draw_arrows(axes: "Axes", x: Floats, y: Floats, time: Floats) -> None:
@@ -274,14 +254,14 @@ MOST_COLUMNS, MOST_ROWS = 2_000, 1_000
 class SlipMapPicture(Picture):
     """The slip state of each asperity at each step, the highest asperity on top."""
 
-    kind, size, alone = "slip-map", (PAGE, 75.0), True
+    kind, size, alone = "slip-map", (TWO_COLUMNS, 75.0), True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the map; of a large history every so many-th step and asperity."""
         check_recorded(data, "slip_state")
         check_any(data)
         _draw_slip_map(canvas.axes(), data)
-        canvas.legend(handles=state_handles())
+        canvas.legend(handles=patches(STATE_COLOURS, STATES))
         canvas.heading(str(data.attrs.get("title", "")))
 
 
@@ -312,14 +292,6 @@ def _draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
     axes.set_title("Slip state")
 
 
-def state_handles() -> "list[Patch]":
-    """Return what a legend shows of the colours of the slip states."""
-    from matplotlib.patches import Patch
-
-    states = zip(STATE_COLOURS, STATES, strict=True)
-    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in states]
-
-
 TIME_TICKS = 7
 """Most ticks of the axis of time below that of the steps."""
 
@@ -348,9 +320,9 @@ def _round_times(time: Floats) -> Iterator[float]:
 
     last = -np.inf
     for tick in MaxNLocator(TIME_TICKS).tick_values(time[0], time[-1]):
-        place = float(np.interp(tick, time, np.arange(time.size)))
-        if time[0] <= tick <= time[-1] and place - last >= (time.size - 1) / (TIME_TICKS + 1):
-            last = place
+        at = float(np.interp(tick, time, np.arange(time.size)))
+        if time[0] <= tick <= time[-1] and at - last >= (time.size - 1) / (TIME_TICKS + 1):
+            last = at
             yield float(tick)
 
 
@@ -361,8 +333,7 @@ class StiffnessPicture(Picture):
 
     kind, size, alone = "stiffness", (COLUMN, 110.0), True
     caption = "The tangential load over the displacement, and the tangential stiffness."
-    place = 4
-    totals = True
+    order, needs = 4, "total_normal_load"
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw both."""
@@ -381,9 +352,7 @@ class StiffnessPicture(Picture):
             axes.margins(0.04, 0.06)
             axes.set_ylabel(f"{label} ({known})")
         lower.set_xlabel(f"tangential displacement $U$ ({length_unit})")
-        bar = figure.colorbar(line, ax=[upper, lower], location="top", aspect=40, pad=0.02)
-        bar.set_label("time (s)")
-        bar.outline.set_linewidth(0.4)
+        figure.colorbar(line, ax=[upper, lower], location="top", aspect=40, pad=0.02, label="time (s)")
 
 
 MOST_WORN = 8
@@ -395,25 +364,34 @@ MOST_WORN = 8
 class WearPicture(Picture):
     """The volume that asperities lose, and their summits before and after."""
 
-    kind, size, alone = "wear", (PAGE, 75.0), True
+    kind, size, alone = "wear", (TWO_COLUMNS, 75.0), True
     caption = "The volume that the asperities lose, and their summits before and after."
-    place = 8
-
-    @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether a report shows it: a history of asperities that wear."""
-        return super().reported(history) and "worn_volume" in history
+    order, needs = 8, "worn_volume"
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the volume over time, and the summits."""
         check_worn(data)
         left, right = canvas.two("summits", 1.5)
         _draw_wear(left, data)
-        canvas.legend(left)
-        canvas.heading(str(data.attrs.get("title", "")))
-        if right is not None:
-            _draw_summits(right, data, np.ones(data.sizes["asperity"], dtype=bool), (MARK, STATE_COLOURS[2]))
-            right.set_title("Summits")
+        every = np.ones(data.sizes["asperity"], dtype=bool)
+        _finish_beside(canvas, left, right, data, every, "Summits", (MARK, STATE_COLOURS[2]))
+
+
+def _finish_beside(
+    canvas: Canvas,
+    left: "Axes",
+    right: "Axes | None",
+    history: xr.Dataset,
+    which: Any,
+    title: str,
+    colours: tuple[str, str],
+) -> None:
+    """Draw summits on the right, if there is room, and name what both panels show."""
+    if right is not None:
+        _draw_summits(right, history, which, colours)
+        right.set_title(title)
+    canvas.legend(*(left, right) if right is not None else (left,))
+    canvas.heading(str(history.attrs.get("title", "")))
 
 
 def check_worn(history: xr.Dataset) -> None:
@@ -448,10 +426,9 @@ def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[
     (heights, unit), (radii, radius_unit) = (scaled(each, "m") for each in found)
     if colours[0] == colours[1]:
         axes.plot(heights, radii, "-", color="0.75", linewidth=0.6)
-    for row, (marker, colour) in enumerate(zip("os", colours, strict=True)):
-        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour)
+    for row, (marker, colour, name) in enumerate(zip("os", colours, ("before", "after"), strict=True)):
+        axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour, label=name)
     axes.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
-    beside_title(axes, "○ before  □ after")
 
 
 SHAPE = ("height", "radius")
@@ -462,14 +439,9 @@ SHAPE = ("height", "radius")
 class YieldingPicture(Picture):
     """The curve of first loading and unloading, and the summits that yielded, before and after."""
 
-    kind, size, alone = "yielding", (PAGE, 75.0), True
+    kind, size, alone = "yielding", (TWO_COLUMNS, 75.0), True
     caption = "First loading and unloading, and the summits that yielded, before and after."
-    place = 7
-
-    @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether a report shows it: a history of summits that may yield."""
-        return super().reported(history) and "yielded_depth" in history
+    order, needs = 7, "yielded_depth"
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the normal load over the approach, where summits yield and where they do not, and the summits."""
@@ -492,15 +464,14 @@ class YieldingPicture(Picture):
             left.plot(np.stack([*x, gap]).T.ravel(), np.stack([*y, gap]).T.ravel(), **looks)
         left.set(xlabel=f"approach of the highest summit ({length_unit})", ylabel=f"normal load $N$ ({load_unit})")
         left.set_title("First loading, unloading")
-        canvas.legend(left)
-        canvas.heading(str(data.attrs.get("title", "")))
-        if right is not None:
-            _draw_summits(right, data, data["yielding_load"].isel(step=-1).values > 0, (INK, INK))
-            right.set_title("Summits that yielded")
+        yielded = data["yielding_load"].isel(step=-1).values > 0
+        _finish_beside(canvas, left, right, data, yielded, "Summits that yielded", (INK, INK))
 
 
 DRAWS: "dict[str, Callable[[Axes, xr.Dataset, xr.Dataset], None]]" = {
-    "loop": lambda axes, _, thin: draw_loop(axes, thin),
+    "loop": lambda axes, _, thin: _draw_loop(axes, thin),
+    "normal": lambda axes, _, thin: _draw_normal_load(axes, thin),
+    "tangential": lambda axes, _, thin: _draw_tangential_load(axes, thin),
     "states": lambda axes, history, _: _draw_slip_map(axes, history),
     "energy": lambda axes, _, thin: _draw_energy(axes, thin),
     "wear": lambda axes, history, _: _draw_wear(axes, history),

@@ -17,7 +17,7 @@ from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.results.plots.canvas import Canvas, Drawn, Place, Size, canvas
+from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, canvas_at
 
 PICTURES: Registry[type["Picture"]] = Registry(
     "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
@@ -45,10 +45,10 @@ class Picture:
     """Width and height [mm] where no other is asked for."""
     caption: ClassVar[str] = ""
     """What stands below it in the report of a history, which leaves out what has none; see `caption_of`."""
-    place: ClassVar[int] = 100
-    """Its place in the report: before those of greater numbers."""
-    totals: ClassVar[bool] = False
-    """Whether it can be drawn of a history of totals alone."""
+    needs: ClassVar[str] = "slip_state"
+    """The variable of a history without which the report leaves it out."""
+    order: ClassVar[int] = 100
+    """It stands in the report before those of a greater number."""
     several: ClassVar[bool] = False
     """Whether several histories can be in it: `draw` then takes a sequence of them, too."""
     alone: ClassVar[bool] = False
@@ -62,12 +62,12 @@ class Picture:
         """
         raise NotImplementedError(f"{type(self).__name__} has no draw")
 
-    def figure(self, what: Any, place: Place | None = None) -> Drawn:
+    def figure(self, what: Any, place: Place | None = None) -> FigureOrAxes:
         """Return a figure of it alone, or what was given to draw into."""
         data = data_for(what, self)
-        with canvas(self.size_of(data), place or {}) as page:
-            self.draw(page, data)
-        return page.result
+        with canvas_at(place or {}, self.size_of(data)) as canvas:
+            self.draw(canvas, data)
+        return canvas.result
 
     def size_of(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
         """Return width and height [mm] where no other is asked for."""
@@ -86,11 +86,24 @@ class Picture:
     @classmethod
     def reported(cls, history: xr.Dataset) -> bool:
         """Return whether the report of a history shows it."""
-        return bool(cls.caption) and (cls.totals or "slip_state" in history)
+        return bool(cls.caption) and cls.needs in history
 
 
 @attrs.frozen(kw_only=True)
-class Panel(Picture):
+class Titled(Picture):
+    """A picture with a heading of its own.
+
+    Attributes
+    ----------
+    title : str
+        A heading; by default that of what is drawn, if it has one.
+    """
+
+    title: str = ""
+
+
+@attrs.frozen(kw_only=True)
+class Panel(Titled):
     """What pictures in the figure of a scenario have.
 
     Attributes
@@ -103,7 +116,6 @@ class Panel(Picture):
         Of a sweep, only the cells with these values of swept keys.
     """
 
-    title: str = ""
     labels: tuple[str, ...] = ()
     where: dict[str, Any] | None = None
 
@@ -114,7 +126,7 @@ def data_for(what: Any, picture: Picture) -> Any:
     return what if made is None else made(picture.kind)
 
 
-def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = HISTORY, **options: Any) -> Drawn:
+def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = HISTORY, **options: Any) -> FigureOrAxes:
     """Return a picture by its name, of a history or several, of a sweep or a scenario; options are its fields."""
     one = not isinstance(what, list | tuple)
     known = {each: kind for each, kind in PICTURES.items() if of in kind.of and (one or kind.several)}
@@ -168,28 +180,11 @@ def _value(name: str, kind: Any, value: Any) -> Any:
 @functools.singledispatch
 def figure_of(
     what: Any, *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
-) -> Drawn:
-    """Return the picture of whatever has one.
+) -> FigureOrAxes:
+    """Return the picture of an object, by default the first of its type; InputError without one, or without this one.
 
-    A picture with a type among what it is `of` is drawn of it. What chooses among several, or makes something else
-    of its type first, registers itself with ``@figure_of.register(type)``.
-
-    Parameters
-    ----------
-    what : object
-    picture : str, optional
-        One of those of its type.
-    name : str
-        The path that it was read from, if any: for errors, and the heading of a picture that takes one.
-    place : Place, optional
-        Where it is drawn: ``size`` [mm], ``figure`` or ``ax``.
-    **options
-        Fields of the picture.
-
-    Raises
-    ------
-    InputError
-        It has no picture, not this one, or the picture does not take these options.
+    A type for which there is more to choose or to prepare registers its own with ``@figure_of.register(type)``. `name`
+    is the path that it was read from, if any; `options` are fields of the picture.
     """
     called = name or f"this {type(what).__name__}"
     known = {
@@ -214,7 +209,7 @@ def figure_of(
 @figure_of.register(tuple)
 def _of_several(
     what: Sequence[Any], *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
-) -> Drawn:
+) -> FigureOrAxes:
     """Draw several histories over one another."""
     for each in what:
         if not _is_history(each):
@@ -233,7 +228,7 @@ def _of_dataset(
     name: str = "",
     place: Place | None = None,
     **options: Any,
-) -> Drawn:
+) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
     content = what.attrs.get("content")
     # the rows of a sweep may be loads, too
@@ -241,19 +236,17 @@ def _of_dataset(
         return _of_sweep(what, picture, place, options)
     if _is_history(what) and content not in TABLES:
         return draw(what, picture or ("contact-map" if "step" in options else "history"), place, **options)
-    titled = {"title": Path(name).name} if name and content in TABLES else {}
-    name = name or "this Dataset"
-    for found, kind in (
-        (content in TABLES, "table"),
-        ("summit_height" in what, "surface"),
-        ("loop" in what.dims, "loop-trends"),
-        ("loops" in what.coords, "loop-levels"),
-    ):
-        if found and picture in {None, kind}:
-            return made(PICTURES[kind], titled | options, {}).figure(what, place)
-        if found:
-            raise InputError(f"picture {picture}: {name} has the picture {kind} alone")
-    raise InputError(f"{name} is no history; expected a Dataset from historysim, with all its variables")
+    kinds = {"table": content in TABLES, "surface": "summit_height" in what}
+    kinds |= {"loop-trends": "loop" in what.dims, "loop-levels": "loops" in what.coords}
+    kind = next((kind for kind, found in kinds.items() if found), "")
+    if not kind:
+        raise InputError(
+            f"{name or 'this Dataset'} is no history; expected a Dataset from historysim, with its variables"
+        )
+    if picture not in {None, kind}:
+        raise InputError(f"picture {picture}: {name or 'this Dataset'} has the picture {kind} alone")
+    titled = {"title": Path(name).name} if name and kind == "table" else {}
+    return made(PICTURES[kind], titled | options, {}).figure(what, place)
 
 
 TABLES = ("table", "history over time")
@@ -264,7 +257,7 @@ def _is_history(what: Any) -> bool:
     return isinstance(what, xr.Dataset) and "total_normal_load" in what and what.attrs.get("content") != SWEEP
 
 
-def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, options: dict[str, Any]) -> Drawn:
+def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, options: dict[str, Any]) -> FigureOrAxes:
     """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
     rows = ("total_tangential_load", "tangential_displacement")
     loops = all(each in what and "step" in what[each].dims for each in rows)
@@ -294,23 +287,23 @@ BEYOND = {
 """What the findings of the checks are called in a line."""
 
 
-def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: Place | None = None) -> Drawn:
+def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: Place | None = None) -> FigureOrAxes:
     """Return pictures of a result, a sweep or a scenario side by side, in a narrow figure below one another."""
     place = place or {}
     if len(pictures) == 1 and (pictures[0].alone or place.get("ax") is not None):
         return pictures[0].figure(what, place)
     across = min(len(pictures), ACROSS)
     width = PANEL * across + max(each.beside for each in pictures)
-    with canvas((width, HEIGHT * -(-len(pictures) // across) + TITLE), place) as page:
-        figure = page.several(len(pictures))
-        across = min(across, max(int(page.width / NARROWEST), 1))
+    with canvas_at(place, (width, HEIGHT * -(-len(pictures) // across) + TITLE)) as canvas:
+        figure = canvas.several(len(pictures))
+        across = min(across, max(int(canvas.width / NARROWEST), 1))
         # also of one picture: what stands below it, and the line below all, then differ
         parts: Any = figure.subfigures(-(-len(pictures) // across), across, squeeze=False).ravel()
         for part, picture in zip(parts, pictures, strict=False):
-            picture.draw(page.part(part), data_for(what, picture))
-        page.heading(title)
-        page.foot(_beyond(what) if isinstance(what, xr.Dataset) else "")
-    return page.result
+            picture.draw(canvas.part(part), data_for(what, picture))
+        canvas.heading(title)
+        canvas.foot(_beyond(what) if isinstance(what, xr.Dataset) else "")
+    return canvas.result
 
 
 def _beyond(what: xr.Dataset) -> str:
@@ -325,13 +318,15 @@ figure, ax : optional
     Draw into this figure, or these axes, of matplotlib."""
 
 
-def as_function(kind: type[Picture]) -> Callable[..., Drawn]:
+def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
     """Return a picture as a function of what it is drawn of, its fields, and where it is drawn."""
 
-    def function(data: Any, *, size: Size | None = None, figure: Any = None, ax: Any = None, **options: Any) -> Drawn:
+    def function(
+        data: Any, *, size: Size | None = None, figure: Any = None, ax: Any = None, **options: Any
+    ) -> FigureOrAxes:
         return made(kind, options, {}).figure(data, {"size": size, "figure": figure, "ax": ax})
 
-    first, *places, _ = inspect.signature(function).parameters.values()
+    first, *where, _ = inspect.signature(function).parameters.values()
     own = [
         inspect.Parameter(
             field.name,
@@ -341,7 +336,7 @@ def as_function(kind: type[Picture]) -> Callable[..., Drawn]:
         for field in fields_of(kind)
     ]
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
-    function.__signature__ = inspect.Signature([first, *own, *places])  # type: ignore[attr-defined] # as help() reads it
+    function.__signature__ = inspect.Signature([first, *own, *where])  # type: ignore[attr-defined] # as help() reads it
     about, examples, shown = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
     function.__doc__ = f"{about}\n\n{DRAWN_IN}{examples}{shown}"
     return function

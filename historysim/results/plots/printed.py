@@ -22,7 +22,7 @@ MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 
 
 class PrintedFigure(Figure):
-    """A figure whose files have their fonts in them, and 200 dots per inch where nothing else is given."""
+    """A figure with files that have their fonts in them, and 200 dots per inch where nothing else is given."""
 
     def _repr_png_(self) -> bytes:
         """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""

@@ -7,40 +7,35 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Floats, Integers
-from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import sampling_rate
 from historysim.measured.measurement import Measurement
 from historysim.measured.sliding import UNITS, Sliding
-from historysim.results.plots.canvas import PAGE, WIDE, Canvas, Size, beside_title
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture
-from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, line_style, zero_lines
+from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas, Size
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    MARK,
+    STATE_COLOURS,
+    label_loop,
+    line_style,
+    note_instead,
+    scale_of,
+    scaled,
+)
 from historysim.results.tables import WrittenTable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from matplotlib.axes import Axes
-    from matplotlib.gridspec import SubplotSpec
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000
 """Points of a comparison, and samples of a channel, that are drawn."""
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
-
-
-@attrs.frozen(kw_only=True)
-class Titled(Picture):
-    """A picture with a heading of its own.
-
-    Attributes
-    ----------
-    title
-        A heading.
-    """
-
-    title: str = ""
 
 
 @PICTURES.register
@@ -48,40 +43,26 @@ class Titled(Picture):
 class ComparisonPicture(Titled):
     """Loops and loads of measurement and model over each other, energies, and residuals."""
 
-    kind, of, size, alone = "comparison", (Comparison,), (PAGE, 137.0), True
+    kind, of, size, alone = "comparison", (Comparison,), (TWO_COLUMNS, 137.0), True
 
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
-        panels: dict[str, Callable[[Axes, Comparison], None]] = {
-            "friction loops": _draw_loops,
-            "tangential load": _draw_loads,
-            "energies": _draw_energies,
-            "measured less model": _draw_difference,
-            "residuals": _draw_residuals,
-        }
-        figure = canvas.several(len(panels))
-        places = _places(canvas)
-        for draw, spot in zip(panels.values(), places, strict=False):
-            draw(figure.add_subplot(spot), data)
-        canvas.left_out(*list(panels)[len(places) :])
-        canvas.legend(figure.axes[0])
+        canvas.several(len(COMPARED))
+        rows, heights = "L", [1.0]
+        if canvas.width >= WIDE:
+            rows, heights = ("LLLTTT;EEDDRR", [1.25, 1.0]) if canvas.height >= 95.0 else ("LLLTTT", [1.0])
+        elif canvas.height >= 105.0:
+            rows, heights = "LL;TT;ED", [2.2, 1.1, 1.1]
+        panels = canvas.figure.subplot_mosaic(rows, height_ratios=heights)
+        for name, axes in panels.items():
+            COMPARED[name][1](axes, data)
+        canvas.left_out(*(called for name, (called, _) in COMPARED.items() if name not in panels))
+        canvas.legend(panels["L"])
         canvas.heading(self.title)
 
 
-def _places(canvas: Canvas) -> "list[SubplotSpec]":
-    """Return where panels stand: two above three on a page, in a column as many as fit."""
-    if canvas.width >= WIDE:
-        rows = 2 if canvas.height >= 95.0 else 1
-        grid = canvas.figure.add_gridspec(rows, 6, height_ratios=(1.25, 1)[:rows])
-        return [grid[0, :3], grid[0, 3:], *([grid[1, :2], grid[1, 2:4], grid[1, 4:]] if rows == 2 else [])]
-    if canvas.height >= 105.0:
-        grid = canvas.figure.add_gridspec(3, 2, height_ratios=(2.2, 1.1, 1.1))
-        return [grid[0, :], grid[1, :], grid[2, 0], grid[2, 1]]
-    return [canvas.figure.add_gridspec(1, 1)[0, 0]]
-
-
 def _thin(comparison: Comparison) -> Integers:
-    """Return the samples to draw: all turning points, and of the rest no more than a page can show."""
+    """Return the samples to draw: all turning points, and of the rest no more than a picture can show."""
     observation = comparison.observation
     stride = -(-observation.time.size // MOST_POINTS)
     return np.union1d(np.arange(0, observation.time.size, stride), observation.turns)
@@ -90,94 +71,71 @@ def _thin(comparison: Comparison) -> Integers:
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     observation, response = comparison.observation, comparison.response
     shown = _thin(comparison)
-    factor, prefix = prefixed(float(np.abs(observation.displacement).max()))
-    force, force_prefix = _force(comparison)
-    zero_lines(axes, vertical=False)
-    dots: dict[str, Any] = {
-        "linestyle": "",
-        "marker": ".",
-        "ms": 2.4,
-        "markeredgewidth": 0,
-        "rasterized": True,
-        "zorder": 2,
-    }
-    load, modelled = observation.tangential_load, response.tangential_load
-    axes.plot(observation.displacement[shown] * factor, load[shown] * force, color=MEASURED, label="measured", **dots)
-    # along a branch the model passes the displacements in their order, not in that of time
-    order = np.concatenate(
-        [
-            start
-            + np.argsort(
-                response.displacement[start:end] * np.sign(response.displacement[end] - response.displacement[start])
-            )
-            for start, end in zip(observation.turns[:-1], observation.turns[1:], strict=True)
-        ]
-        + [observation.turns[-1:]]
+    length, force = label_loop(
+        axes, [observation.displacement], [observation.tangential_load, response.tangential_load]
     )
-    # of a long record no more than a page can show, and all turning points
+    dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
+    dots |= {"rasterized": True, "zorder": 2}
+    load, modelled = observation.tangential_load, response.tangential_load
+    axes.plot(observation.displacement[shown] * length, load[shown] * force, color=MEASURED, label="measured", **dots)
+    # along a branch the model passes the displacements in their order, not in that of time
+    branches = zip(observation.turns[:-1], observation.turns[1:], strict=True)
+    rises = [
+        (slice(start, end), np.sign(response.displacement[end] - response.displacement[start]))
+        for start, end in branches
+    ]
+    in_order = [part.start + np.argsort(response.displacement[part] * sign) for part, sign in rises]
+    order = np.concatenate([*in_order, observation.turns[-1:]])
+    # of a long record no more than a picture can show, and all turning points
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
-    # over the points, among whose noise it would not be seen
+    # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
-    axes.plot(response.displacement[order] * factor, modelled[order] * force, label="model", **line)
+    axes.plot(response.displacement[order] * length, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
         stiffness = comparison.instrument.lateral_stiffness
         contact = observation.displacement - load / stiffness
         dots["color"] = CORRECTED
-        axes.plot(contact[shown] * factor, load[shown] * force, label="measured, of the contact", **dots)
+        axes.plot(contact[shown] * length, load[shown] * force, label="measured, of the contact", **dots)
         contact = response.displacement - modelled / stiffness
         line["linestyle"] = (0, (4, 1.5))
-        axes.plot(contact[order] * factor, modelled[order] * force, label="model, of the contact", **line)
+        axes.plot(contact[order] * length, modelled[order] * force, label="model, of the contact", **line)
     axes.margins(0.06)
-    axes.set(
-        title="Friction loops",
-        xlabel=f"displacement ({prefix}m)",
-        ylabel=f"tangential load $T$ ({force_prefix}N)",
-    )
+    axes.set_title("Friction loops")
 
 
 def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
     observation = comparison.observation
     shown = _thin(comparison)
-    force, prefix = _force(comparison)
-    time = observation.time[shown]
-    axes.plot(time, observation.tangential_load[shown] * force, color=MEASURED, linewidth=0.9, rasterized=True)
-    axes.plot(time, comparison.response.tangential_load[shown] * force, color=MODEL, linewidth=0.6, rasterized=True)
+    time, loads = observation.time[shown], [each.tangential_load[shown] for each in (observation, comparison.response)]
+    force, unit = scale_of("N", *loads)
+    for load, colour, width in zip(loads, (MEASURED, MODEL), (0.9, 0.6), strict=True):
+        axes.plot(time, load * force, color=colour, linewidth=width, rasterized=True)
     axes.margins(x=0.01)
-    axes.set(title="Tangential load", ylabel=f"$T$ ({prefix}N)", xlabel="time (s)")
+    axes.set(title="Tangential load", ylabel=f"$T$ ({unit})", xlabel="time (s)")
 
 
 def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
-    observation, off = comparison.observation, comparison.difference
-    factor, prefix = prefixed(float(np.abs(off).max(initial=0.0)))
+    observation, (off, unit) = comparison.observation, scaled(comparison.difference, "N")
     stride = -(-off.size // MOST_POINTS)
+    time = observation.time[observation.first :][::stride]
     axes.axhline(0, color=FAINT, linewidth=0.6)
-    axes.plot(
-        observation.time[observation.first :][::stride],
-        off[::stride] * factor,
-        ".",
-        color=INK,
-        markersize=1.2,
-        markeredgewidth=0,
-        rasterized=True,
-    )
-    axes.set(title="Measured less model", ylabel=f"$ΔT$ ({prefix}N)", xlabel="time (s)")
+    axes.plot(time, off[::stride], ".", color=INK, markersize=1.2, markeredgewidth=0, rasterized=True)
+    axes.set(title="Measured less model", ylabel=f"$ΔT$ ({unit})", xlabel="time (s)")
 
 
 def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
     """Draw residuals over the branches, in the mean of those that rise, and of those that fall."""
     left = comparison.left
-    factor, prefix = prefixed(float(np.nanmax(np.abs(left.mean), initial=0.0)))
+    factor, unit = scale_of("N", left.mean)
     axes.axhline(0, color=FAINT, linewidth=0.6)
-    for place, mean, colour, label in zip(
-        left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True
-    ):
-        axes.plot(100 * place, mean * factor, color=colour, linewidth=1.0)
+    for way, mean, colour, label in zip(left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True):
+        axes.plot(100 * way, mean * factor, color=colour, linewidth=1.0)
         if np.isfinite(mean).any():
             at = int(np.nanargmax(np.abs(mean)))
             side = "top" if mean[at] < 0 else "bottom"
-            axes.annotate(f" {label}", (100 * place[at], mean[at] * factor), color=colour, fontsize=7, va=side)
+            axes.annotate(f" {label}", (100 * way[at], mean[at] * factor), color=colour, fontsize=7, va=side)
     axes.margins(y=0.12)
-    axes.set(title="Residuals over the branch", ylabel=f"mean $ΔT$ ({prefix}N)", xlabel="way from reversal (%)")
+    axes.set(title="Residuals over the branch", ylabel=f"mean $ΔT$ ({unit})", xlabel="way from reversal (%)")
 
 
 def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
@@ -185,33 +143,31 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
 
     axes.set(title="Energies", xlabel="loop")
     if comparison.measured is None or comparison.model is None:
-        axes.text(0.5, 0.5, "no whole loop", transform=axes.transAxes, ha="center", va="center", color=FAINT)
-        axes.set(xticks=[], yticks=[])
+        note_instead(axes, "no whole loop")
         return
     energies = [loops.dissipated_energy for loops in (comparison.measured, comparison.model)]
     known = np.concatenate(energies)
     # a loop in which the normal load steps has no energy
     known = known[np.isfinite(known)] if np.isfinite(known).any() else np.zeros(1)
-    factor, prefix = prefixed(float(np.abs(known).max()))
-    for loops, energy, colour, marker, name in zip(
-        (comparison.measured, comparison.model), energies, (MEASURED, MODEL), "ox", ("measured", "model"), strict=True
-    ):
+    factor, unit = scale_of("J", known)
+    sets = ("measured", comparison.measured, "o", MEASURED), ("model", comparison.model, "x", MODEL)
+    for (name, loops, marker, colour), energy in zip(sets, energies, strict=True):
         axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none", label=name)
-    # from zero, so that heights compare; a record whose signs are mixed up has energies below it
+    # from zero, so that heights compare; a record with mixed-up signs has energies below it
     lowest, highest = (factor * float(at(known)) for at in (np.min, np.max))
     axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(f"$∮T\\,dU$ ({prefix}J)")
-    beside_title(axes, "○ measured  × model")
+    axes.set_ylabel(f"$∮T\\,dU$ ({unit})")
 
 
-def _force(comparison: Comparison) -> tuple[float, str]:
-    largest = max(
-        float(np.abs(load).max())
-        for load in (comparison.observation.tangential_load, comparison.response.tangential_load)
-    )
-    return prefixed(largest)
-
+COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
+    "L": ("friction loops", _draw_loops),
+    "T": ("tangential load", _draw_loads),
+    "E": ("energies", _draw_energies),
+    "D": ("measured less model", _draw_difference),
+    "R": ("residuals", _draw_residuals),
+}
+"""Panels of a comparison by their letters in the layout: what each is called, and what draws it."""
 
 DETAIL, PIECE = 200, 8192
 """Samples that the detail of a channel, and a piece of its spectrum, take."""
@@ -228,7 +184,7 @@ class RecordPicture(Titled):
 
     def size_of(self, data: Measurement) -> Size:
         """Return a row for each channel."""
-        return PAGE, 18.0 + 45.0 * len(_changing(data))
+        return TWO_COLUMNS, 18.0 + 45.0 * len(_changing(data))
 
     def draw(self, canvas: Canvas, data: Measurement) -> None:
         """Draw channels over time, a detail, and amplitudes over the frequency; without an even clock no spectrum."""
@@ -246,8 +202,7 @@ class RecordPicture(Titled):
         canvas.left_out(*(["details", "spectra"] if columns == 1 else []), *beyond)
         for row, (name, values) in enumerate([*channels.items()][:rows]):
             read = values + data.removed[name] if name in data.removed else None
-            factor, prefix = prefixed(float(np.abs(values).max()))
-            unit = f"{prefix}{LOAD_KINDS[name].unit}"
+            factor, unit = scale_of(LOAD_KINDS[name].unit, values)
             whole = canvas.given or figure.add_subplot(grid[row, 0])
             evenly = np.unique(np.linspace(0, values.size - 1, min(values.size, MOST_SAMPLES)).astype(int))
             _draw_channel(whole, data.time, values, read, evenly, factor)
@@ -297,8 +252,7 @@ def _draw_spectrum(
 ) -> None:
     axes.set(title="Amplitude", ylabel=f"({unit})")
     if rate is None:
-        axes.text(0.5, 0.5, "no even clock", transform=axes.transAxes, ha="center", va="center", color=FAINT)
-        axes.set(xticks=[], yticks=[])
+        note_instead(axes, "no even clock")
         return
     from scipy import signal
 
@@ -316,12 +270,12 @@ def _draw_spectrum(
 class SlidingPicture(Titled):
     """The friction coefficient over time or distance, with its windows, static peak and approach to a steady value."""
 
-    kind, of, size, alone = "sliding", (Sliding,), (PAGE, 92.0), True
+    kind, of, size, alone = "sliding", (Sliding,), (TWO_COLUMNS, 92.0), True
 
     def draw(self, canvas: Canvas, data: Sliding) -> None:
         """Draw them."""
         axes = canvas.axes()
-        factor, prefix = prefixed(float(np.abs(data.place).max())) if data.over == "distance" else (1.0, "")
+        factor, unit = scale_of("m", data.place) if data.over == "distance" else (1.0, UNITS[data.over])
         stride = -(-data.place.size // MOST_SAMPLES)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
         at, friction = data.place[::stride] * factor, data.coefficient[::stride]
@@ -338,7 +292,7 @@ class SlidingPicture(Titled):
         if data.peak is not None:
             peak = data.peak.place * factor, data.peak.coefficient
             axes.plot(*peak, "^", color=INK, ms=5, label="static peak", zorder=4)
-        axes.set(title="Friction coefficient", xlabel=f"{data.over} ({prefix}{UNITS[data.over]})", ylabel="$μ = T/N$")
+        axes.set(title="Friction coefficient", xlabel=f"{data.over} ({unit})", ylabel="$μ = T/N$")
         canvas.legend(axes)
         canvas.heading(self.title)
 
@@ -355,7 +309,7 @@ class TablePicture(Titled):
 
     def size_of(self, data: WrittenTable | xr.Dataset) -> Size:
         """Return a row for each unit."""
-        return PAGE, 30.0 + 45.0 * min(len(_by_unit(_table(data))[2]), MOST_PANELS)
+        return TWO_COLUMNS, 30.0 + 45.0 * min(len(_by_unit(_table(data))[2]), MOST_PANELS)
 
     def draw(self, canvas: Canvas, data: WrittenTable | xr.Dataset) -> None:
         """Draw up to 4 panels of up to 6 lines."""
@@ -367,13 +321,13 @@ class TablePicture(Titled):
         else:
             all_axes = list(canvas.several(len(panels)).subplots(len(panels), 1, sharex=True))
         unit = str(numbers[first].attrs.get("units", "1"))
-        factor, prefix = _prefixed(numbers[first].values, unit)
+        factor, unit = _scale(numbers[first].values, unit)
         at = numbers[first].values * factor
         left_out = [name for _, names in list(by_unit.items())[MOST_PANELS:] for name in names]
         for axes, (its_unit, names) in zip(all_axes, panels, strict=True):
             left_out += names[MOST_LINES:]
             _draw_columns(axes, at, {name: numbers[name].values for name in names[:MOST_LINES]}, its_unit)
-        all_axes[-1].set_xlabel(first.replace("_", " ") + ("" if unit == "1" else f" ({prefix}{unit})"))
+        all_axes[-1].set_xlabel(first.replace("_", " ") + ("" if unit == "1" else f" ({unit})"))
         if len(panels) == 1:
             canvas.legend(*all_axes)
         else:
@@ -403,16 +357,13 @@ def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[s
 
 
 def _draw_columns(axes: "Axes", at: Floats, columns: dict[str, Floats], unit: str) -> None:
-    factor, prefix = _prefixed(np.concatenate([*columns.values()]), unit)
+    factor, unit = _scale(np.concatenate([*columns.values()]), unit)
     for number, (name, values) in enumerate(columns.items()):
         axes.plot(at, values * factor, label=name.replace("_", " "), **line_style(number, MOST_LINES))
     label = next(iter(columns)).replace("_", " ") if len(columns) == 1 else "value"
-    axes.set_ylabel(f"{label} ({prefix}{unit})" if unit != "1" else label)
+    axes.set_ylabel(f"{label} ({unit})" if unit != "1" else label)
 
 
-def _prefixed(values: Any, unit: str) -> tuple[float, str]:
-    """Return the factor and the prefix for a column; units of several factors, powers and seconds have none."""
-    known = np.abs(values[np.isfinite(values)])
-    if unit not in {"N", "m", "J", "Pa"} or not known.size:
-        return 1.0, ""
-    return prefixed(float(known.max()))
+def _scale(values: Any, unit: str) -> tuple[float, str]:
+    """Return the factor and the unit for a column; units of several factors, powers and seconds have no prefix."""
+    return scale_of(unit, values) if unit in {"N", "m", "J", "Pa"} else (1.0, unit)

@@ -4,11 +4,12 @@ Colours differ for readers with any colour vision and in grey print: lightness r
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from historysim.basics.array_types import Floats, Integers
 from historysim.basics.units import prefixed
@@ -17,6 +18,11 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
+    from matplotlib.image import AxesImage
+    from matplotlib.patches import Patch
+
+Extent = tuple[float, float, float, float]
+"""Ends of an image: left, right, bottom and top."""
 
 STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
@@ -57,18 +63,57 @@ LINES = (
 """Colour, dashes and marker of each line of a picture: they differ in grey print, too."""
 MOST_LINES = 12
 
+SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
+"""An arrow from one end to another."""
+WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
+"""The ground of a string that may lie on a line."""
+
 MOST_POINTS = 100_000
-"""Points of a line: more than a page can show."""
+"""Points of a line: more than a picture can show."""
 MOST_PIECES = 256
 """Pieces of one colour in a coloured line."""
 FEW_DECADES = 30.0
 """Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
 
 
+def scale_of(unit: str, *values: npt.ArrayLike) -> tuple[float, str]:
+    """Return the factor of a readable SI prefix for the greatest of some values, and the unit with that prefix."""
+    known = (each[np.isfinite(each)] for each in map(np.asarray, values))
+    factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in known))
+    return factor, prefix + unit
+
+
 def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
     """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
-    factor, prefix = prefixed(np.nanmax(np.abs(values), initial=0.0))
-    return values * factor, prefix + unit
+    factor, readable = scale_of(unit, values)
+    return values * factor, readable
+
+
+def label_loop(axes: "Axes", displacements: Sequence[Floats], loads: Sequence[Floats]) -> tuple[float, float]:
+    """Label the axes of friction loops, and return the factors of displacement [m] and load [N]."""
+    (length, unit), (force, force_unit) = scale_of("m", *displacements), scale_of("N", *loads)
+    zero_lines(axes)
+    axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
+    return length, force
+
+
+def draw_image(axes: "Axes", values: Floats, extent: Extent, **colours: Any) -> "AxesImage":
+    """Draw values point by point (x, y), x to the right and y upwards."""
+    return axes.imshow(values.T, origin="lower", extent=extent, interpolation="nearest", **colours)
+
+
+def note_instead(axes: "Axes", text: str) -> None:
+    """Write in empty axes why nothing is drawn there."""
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", color=FAINT)
+    axes.set(xticks=[], yticks=[])
+
+
+def patches(colours: Iterable[str], names: Iterable[str]) -> "list[Patch]":
+    """Return what a legend shows of colours."""
+    from matplotlib.patches import Patch
+
+    entries = zip(colours, names, strict=True)
+    return [Patch(facecolor=colour, edgecolor=INK, linewidth=0.5, label=name) for colour, name in entries]
 
 
 def by_factors(axis: Any) -> None:
@@ -113,7 +158,7 @@ def line_colours() -> Any:
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 
-    # the light end is left out: it is lost on white paper
+    # the light end is left out: it is lost on white
     return ListedColormap(mpl.colormaps["viridis_r"](np.linspace(0.08, 1.0, MOST_PIECES)))
 
 
@@ -133,13 +178,13 @@ def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces:
 
 
 def thinned(history: "xr.Dataset") -> "xr.Dataset":
-    """Return the totals at every n-th step and the last one: no more than a page can show."""
+    """Return the totals at every n-th step and the last one: no more than a picture can show."""
     totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
     return totals.isel(step=kept_steps(history.sizes["step"]))
 
 
 def kept_steps(steps: int) -> Integers:
-    """Return every n-th of a number of steps and the last one: no more than a page can show."""
+    """Return every n-th of a number of steps and the last one: no more than a picture can show."""
     return np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1)
 
 

@@ -11,15 +11,26 @@ import xarray as xr
 
 from historysim.basics.arguments import representable
 from historysim.basics.array_types import Floats, Integers
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
-from historysim.results.analysis.recorded import shape_of
+from historysim.results.analysis.recorded import position_of, shape_of
 from historysim.results.analysis.slips import representative_step
-from historysim.results.plots.canvas import COLUMN, PAGE, Canvas, Size
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture
-from historysim.results.plots.style import FAINT, INK, LINES, STATE_COLOURS, STATES, by_factors
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas, Size
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    LINES,
+    STATE_COLOURS,
+    STATES,
+    Extent,
+    by_factors,
+    draw_image,
+    patches,
+    scale_of,
+)
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 
@@ -27,10 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-States = npt.NDArray[np.int8]
-
 MOST_MARKS = 20_000
-"""Summits without contact that are marked; of more, so many drawn by lot."""
+"""Summits without contact that are marked; of more, so many taken by lot."""
 LONGEST = 4.0
 """Length over width of a surface up to which the axes around it are as long and wide as it is."""
 SEPARATED, TOUCHING = 0, -1
@@ -44,22 +53,19 @@ FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class SurfacePicture(Picture):
-    """The surface with its summits, and the asperity distribution: radius over height.
+class SurfacePicture(Titled):
+    """The surface with its summits, and the asperity distribution: radius over height."""
 
-    Attributes
-    ----------
-    title
-        A heading; by default that of the surface.
-    """
-
-    title: str = ""
-
-    kind, of, size, alone = "surface", (Surface, SCENARIO), (PAGE, 97.0), True
+    kind, of, size, alone = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True
 
     def draw(self, canvas: Canvas, data: xr.Dataset | Surface) -> None:
         """Draw the map, or the profile, and the distribution; without positions the distribution alone."""
-        draw_surface(canvas, in_dataset(data), None, self.title)
+        if isinstance(data, Surface):
+            # the 9-point rule, of a profile the 3-point rule
+            with representable():
+                summits = data.summits(3 if 1 in data.shape else 9)
+            data = surface_group.dataset(summits, data)
+        draw_surface(canvas, data, contact_at(data), self.title or str(data.attrs.get("title", "")))
 
 
 @PICTURES.register
@@ -80,37 +86,31 @@ class DistributionPicture(Picture):
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the summits, and the rigid flat."""
         surface = surface_of(data)
-        contact = contact_at(surface, data, position_of(self.step, data))
-        draw_distribution(canvas.axes(), surface, contact.state, contact)
-        canvas.legend(handles=legend_handles(surface, contact.state, contact))
+        contact = contact_at(surface, data, step_number(self.step, data))
+        draw_distribution(canvas.axes(), contact)
+        canvas.legend(handles=legend_handles(surface, contact))
         canvas.heading("", contact.caption)
 
 
 @attrs.frozen(eq=False)
 class ContactAtStep:
-    """What a history has of the summits at one step: slip state (or `TOUCHING`, where not recorded), lengths in m."""
+    """Summits: slip state (or `TOUCHING`, where not recorded), height and radius [m], and that of the flat, if any."""
 
-    state: States
+    state: npt.NDArray[np.int8]
     height: Floats
     radius: Floats
-    separation: float
-    caption: str
+    separation: float | None = None
+    caption: str = ""
+
+    @property
+    def flat(self) -> list[float]:
+        """Where the rigid flat is [m]; nothing of a surface alone."""
+        return [] if self.separation is None else [self.separation]
 
 
-def in_dataset(surface: xr.Dataset | Surface) -> xr.Dataset:
-    """Return a surface with its summits, by the 9-point rule, of a profile by the 3-point rule."""
-    if isinstance(surface, Surface):
-        with representable():
-            summits = surface.summits(3 if 1 in surface.shape else 9)
-        return surface_group.dataset(summits, surface)
-    return surface
-
-
-def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep | None, title: str) -> None:
+def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, title: str) -> None:
     """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
-    check_summits(surface)
     count = surface.sizes["summit"]
-    state = np.zeros(count, dtype=np.int8) if contact is None else contact.state
     has_map = "height" in surface
     placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or count > 0)
     axes: Axes | None = None
@@ -123,15 +123,15 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep | N
     else:
         axes, beside = canvas.two("asperity distribution", 1.25, stacked=1.6)
     if axes is not None and has_map and 1 in surface["height"].shape:
-        _draw_profile(axes, surface, state, contact)
+        _draw_profile(axes, surface, contact)
     elif axes is not None:
-        draw_map(axes, surface, state, pale=contact is not None)
+        draw_map(axes, surface, contact)
     if beside is not None:
-        draw_distribution(beside, surface, state, contact)
+        draw_distribution(beside, contact)
     elif count <= 1:
         canvas.foot(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
-    canvas.legend(handles=legend_handles(surface, state, contact, flat=beside is not None))
-    canvas.heading(title or str(surface.attrs.get("title", "")), contact.caption if contact else "")
+    canvas.legend(handles=legend_handles(surface, contact, flat=beside is not None))
+    canvas.heading(title, contact.caption)
 
 
 def surface_of(history: xr.Dataset) -> xr.Dataset:
@@ -151,45 +151,38 @@ def surface_of(history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def position_of(step: int | str, history: xr.Dataset) -> int:
+def step_number(step: int | str, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0."""
-    steps = history.sizes["step"]
     if step == "partial" and "slip_state" in history:
         return representative_step(history)
     # of totals alone nothing is known of what slips
     if step in {"partial", "peak"}:
         return int(history["total_normal_load"].values.argmax())
-    if not isinstance(step, int | np.integer) or not -steps <= step < steps:
-        raise InputError(
-            f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}, partial or peak"
-        )
-    return int(step) % steps
+    try:
+        return position_of(step, history)
+    except InputError as error:
+        raise InputError(f"{error}, partial or peak") from None
 
 
-def check_summits(surface: xr.Dataset) -> None:
-    """Check that a surface holds summits."""
+def contact_at(surface: xr.Dataset, history: xr.Dataset | None = None, step: int = 0) -> ContactAtStep:
+    """Return the summits of a surface alone, or at a step of a history."""
     if "summit_height" not in surface or "summit_radius" not in surface:
         raise InputError("the surface holds no summits; expected the group surface of a result")
-
-
-def contact_at(surface: xr.Dataset, history: xr.Dataset, step: int) -> ContactAtStep:
-    """Return what a history says of the summits of a surface at a step."""
-    check_summits(surface)
+    height, radius = (surface[f"summit_{name}"].values.copy() for name in ("height", "radius"))
+    state = np.full(height.size, SEPARATED, dtype=np.int8)
+    if history is None:
+        return ContactAtStep(state, height, radius)
     row = history.isel(step=step)
-    count = int(row["contact_count"])
-    state = np.full(surface.sizes["summit"], SEPARATED, dtype=np.int8)
-    shape = {name: surface[name].values.copy() for name in ("summit_height", "summit_radius")}
-    places = _places(surface, row) if "slip_state" in row else np.empty(0, dtype=np.int64)
-    for name, values in shape.items():
-        if places.size:
-            values[places] = shape_of(history, name, step)
+    recorded = _positions(surface, row) if "slip_state" in row else np.empty(0, dtype=np.int64)
+    if recorded.size:
+        height[recorded], radius[recorded] = (
+            shape_of(history, f"summit_{name}", step) for name in ("height", "radius")
+        )
     # the highest ones; beside the separation, which is rounded, one might be taken for the wrong side
-    state[np.argsort(-shape["summit_height"], kind="stable")[:count]] = TOUCHING
-    if places.size:
-        state[places] = row["slip_state"].values
-    return ContactAtStep(
-        state, shape["summit_height"], shape["summit_radius"], float(row["separation"]), caption_at(history, step)
-    )
+    state[np.argsort(-height, kind="stable")[: int(row["contact_count"])]] = TOUCHING
+    if recorded.size:
+        state[recorded] = row["slip_state"].values
+    return ContactAtStep(state, height, radius, float(row["separation"]), caption_at(history, step))
 
 
 def caption_at(history: xr.Dataset, step: int) -> str:
@@ -204,38 +197,36 @@ def caption_at(history: xr.Dataset, step: int) -> str:
     )
 
 
-def _places(surface: xr.Dataset, row: xr.Dataset) -> Integers:
-    """Return where the recorded asperities stand among the summits."""
+def _positions(surface: xr.Dataset, row: xr.Dataset) -> Integers:
+    """Return the positions of the recorded asperities among the summits."""
     labels = surface.get("summit", np.arange(surface.sizes["summit"]))
     asperities = row["asperity"].values
-    places = np.searchsorted(labels, asperities)
+    found = np.searchsorted(labels, asperities)
     if asperities.size and (
-        places.max() >= labels.size
-        or not np.array_equal(labels[places], asperities)
-        or not np.array_equal(surface["summit_height"].values[places], row["summit_height"].values)
+        found.max() >= labels.size
+        or not np.array_equal(labels[found], asperities)
+        or not np.array_equal(surface["summit_height"].values[found], row["summit_height"].values)
     ):
         raise InputError("the history is of other summits than the surface; expected the surface of its own file")
-    return places
+    return found
 
 
-def draw_map(axes: "Axes", surface: xr.Dataset, state: States, *, pale: bool = True) -> None:
-    """Draw heights and summits from above, those in contact in the colour of their state.
-
-    Heights are pale where the colours of the states must differ from them, in grey print, too.
-    """
+def draw_map(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
+    """Draw heights and summits from above, those in contact in the colour of their state."""
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
     # a single summit has no sides, but a radius
     lone = max(sides) == 0
-    factor, unit = _readable(surface["summit_radius"].values if lone else sides)
+    reach = float(surface["summit_radius"].values.max()) if lone else 0.0
+    factor, unit = scale_of("m", reach, sides)
     if "height" in surface:
         extent = (x[0] * factor, x[1] * factor, y[0] * factor, y[1] * factor)
-        _draw_heights(axes, surface, extent, greys=(DARKEST, 1.0) if pale else (0.0, 1.0))
-    _draw_marks(axes, surface["summit_x"].values * factor, surface["summit_y"].values * factor, state)
+        # pale where the colours of the states must differ from them, in grey print, too
+        _draw_heights(axes, surface, extent, darkest=DARKEST if contact.flat else 0.0)
+    _draw_marks(axes, surface["summit_x"].values * factor, surface["summit_y"].values * factor, contact.state)
     if lone:
-        reach = float(surface["summit_radius"].values.max()) * factor
-        axes.set(xlim=(x[0] * factor - reach, x[0] * factor + reach))
-        axes.set(ylim=(y[0] * factor - reach, y[0] * factor + reach))
+        axes.set_xlim((x[0] - reach) * factor, (x[0] + reach) * factor)
+        axes.set_ylim((y[0] - reach) * factor, (y[0] + reach) * factor)
     # a long strip would leave no room for its labels
     axes.set_aspect("equal", adjustable="box" if max(sides) <= LONGEST * min(sides) else "datalim")
     axes.spines[["top", "right"]].set_visible(True)
@@ -243,7 +234,7 @@ def draw_map(axes: "Axes", surface: xr.Dataset, state: States, *, pale: bool = T
 
 
 def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
-    """Return where the pixels of the map begin and end along an axis, or the summits where there is none."""
+    """Return where the pixels of the map begin and end along an axis [m], or the summits where there is none."""
     if "height" in surface:
         points = surface[axis].values
         return float(1.5 * points[0] - 0.5 * points[1]), float(1.5 * points[-1] - 0.5 * points[-2])
@@ -251,64 +242,50 @@ def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
     return float(positions.min()), float(positions.max())
 
 
-def _draw_heights(
-    axes: "Axes", surface: xr.Dataset, extent: tuple[float, float, float, float], *, greys: tuple[float, float]
-) -> None:
+def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest: float) -> None:
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 
-    factor, unit = _readable(surface["height"].values)
+    factor, unit = scale_of("m", surface["height"].values)
     heights = surface["height"].values * factor
     known = heights[np.isfinite(heights)]
     # a few spikes would leave all else in one grey
     low, high = np.percentile(known, (0.5, 99.5)) if known.size else (0.0, 0.0)
-    image = axes.imshow(
-        heights.T,
-        origin="lower",
-        cmap=ListedColormap(mpl.colormaps["gray"](np.linspace(*greys, 256))).with_extremes(bad=MISSING),
-        vmin=low if high > low else low - 1,
-        vmax=high if high > low else low + 1,
-        extent=extent,
-        interpolation="nearest",
+    greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(bad=MISSING)
+    if high <= low:
+        draw_image(axes, heights, extent, cmap=greys, vmin=low - 1, vmax=high + 1)
+        return
+    image = draw_image(axes, heights, extent, cmap=greys, vmin=low, vmax=high)
+    left, right, bottom, top = extent
+    height_over_width = (top - bottom) / (right - left)
+    below, above = known.min() < low, known.max() > high
+    axes.figure.colorbar(
+        image,
+        cax=axes.inset_axes((1.03, 0, 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1), 1)),
+        extend="both" if below and above else "min" if below else "max" if above else "neither",
+        label=f"height $z$ ({unit})",
     )
-    if high > low:
-        left, right, bottom, top = extent
-        height_over_width = (top - bottom) / (right - left)
-        width = 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1)
-        below, above = known.min() < low, known.max() > high
-        bar = axes.figure.colorbar(
-            image,
-            cax=axes.inset_axes((1.03, 0, width, 1)),
-            extend="both" if below and above else "min" if below else "max" if above else "neither",
-        )
-        bar.set_label(f"height $z$ ({unit})")
-        bar.outline.set_linewidth(0.4)
 
 
-def _draw_profile(axes: "Axes", surface: xr.Dataset, state: States, contact: ContactAtStep | None) -> None:
+def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
     points, heights = surface[axis].values, surface["height"].values.ravel()
-    summits = surface["summit_height"].values if contact is None else contact.height
-    along, unit = _readable(points)
-    up, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
+    (along, unit), (up, height_unit) = scale_of("m", points), scale_of("m", heights, contact.flat)
     axes.plot(points * along, heights * up, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
-    _draw_marks(axes, surface[f"summit_{axis}"].values * along, summits * up, state)
-    if contact is not None:
-        axes.axhline(contact.separation * up, **FLAT)
+    _draw_marks(axes, surface[f"summit_{axis}"].values * along, contact.height * up, contact.state)
+    for separation in contact.flat:
+        axes.axhline(separation * up, **FLAT)
     axes.margins(x=0.01)
     axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
 
 
-def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact: ContactAtStep | None) -> None:
+def draw_distribution(axes: "Axes", contact: ContactAtStep) -> None:
     """Draw the radius of each summit against its height."""
-    heights, radii = (surface["summit_height"].values, surface["summit_radius"].values)
-    if contact is not None:
-        heights, radii = contact.height, contact.radius
-    along, height_unit = _readable(heights, *([] if contact is None else [contact.separation]))
-    up, radius_unit = _readable(radii)
-    _draw_marks(axes, heights * along, radii * up, state)
-    if contact is not None:
-        axes.axvline(contact.separation * along, **FLAT)
+    radii = contact.radius
+    (along, height_unit), (up, radius_unit) = scale_of("m", contact.height, contact.flat), scale_of("m", radii)
+    _draw_marks(axes, contact.height * along, radii * up, contact.state)
+    for separation in contact.flat:
+        axes.axvline(separation * along, **FLAT)
     if not radii.size:
         axes.text(0.5, 0.5, "no summits", transform=axes.transAxes, ha="center", color=FAINT)
     # radii of rough surfaces reach over decades
@@ -323,14 +300,7 @@ def draw_distribution(axes: "Axes", surface: xr.Dataset, state: States, contact:
     )
 
 
-def _readable(*lengths: npt.ArrayLike) -> tuple[float, str]:
-    """Return the factor and the unit in which these lengths can be read, whatever of them is missing."""
-    known = [np.abs(values[np.isfinite(values)]).max(initial=0.0) for values in map(np.asarray, lengths)]
-    factor, prefix = prefixed(float(max(known)))
-    return factor, f"{prefix}m"
-
-
-def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
+def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: npt.NDArray[np.int8]) -> None:
     separated = np.flatnonzero(state == SEPARATED)
     if separated.size > MOST_MARKS:
         # by lot, since every so many-th one of a regular array would be another array
@@ -338,29 +308,24 @@ def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: States) -> None:
     size = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
     axes.plot(x[separated], y[separated], ".", color=NO_CONTACT, ms=size, markeredgewidth=0, rasterized=True)
     area = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
-    for value, fill in (*enumerate(STATE_COLOURS), (TOUCHING, "none")):
-        if value == SEPARATED:
-            continue
+    for value, fill in (*enumerate(STATE_COLOURS[1:], 1), (TOUCHING, "none")):
         here = state == value
         axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
 
 
-def legend_handles(
-    surface: xr.Dataset, state: States, contact: ContactAtStep | None, *, flat: bool = True
-) -> "list[Artist]":
+def legend_handles(surface: xr.Dataset, contact: ContactAtStep, *, flat: bool = True) -> "list[Artist]":
     """Return what a legend shows of marks; the rigid flat only where it is drawn."""
     from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
     handles: list[Artist] = []
-    count = np.count_nonzero(state == SEPARATED)
-    if contact is not None or count > MOST_MARKS:
-        name = "summit" if contact is None else STATES[SEPARATED]
+    count = np.count_nonzero(contact.state == SEPARATED)
+    if contact.flat or count > MOST_MARKS:
+        name = STATES[SEPARATED] if contact.flat else "summit"
         part = f" ({MOST_MARKS:,} of {count:,} drawn)" if count > MOST_MARKS else ""
         handles.append(Line2D([], [], marker=".", linestyle="", color=NO_CONTACT, ms=5, label=name + part))
-    if contact is not None:
+    if contact.flat:
         entries = [*zip(STATES[1:], STATE_COLOURS[1:], strict=True)]
-        entries += [("touching, not recorded", "none")] * bool((state == TOUCHING).any())
+        entries += [("touching, not recorded", "none")] * bool((contact.state == TOUCHING).any())
         handles += [
             Line2D([], [], marker="o", linestyle="", mfc=colour, mec=INK, mew=0.4, ms=4.5, label=name)
             for name, colour in entries
@@ -368,7 +333,7 @@ def legend_handles(
         if flat:
             handles.append(Line2D([], [], label="rigid flat", **FLAT))
     if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
-        handles.append(Patch(facecolor=MISSING, label="missing height"))
+        handles += patches([MISSING], ["missing height"])
     return handles
 
 
@@ -406,8 +371,8 @@ class SummitsPicture(Panel):
         return BESIDE_APART if self.apart else BESIDE_TOGETHER
 
     def size_of(self, data: Any) -> Size:  # noqa: ARG002 - see the base class
-        """Return a page where they stand apart."""
-        return PAGE if self.apart else 1.3 * COLUMN, 85.0
+        """Return both columns where they stand apart."""
+        return TWO_COLUMNS if self.apart else 1.3 * COLUMN, 85.0
 
     def draw(self, canvas: Canvas, data: Summits | dict[str, Summits] | Sequence[Summits]) -> None:
         """Draw summits of one surface, or of several by their names."""
@@ -421,23 +386,21 @@ class SummitsPicture(Panel):
                 f"expected 1 to {len(LINES)} surfaces, with a label each"
             )
         top = max(float(np.percentile(each.radius, HIGHEST)) for each in summits)
-        up, radius_unit = prefixed(top)
-        along, height_unit = prefixed(max(float(np.abs(each.height).max()) for each in summits))
+        (up, radius_unit), (along, height_unit) = scale_of("m", top), scale_of("m", *(each.height for each in summits))
         grid = _grid(canvas, len(summits), apart=self.apart)
         size = float(np.clip(120 / np.sqrt(max(each.height.size for each in summits)), 1.3, 5.0))
         for axes, each, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
-            means = f"$R$ {_mean(each.radius, up)} {radius_unit}m, $z$ {_mean(each.height, along)} {height_unit}m"
+            means = f"$R$ {_mean(each.radius, up)} {radius_unit}, $z$ {_mean(each.height, along)} {height_unit}"
             _draw_scatter(
                 axes, each.height * along, each.radius * up, size, colour, f"{label}: {means} ({len(each):,})"
             )
             if self.apart:
                 axes.set_title(label)
-        grid[0].set_ylim(0, 1.05 * top * up)
-        grid[0].set_ylabel(f"summit radius $R$ ({radius_unit}m)")
-        for axes in grid:
             spec = axes.get_subplotspec()
             if spec is None or spec.is_last_row():
-                axes.set_xlabel(f"summit height $z$ ({height_unit}m)", color=INK)
+                axes.set_xlabel(f"summit height $z$ ({height_unit})", color=INK)
+        grid[0].set_ylim(0, 1.05 * top * up)
+        grid[0].set_ylabel(f"summit radius $R$ ({radius_unit})")
         canvas.legend(*grid, extra="mean ± standard deviation (number of summits)")
         if not (self.apart and canvas.beside_others):
             canvas.title(grid[0], self.title)
@@ -489,17 +452,12 @@ class MapPicture(Panel):
 
     def draw(self, canvas: Canvas, data: Surface) -> None:
         """Draw the heights, seen from above."""
-        factor, prefix = prefixed(float(np.nanmax(np.abs(data.heights))))
-        along, unit = prefixed(max(data.size))
+        (factor, height_unit), (along, unit) = scale_of("m", data.heights), scale_of("m", data.size)
         axes = canvas.axes()
         extent = (0.0, data.size[0] * along, 0.0, data.size[1] * along)
-        image = axes.imshow(
-            data.heights.T * factor, origin="lower", extent=extent, cmap="viridis", interpolation="nearest"
-        )
+        image = draw_image(axes, data.heights * factor, extent, cmap="viridis")
         # as high as the map, whatever room there is
-        bar = axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)))
-        bar.set_label(f"height $z$ ({prefix}m)")
-        bar.outline.set_linewidth(0.4)
+        axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)), label=f"height $z$ ({height_unit})")
         axes.spines[["top", "right"]].set_visible(True)
-        axes.set(xlabel=f"$x$ ({unit}m)", ylabel=f"$y$ ({unit}m)")
+        axes.set(xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
         canvas.title(axes, self.title)

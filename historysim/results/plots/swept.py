@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -11,7 +11,7 @@ import xarray as xr
 
 from historysim.basics.array_types import Floats
 from historysim.basics.places import misfit
-from historysim.basics.units import prefixed, quantity, quantity_text
+from historysim.basics.units import prefixed, quantity
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
@@ -83,32 +83,29 @@ class CurvePicture(Panel):
         members = [None] if each is None else list(range(sweep.sizes[each]))
         if self.labels and len(self.labels) != len(members):
             raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(members)} lines")
-        axes, (factor, unit) = canvas.axes(), readable(sweep[quantity])
         numeric = over in sweep and _is_number(sweep, over)
+        factor, unit = readable(sweep[quantity])
         along_factor, along_unit = readable(sweep[over]) if numeric else (1.0, "")
-        places: list[Floats] = []
+        axes, lines = canvas.axes(), []
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             own = sweep if member is None else sweep.isel({each: member})
-            rows = {name: _rows(own[name], points) for name in (quantity, *sum(ends.values(), ()))}
-            along = _means(_rows(own[over], points)) if numeric else np.arange(sweep.sizes[points], dtype=float)
-            along = along * along_factor
-            # as they were written they may go to and fro
-            order = np.argsort(along, kind="stable")
-            along, values = along[order], rows[quantity][order] * factor
-            joined = "seed" not in over and bool((np.diff(along) > 0).all())
-            bars = _bars(rows, ends, order, {"x": (along_factor, along), "y": (factor, _means(values))})
+            line = _line(own, points, over if numeric else "", quantity, ends)
+            line["along"] *= along_factor
+            for end in ends:
+                line[[f"{end}_low", f"{end}_high"]] *= along_factor if end == "x" else factor
+            line[["mean", *STATISTICS]] *= factor
+            joined = "seed" not in over and line["along"].is_monotonic_increasing and line["along"].is_unique
             # lines may lie on one another: those below are the larger ones
             size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
             looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
-            label = (
-                self.labels[number] if self.labels else "" if member is None else cell_name(sweep, str(each), member)
-            )
-            _draw(axes, along, values, "none" if "y" in ends else self.spread, looks, label, bars)
+            name = "" if member is None else cell_name(sweep, str(each), member)
+            looks["label"] = (self.labels[number] if self.labels else name) or None
+            _draw(axes, line, "none" if "y" in ends else self.spread, ends, looks)
             if self.fit is not None:
-                _draw_fit(axes, along, _means(values), self.fit, colour)
-            places.append(along)
+                _draw_fit(axes, line, self.fit, colour)
+            lines.append(line["along"])
         names = [] if numeric or points not in sweep.coords else [str(value) for value in sweep[points].values]
-        _set_scales(axes, np.unique(np.concatenate(places)), names, self.logarithmic)
+        _set_scales(axes, np.unique(np.concatenate(lines)), names, self.logarithmic)
         for axis, name, its_unit in ((axes.xaxis, over, along_unit), (axes.yaxis, quantity, unit)):
             axis.set_label_text(name_of(sweep, name) + (f" ({its_unit})" if its_unit else ""))
         axes.margins(0.06, 0.08)
@@ -155,6 +152,8 @@ class CurvePicture(Panel):
         canvas.title(axes, self.title)
 
 
+Table = Any
+"""A DataFrame of pandas."""
 Ends = dict[str, tuple[str, str]]
 
 
@@ -178,26 +177,6 @@ def _spread_out(sweep: xr.Dataset, quantity: str, ends: Mapping[str, Sequence[st
     return sweep.assign(found), name, {"y": ("lower", "upper")}
 
 
-def _rows(values: xr.DataArray, points: str) -> Floats:
-    """Return values with a row for each point."""
-    if points not in values.dims:
-        raise InputError(f"{values.name} does not go over {points!r}; expected a number that does")
-    found: Floats = values.astype(float).transpose(points, ...).values.reshape(values.sizes[points], -1)
-    return found
-
-
-def _bars(
-    rows: Mapping[str, Floats], ends: Ends, order: Any, middles: Mapping[str, tuple[float, Floats]]
-) -> dict[str, Floats]:
-    """Return lengths of error bars from their ends."""
-    found = {}
-    for axis, names in ends.items():
-        factor, middle = middles[axis]
-        low, high = (_means(rows[name][order]) * factor for name in names)
-        found[f"{axis}err"] = np.maximum([middle - low, high - middle], 0.0)
-    return found
-
-
 def _numbers_over(sweep: xr.Dataset, quantity: str) -> list[str]:
     """Return the other numbers of a sweep that one may be drawn over: with dimensions that it has, too."""
     return [
@@ -211,50 +190,60 @@ def _is_number(sweep: xr.Dataset, name: str) -> bool:
     return name not in sweep or sweep[name].dtype.kind in "fiu"
 
 
-def _means(numbers: Floats) -> Floats:
-    """Return the mean of each row of what is there; NaN where nothing is."""
-    count = np.isfinite(numbers).sum(axis=1)
-    return np.where(count > 0, np.nansum(numbers, axis=1) / np.maximum(count, 1), np.nan)
+STATISTICS: dict[str, Callable[[Any], Any]] = {
+    "deviation": lambda cells: cells.std(),
+    "low": lambda cells: cells.quantile(QUANTILES[0]),
+    "median": lambda cells: cells.median(),
+    "high": lambda cells: cells.quantile(QUANTILES[1]),
+}
+"""Statistics beside the mean of the cells of each point, of their groups of pandas."""
 
 
-def _deviations(numbers: Floats) -> Floats:
-    """Return the standard deviation of each row of what is there; NaN of one number."""
-    count = np.isfinite(numbers).sum(axis=1)
-    square = np.nansum((numbers - _means(numbers)[:, np.newaxis]) ** 2, axis=1)
-    return np.where(count > 1, np.sqrt(square / np.maximum(count - 1, 1)), np.nan)
+def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: "Ends") -> Table:
+    """Return a row for each point in the order of the axis: where it is, what its cells are, and ends of error bars."""
+    names = {quantity, over, *sum(ends.values(), ())} - {"", points}
+    for name in names:
+        if points not in own[name].dims:
+            raise InputError(f"{name} does not go over {points!r}; expected a number that does")
+    count = own.sizes[points]
+    # a value may repeat, and is another point
+    cells = own.reset_coords()[[*names]].drop_vars(points, errors="ignore")
+    by_point = cells.to_dataframe().groupby(level=points)
+    along = np.arange(count) if not over else own[over].values if over == points else by_point[over].mean()
+    columns = {name: of(by_point[quantity]) for name, of in STATISTICS.items()}
+    for axis, (low, high) in ends.items():
+        columns |= {f"{axis}_low": by_point[low].mean(), f"{axis}_high": by_point[high].mean()}
+    found = by_point[[quantity]].mean().set_axis(["mean"], axis=1)
+    return found.assign(**columns, along=np.asarray(along, dtype=float)).sort_values("along", kind="stable")
 
 
-def _draw(
-    axes: "Axes",
-    along: Floats,
-    numbers: Floats,
-    spread: str,
-    looks: dict[str, Any],
-    label: str,
-    bars: Mapping[str, Floats],
-) -> None:
+def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str, Any]) -> None:
     # cells that have failed are gaps
-    there = np.isfinite(numbers).any(axis=1)
-    if not there.any():
+    line = line.dropna(subset="mean")
+    if line.empty:
         return
-    along, numbers, looks = along[there], numbers[there], looks | {"linewidth": 1.0}
-    if spread == "quantiles" and numbers.shape[1] > 1:
-        low, middle, high = np.nanquantile(numbers, [QUANTILES[0], 0.5, QUANTILES[1]], axis=1)
-        axes.fill_between(along, low, high, color=looks["color"], alpha=0.2, linewidth=0)
-        axes.plot(along, middle, label=label, **looks)
+    looks |= {"linewidth": 1.0}
+    if spread == "quantiles":
+        axes.fill_between(line["along"], line["low"], line["high"], color=looks["color"], alpha=0.2, linewidth=0)
+        axes.plot(line["along"], line["median"], **looks)
         return
-    lengths: dict[str, Any] = {"yerr": None} | {name: values[:, there] for name, values in bars.items()}
-    if spread == "deviation" and np.isfinite(deviations := _deviations(numbers)).any():
-        lengths["yerr"] = deviations
-    axes.errorbar(along, _means(numbers), **lengths, capsize=2, elinewidth=0.8, label=label or None, **looks)
+    lengths: dict[str, Any] = {}
+    for axis in ends:
+        middle, low, high = (line[name] for name in ("mean" if axis == "y" else "along", f"{axis}_low", f"{axis}_high"))
+        lengths[f"{axis}err"] = [np.maximum(middle - low, 0.0), np.maximum(high - middle, 0.0)]
+    if spread == "deviation" and line["deviation"].notna().any():
+        lengths["yerr"] = line["deviation"]
+    axes.errorbar(line["along"], line["mean"], **lengths, capsize=2, elinewidth=0.8, **looks)
 
 
-def _draw_fit(axes: "Axes", along: Floats, mean: Floats, fit: str, colour: Any) -> None:
+def _draw_fit(axes: "Axes", line: Table, fit: str, colour: Any) -> None:
     """Draw a straight line or a power law through means, by least squares, with R² or the exponent."""
-    there = np.isfinite(mean) & ((along > 0) & (mean > 0) if fit == "power" else True)
-    if there.sum() < 2:
+    known = line.dropna(subset="mean")
+    x, y = known["along"].values, known["mean"].values
+    if fit == "power":
+        x, y = x[(x > 0) & (y > 0)], y[(x > 0) & (y > 0)]
+    if x.size < 2:
         return
-    x, y = along[there], mean[there]
     dashes: dict[str, Any] = {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1}
     if fit == "power":
         exponent, constant = np.polyfit(np.log(x), np.log(y), 1)
@@ -296,7 +285,7 @@ def _caption(sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spre
     cells = math.prod(sweep.sizes[name] for name in rest)
     if cells == 1:
         return ""
-    over = ", ".join(name_of(sweep, name, symbol=False) for name in rest)
+    over = ", ".join(words_of(sweep, name)[0] for name in rest)
     return f"{SPREADS[spread]} " + (
         f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
     )
@@ -336,17 +325,18 @@ class BarsPicture(Panel):
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw a bar for each cell; error bars are the standard deviation over seeds."""
         sweep = selected(data, self.where)
-        numbers, unit = self._numbers(sweep)
-        mean, deviation = _means(numbers), np.nan_to_num(_deviations(numbers))
+        dimension = self._dimension(sweep)
+        (factor, unit), line = readable(sweep[self.quantity]), _line(sweep, dimension, "", self.quantity, {})
+        mean, deviation = line["mean"].values * factor, line["deviation"].fillna(0.0).values * factor
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         axes, top = canvas.axes(), float((mean + deviation).max())
         width, first = 0.8 / len(kinds), 0
-        for place, (group, names) in enumerate(self.groups.items()):
+        for number, (group, names) in enumerate(self.groups.items()):
             own = slice(first, first := first + len(names))
-            lefts = place + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
+            lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
             for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
                 colour = LINES[kinds.index(name)][0]
-                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if place == 0 else None)
+                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if number == 0 else None)
                 if bar:
                     axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
                 _write(axes, f"{height:.3g}", (left, 0), 2, "white")
@@ -354,30 +344,27 @@ class BarsPicture(Panel):
                 low, high = mean[own]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (place, 1.06 * top), 4, INK)
+                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
         axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
-        if (seeds := numbers.shape[1]) > 1:
-            note = f"mean ± standard deviation of {seeds} surfaces"
-            axes.set_title(note, loc="right", fontsize=6.5, fontweight="normal")
+        if (seeds := sweep[self.quantity].size // mean.size) > 1:
+            canvas.foot(f"mean ± standard deviation of {seeds} surfaces")
         canvas.legend(axes)
         canvas.title(axes, self.title)
 
-    def _numbers(self, sweep: xr.Dataset) -> tuple[Floats, str]:
-        """Return numbers of each cell and seed, and their unit."""
+    def _dimension(self, sweep: xr.Dataset) -> str:
+        """Return the dimension with a cell for each bar."""
         quantity = self.quantity
         if quantity not in sweep.data_vars or sweep[quantity].dtype.kind != "f":
             raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(map(str, sweep.data_vars))}")
-        values = sweep[quantity]
-        dims = [str(dim) for dim in values.dims if "seed" not in str(dim)]
+        dims = [str(dim) for dim in sweep[quantity].dims if "seed" not in str(dim)]
         wanted = sum(map(len, self.groups.values()))
         if len(dims) != 1 or sweep.sizes[dims[0]] != wanted:
             raise InputError(
                 f"groups have {wanted} bars; expected one for each cell of one dimension besides seeds, of which there "
                 f"are {', '.join(f'{sweep.sizes[dim]} along {dim}' for dim in dims) or 'none'}"
             )
-        factor, unit = readable(values)
-        return _rows(values, dims[0]) * factor, unit
+        return dims[0]
 
 
 def _write(axes: "Axes", text: str, at: tuple[float, float], above: float, colour: str) -> None:
@@ -419,44 +406,33 @@ WORDS = {
 """Text and symbol by the name of an output, or by the last part of a key of a scenario."""
 
 
-def last_part(values: xr.DataArray, name: str) -> tuple[str, str]:
-    """Return the last part of a swept key, without an index, and that index; of any other variable its name."""
-    long_name = str(values.attrs.get("long_name", ""))
+def words_of(found: xr.Dataset, name: str) -> tuple[str, str]:
+    """Return what a variable or a swept key of a Dataset is called, without its unit, and its symbol, maybe empty."""
+    if name not in found:
+        return WORDS.get(name, (name.replace("_", " "), ""))[0], ""
+    long_name = str(found[name].attrs.get("long_name", ""))
     key = long_name.removesuffix(OF_A_SCENARIO) if long_name.endswith(OF_A_SCENARIO) else name
-    found = re.fullmatch(r"(?:.*\.)?([^.\[]+)(?:\[(\d+)\])?", key)
-    return (found[1], found[2] or "") if found else (key, "")
-
-
-def name_of(found: xr.Dataset, name: str, *, symbol: bool = True) -> str:
-    """Return what a variable or a swept key of a Dataset is called, without its unit."""
-    values = found.get(name)
-    if values is None:
-        return WORDS.get(name, (name.replace("_", " "), ""))[0]
-    long_name = str(values.attrs.get("long_name", ""))
-    last, index = last_part(values, name)
-    if long_name and not long_name.endswith(OF_A_SCENARIO) and name not in WORDS:
+    # of a key its last part, without an index
+    parts = re.fullmatch(r"(?:.*\.)?([^.\[]+)(?:\[(\d+)\])?", key)
+    last, index = (parts[1], parts[2]) if parts else (key, None)
+    if long_name and key == name and name not in WORDS:
         # what somebody else has named is called so
-        return long_name
-    text, sign = WORDS.get(last, (last.replace("_", " "), ""))
-    of = f" of asperity {index}" if index else ""
-    return f"{text}{of} {sign}".strip() if symbol else f"{text}{of}"
+        return long_name, ""
+    words, symbol = WORDS.get(last, (last.replace("_", " "), ""))
+    return (words, symbol) if index is None else (f"{words} of asperity {index}", symbol)
 
 
-def symbol_of(found: xr.Dataset, name: str) -> str:
-    """Return the symbol of a variable, or its name where it has none."""
-    last, index = last_part(found[name], name) if name in found else (name, "")
-    sign = WORDS.get(last, ("", ""))[1]
-    return sign if sign and not index else name_of(found, name, symbol=False)
+def name_of(found: xr.Dataset, name: str) -> str:
+    """Return what a variable or a swept key is called, with its symbol."""
+    return " ".join(filter(None, words_of(found, name)))
 
 
-def plain_unit(unit: str) -> str:
+def _printed(unit: str) -> str:
     """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m²."""
-    first, *rest = unit.split()
-    below = [re.fullmatch(r"([^\d-]+)-(\d+)", part) for part in rest]
-    if rest and all(below):
-        under = "·".join(each[1] + (each[2] if each[2] != "1" else "") for each in below if each)
-        return f"{first}/{under}".replace("2", "²").replace("3", "³")
-    return unit.replace("2", "²").replace("3", "³")
+    first, *rest = unit.translate(str.maketrans("23", "²³")).split()
+    if not rest or not all("-" in part for part in rest):
+        return " ".join([first, *rest])
+    return f"{first}/{'·'.join(part.replace('-1', '').replace('-', '') for part in rest)}"
 
 
 def readable(values: xr.DataArray) -> tuple[float, str]:
@@ -470,27 +446,20 @@ def readable(values: xr.DataArray) -> tuple[float, str]:
         factor, prefix = prefixed(math.sqrt(greatest))
         return factor**2, f"{prefix}m²"
     # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
-    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
-        return 1.0, plain_unit(unit)
-    factor, prefix = prefixed(greatest)
-    return factor, prefix + plain_unit(unit)
+    factor, prefix = (1.0, "") if any(map(str.isdigit, unit.split(maxsplit=1)[0])) else prefixed(greatest)
+    return factor, prefix + _printed(unit)
 
 
 def member_text(found: xr.Dataset, name: str, member: int) -> str:
     """Return one value of a swept quantity, each with the prefix that suits it: ``"50 mN"``, ``"silica"``."""
     if name not in found.coords:
         return str(member)
-    values = found[name]
-    value = values.values[member]
-    if values.dtype.kind not in "fiu":
-        return str(value)
-    unit = str(values.attrs.get("units", ""))
-    if unit in {"", "1"} or value == 0:
-        # zero is zero in any unit
-        return f"{value:.4g}"
-    if any(character.isdigit() for character in unit.split(maxsplit=1)[0]):
-        return f"{value:.4g} {plain_unit(unit)}"
-    return quantity_text(float(value), plain_unit(unit))
+    value = found[name][member]
+    if value.dtype.kind not in "fiu":
+        return str(value.values)
+    # zero is zero in any unit
+    factor, unit = readable(value) if value else (1.0, "")
+    return f"{float(value) * factor:.4g} {unit}".strip()
 
 
 def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
@@ -514,12 +483,12 @@ def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:
         wanted = np.atleast_1d(np.asarray(value, dtype=object)).tolist()
         unit = str(values.attrs.get("units", "1"))
         numbers = values.dtype.kind in "fiu"
-        places = [_place(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
-        sweep = sweep.isel({dimension: places if isinstance(value, list | tuple) else places[0]})
+        positions = [_position(values, key, quantity(one, unit) if numbers else str(one)) for one in wanted]
+        sweep = sweep.isel({dimension: positions if isinstance(value, list | tuple) else positions[0]})
     return sweep
 
 
-def _place(values: xr.DataArray, key: str, value: float | str) -> int:
+def _position(values: xr.DataArray, key: str, value: float | str) -> int:
     own = values.values
     same = np.isclose(own, value, rtol=1e-9, atol=0) if values.dtype.kind in "fiu" else own == value
     there = np.flatnonzero(same)
@@ -533,8 +502,8 @@ def cell_label(sweep: xr.Dataset, dimension: str, member: int) -> str:
     text = member_text(sweep, dimension, member)
     if dimension not in sweep.coords or sweep[dimension].dtype.kind not in "fiu":
         return text
-    sign = symbol_of(sweep, dimension)
-    return f"{sign} = {text}" if sign.startswith("$") else f"{name_of(sweep, dimension)} {text}"
+    words, symbol = words_of(sweep, dimension)
+    return f"{symbol} = {text}" if symbol and "asperity" not in words else f"{words} {text}"
 
 
 def cell_name(sweep: xr.Dataset, dimension: str, member: int) -> str:

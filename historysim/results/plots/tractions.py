@@ -10,7 +10,7 @@ import xarray as xr
 
 from historysim.asperities.asperity import Asperity
 from historysim.basics.array_types import Floats
-from historysim.basics.units import prefixed, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
@@ -18,7 +18,7 @@ from historysim.results.analysis.slips import representative_step
 from historysim.results.named_states import named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, line_colours, scaled, swings, zero_lines
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, line_colours, scale_of, scaled, swings, zero_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,12 +69,8 @@ class TractionPicture(Panel):
 
     kind, size, several = "traction", (COLUMN, 85.0), True
     caption = "The traction over the radius of the asperity that carries most, step by step from a reversal."
-    place = 5
-
-    @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether a report shows it: a patch has no radius to draw over."""
-        return super().reported(history) and "stick_area" not in history
+    # a patch has no radius to draw over
+    order, needs = 5, "stick_radius"
 
     def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
         """Draw the states of one history, or of several one after the other."""
@@ -87,8 +83,8 @@ class TractionPicture(Panel):
         if self.labels and len(self.labels) != len(states):
             raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(states)} states")
         profiles = [state.profile for state in states]
-        factor, prefix = prefixed(max(float(part["friction_limit"].max()) for part in profiles))
-        along, unit = prefixed(max(float(part["radius"][-1]) for part in profiles))
+        factor, stress_unit = scale_of("Pa", *(part["friction_limit"].values for part in profiles))
+        along, unit = scale_of("m", *(part["radius"].values for part in profiles))
         axes = canvas.axes()
         zero_lines(axes, vertical=False)
         frictions = list(dict.fromkeys(f"{_friction(part):.3g}" for part in profiles if _friction(part) > 0))
@@ -98,8 +94,8 @@ class TractionPicture(Panel):
         end = max(float(part["radius"][-1]) for part in profiles) * along or 1.0
         axes.set_xlim(-end if self.across == "diameter" else 0, end)
         axes.set(
-            xlabel=rf"{'distance from the centre' if self.across == 'diameter' else 'radius'} $r$ ({unit}m)",
-            ylabel=rf"traction $\tau$ ({prefix}Pa)",
+            xlabel=rf"{'distance from the centre' if self.across == 'diameter' else 'radius'} $r$ ({unit})",
+            ylabel=rf"traction $\tau$ ({stress_unit})",
         )
         if any(history.sizes["asperity"] > 1 for history in histories):
             axes.set_title(f"Traction of asperity {states[0].asperity}")
@@ -223,12 +219,7 @@ class SlipFrontsPicture(Picture):
 
     kind, size, alone = "slip-fronts", (COLUMN, 110.0), True
     caption = "The same step by step: what sticks is drawn thick, and its edge is the slip front."
-    place = 6
-
-    @classmethod
-    def reported(cls, history: xr.Dataset) -> bool:
-        """Return whether a report shows it: a patch has no radius to draw over."""
-        return super().reported(history) and "stick_area" not in history
+    order, needs = 6, "stick_radius"
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw each line above the one before; the stick zone is thick, and where it ends is the slip front."""
@@ -236,7 +227,7 @@ class SlipFrontsPicture(Picture):
         if len(chosen) > MOST_LINES:
             raise InputError(f"{len(chosen)} steps given; at most {MOST_LINES} fit in one figure")
         found = rebuilt.profiles(data, asperity, chosen, POINTS)
-        factor, radius_unit = prefixed(float(found["radius"].values[-1]))
+        factor, radius_unit = scale_of("m", found["radius"].values)
         across = _mirrored(found["radius"].values, odd=True) * factor
         largest = float(found["friction_limit"].values.max(initial=0.0)) or 1.0
         # each change is seen, and no line crosses the one before: from step to step a traction may turn round
@@ -256,7 +247,7 @@ class SlipFrontsPicture(Picture):
         ticks = np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), 7)).round().astype(int))
         labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
-        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit}m)", ylabel="step, time")
+        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit})", ylabel="step, time")
         canvas.legend(axes, extra=f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next")
 
 

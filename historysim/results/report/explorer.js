@@ -1,9 +1,9 @@
-// What a report does when another time or asperity is chosen; names in snake_case are handed in by explorer.py.
+// What a report does when another time or asperity is chosen; names in snake_case come from explorer.py.
 const row = steps.data, cell = cells.data, place = map.data;
 const now = clock.data.now[0], moments = row.time.length;
 const text = (value) => Number(value).toPrecision(4);
 // no line ends between them, nor in a minus
-const told = (name, value, unit) => `${name} = ${text(value)} ${unit}`.replace("-", "\u2212").replace(/ /g, "\u00a0");
+const quantity = (name, value, unit) => `${name} = ${text(value)} ${unit}`.replace("-", "\u2212").replace(/ /g, "\u00a0");
 
 marker.data = { x: [row.displacement[now]], y: [row.load[now]] };
 const fill = [];
@@ -12,9 +12,9 @@ map.data = { ...place, fill };
 const part = (name) => document.getElementById(`${target}-${name}`);
 part("time").value = now;
 part("time").setAttribute("aria-valuetext", `t = ${text(row.time[now])} s, step ${row.step[now]}`);
-part("told").innerHTML =
-  `<b>step ${row.step[now]}</b>, ${told("t", row.time[now], "s")}: ${told("N", row.normal[now], units.normal)}, ` +
-  `${told("T", row.load[now], units.force)}, ${told("U", row.displacement[now], units.length)}`;
+part("shown").innerHTML =
+  `<b>step ${row.step[now]}</b>, ${quantity("t", row.time[now], "s")}: ${quantity("N", row.normal[now], units.normal)}, ` +
+  `${quantity("T", row.load[now], units.force)}, ${quantity("U", row.displacement[now], units.length)}`;
 
 if (map.selected.indices.length > 0) {
   const i = map.selected.indices[0];
@@ -30,10 +30,10 @@ if (map.selected.indices.length > 0) {
   curve.data = { time, load, limit, below };
   moment.data = { x: [time[now]], y: [load[now]] };
   const at = now * count + i;
-  const share = cell.state[at] > 0 ? `, ${told("c/a", cell.stick_ratio[at], "")}` : "";
+  const share = cell.state[at] > 0 ? `, ${quantity("c/a", cell.stick_ratio[at], "")}` : "";
   part("clicked").innerHTML =
-    `<b>asperity ${place.asperity[i]}</b>, ${names[cell.state[at]]}: ${told("N", cell.normal[at], units.own)}, ` +
-    `${told("T", cell.tangential[at], units.own)}${share}`;
+    `<b>asperity ${place.asperity[i]}</b>, ${names[cell.state[at]]}: ${quantity("N", cell.normal[at], units.own)}, ` +
+    `${quantity("T", cell.tangential[at], units.own)}${share}`;
 
   // Σ Δm p(r; c): Hertz pressures of the radii of the vertices, each with the weight of its vertex
   const radius = [], traction = [], above = [], under = [];

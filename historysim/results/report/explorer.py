@@ -9,22 +9,21 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.array_types import Floats, Integers
-from historysim.basics.units import prefixed
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction
 from historysim.results.analysis.slips import representative_step
-from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES
+from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES, scale_of, scaled
 
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
 """Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions."""
 PROFILE_POINTS = 241
 SCRIPT = Path(__file__).with_name("explorer.js")
 TARGET = "explorer"
+LOADS = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
 
 
 @attrs.frozen(eq=False)
@@ -37,14 +36,8 @@ class Excerpt:
     """The one that is shown when the page opens."""
     columns: Integers
     """Positions among the recorded asperities, of those that carry most at the peak normal load (asperity)."""
-    state: npt.NDArray[np.uint8]
-    normal: Floats
-    tangential: Floats
-    limit: Floats
-    """normal, tangential and limit: the loads, and the friction limit of the tangential one (step, asperity) [N]."""
-    contact_radius: Floats
-    """(step, asperity) [m]; of a patch, the radius of the circle of its area."""
-    stick_ratio: Floats
+    cells: dict[str, Floats]
+    """State, loads and limit [N], contact radius [m] (of a patch that of its area) and stick ratio (step, asperity)."""
     group: Integers
     """Friction group (asperity)."""
     vertices: list[Floats]
@@ -82,20 +75,16 @@ def excerpt(history: xr.Dataset) -> Excerpt:
         kept.append(
             f"{columns.size:,} of {recorded:,} recorded asperities, which carry {carried:.3g} % of the peak normal load"
         )
-    return Excerpt(
-        steps=steps,
-        first_shown=int(np.searchsorted(steps, telling)),
-        columns=columns,
-        state=state.astype(np.uint8),
-        normal=normal,
-        tangential=tangential,
-        limit=coefficients * normal,
-        contact_radius=contact,
-        stick_ratio=np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0),
-        group=group,
-        vertices=vertices,
-        notes=(*([f"To keep the page small, it holds {'; '.join(kept)}."] if kept else []), *missing),
-    )
+    cells = {
+        "state": state.astype(np.uint8),
+        "normal": normal,
+        "tangential": tangential,
+        "limit": coefficients * normal,
+    }
+    cells |= {"contact_radius": contact}
+    cells |= {"stick_ratio": np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0)}
+    notes = (*([f"To keep the page small, it holds {'; '.join(kept)}."] if kept else []), *missing)
+    return Excerpt(steps, int(np.searchsorted(steps, telling)), columns, cells, group, vertices, notes)
 
 
 def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[Integers, list[Floats], list[str]]:
@@ -136,13 +125,13 @@ def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
     from bokeh.resources import Resources
 
     part = excerpt(history)
-    layout, clock, place = _layout(history, part)
+    layout, clock, marks = _layout(history, part)
     item = json.dumps(json_item(layout)).replace("</", "<\\/")
-    carries_most = int(part.normal[part.first_shown].argmax())
+    carries_most = int(part.cells["normal"][part.first_shown].argmax())
     # the first state is shown by the same callbacks as later ones, and typing by those of clicks
     begin = f"""
 const byId = (id) => view.model.document.get_model_by_id(id);
-const chosen = byId("{place.id}").selected, clock = byId("{clock.id}");
+const chosen = byId("{marks.id}").selected, clock = byId("{clock.id}");
 const control = (name) => document.getElementById("{TARGET}-" + name);
 control("time").addEventListener("input", (event) => {{ clock.data = {{ now: [Number(event.target.value)] }}; }});
 control("asperity").addEventListener("input", (event) => {{ chosen.indices = [Number(event.target.value)]; }});
@@ -160,71 +149,39 @@ clock.data = {{ now: [{part.first_shown}] }};"""
 def _controls(history: xr.Dataset, part: Excerpt) -> str:
     """Return the room of the interactive part, with what it is moved by: each with a label, and usable by keyboard."""
     labels = history["asperity"].values[part.columns]
-    options = "".join(f'<option value="{place}">{label}</option>' for place, label in enumerate(labels))
+    options = "".join(f'<option value="{number}">{label}</option>' for number, label in enumerate(labels))
     return (
         f'<div class="explorer" id="{TARGET}">'
         f'<p class="controls"><span class="control"><label for="{TARGET}-time">time</label>'
         f'<input type="range" id="{TARGET}-time" min="0" max="{part.steps.size - 1}" value="{part.first_shown}"></span>'
         f'<span class="control"><label for="{TARGET}-asperity">asperity</label>'
         f'<select id="{TARGET}-asperity">{options}</select></span></p>'
-        f'<p id="{TARGET}-told" aria-live="polite"></p><p id="{TARGET}-clicked" aria-live="polite"></p>'
+        f'<p id="{TARGET}-shown" aria-live="polite"></p><p id="{TARGET}-clicked" aria-live="polite"></p>'
         f'{_key()}<div id="{TARGET}-panels"></div></div>'
     )
 
 
 def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
-    """Return the layout, the source that tells the time, and that of the map."""
+    """Return the layout, the source that holds the step that is shown, and that of the map."""
     from bokeh.layouts import column
     from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet
 
-    def source(name: str, **columns: Any) -> ColumnDataSource:
-        return ColumnDataSource(columns, name=name)
-
-    names = ("time", "tangential_displacement", "total_normal_load", "total_tangential_load", "separation")
-    time, displacement, normal, load, separation = (history[name].values for name in names)
+    time, displacement, load, normal = (history[name].values for name in LOADS)
     scales, units = {}, {}
     for quantity, values, unit in (
         ("length", displacement, "m"),
         ("force", load, "N"),
         ("normal", normal, "N"),
-        ("own", part.normal, "N"),
-        ("radius", part.contact_radius, "m"),
+        ("own", part.cells["normal"], "N"),
+        ("radius", part.cells["contact_radius"], "m"),
         ("stress", _peak_traction(part), "Pa"),
     ):
-        scales[quantity], prefix = prefixed(float(np.abs(values).max(initial=0.0)))
-        units[quantity] = f"{prefix}{unit}"
-    steps, own_scale = part.steps, scales["own"]
-    thin = np.union1d(np.linspace(0, time.size - 1, min(time.size, MOST_POINTS)).round().astype(np.int64), steps)
-    lists = np.concatenate([np.zeros((0, 2)), *part.vertices])
-    sources = {
-        "steps": source(
-            "steps",
-            step=steps.astype(np.int32),
-            time=time[steps],
-            displacement=displacement[steps] * scales["length"],
-            load=load[steps] * scales["force"],
-            normal=normal[steps] * scales["normal"],
-            separation=separation[steps],
-        ),
-        "cells": source(
-            "cells",
-            state=part.state.ravel(),
-            normal=(part.normal.ravel() * own_scale).astype(np.float32),
-            tangential=(part.tangential.ravel() * own_scale).astype(np.float32),
-            limit=(part.limit.ravel() * own_scale).astype(np.float32),
-            stick_ratio=part.stick_ratio.ravel().astype(np.float32),
-        ),
-        "vertices": source("vertices", separation=lists[:, 0], weight=lists[:, 1]),
-        "ends": source("ends", end=np.cumsum([len(each) for each in part.vertices], dtype=np.int32)),
-        "map": source("map", **_places(history, part)),
-        # filled as soon as the page is there; without a point no axis would know where it begins
-        "marker": source("marker", x=[0.0], y=[0.0]),
-        "moment": source("moment", x=[0.0], y=[0.0]),
-        "curve": source("curve", time=[0.0], load=[0.0], limit=[0.0], below=[0.0]),
-        "profile": source("profile", radius=[0.0], traction=[0.0], limit=[0.0], below=[0.0]),
-    }
-    line = source("line", x=displacement[thin] * scales["length"], y=load[thin] * scales["force"])
-    clock = source("clock", now=[0])
+        scales[quantity], units[quantity] = scale_of(unit, values)
+    thin = np.union1d(np.linspace(0, time.size - 1, min(time.size, MOST_POINTS)).round().astype(np.int64), part.steps)
+    sources = {name: ColumnDataSource(each, name=name) for name, each in _columns(history, part, scales).items()}
+    line = ColumnDataSource(
+        {"x": displacement[thin] * scales["length"], "y": load[thin] * scales["force"]}, name="line"
+    )
     constants = {
         "modulus": float(history.attrs["contact_modulus"]),
         "colours": list(STATE_COLOURS),
@@ -235,16 +192,48 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         "units": units,
         "target": TARGET,
     }
-    moved = CustomJS(
-        args={**sources, "clock": clock, **constants},
-        code=SCRIPT.read_text(encoding="utf-8"),
-    )
-    clock.js_on_change("data", moved)
+    moved = CustomJS(args={**sources, **constants}, code=SCRIPT.read_text(encoding="utf-8"))
+    sources["clock"].js_on_change("data", moved)
     sources["map"].selected.js_on_change("indices", moved)
     panels = _figures(history, sources, line, units)
     # without memories there is no traction to show
     shown = panels if part.vertices else panels[:-1]
-    return column(*shown, stylesheets=[InlineStyleSheet(css=BESIDE)], width_policy="max"), clock, sources["map"]
+    styles = [InlineStyleSheet(css=BESIDE)]
+    return column(*shown, stylesheets=styles, width_policy="max"), sources["clock"], sources["map"]
+
+
+def _columns(history: xr.Dataset, part: Excerpt, scales: dict[str, float]) -> dict[str, dict[str, Any]]:
+    """Return what the script reads and changes, by the name of its source."""
+    steps = part.steps
+    time, displacement, load, normal = (history[name].values for name in LOADS)
+    lists = np.concatenate([np.zeros((0, 2)), *part.vertices])
+    return {
+        "steps": {
+            "step": steps.astype(np.int32),
+            "time": time[steps],
+            "displacement": displacement[steps] * scales["length"],
+            "load": load[steps] * scales["force"],
+            "normal": normal[steps] * scales["normal"],
+            "separation": history["separation"].values[steps],
+        },
+        "cells": {
+            "state": part.cells["state"].ravel(),
+            **{
+                name: (part.cells[name].ravel() * scales["own"]).astype(np.float32)
+                for name in ("normal", "tangential", "limit")
+            },
+            "stick_ratio": part.cells["stick_ratio"].ravel().astype(np.float32),
+        },
+        "vertices": {"separation": lists[:, 0], "weight": lists[:, 1]},
+        "ends": {"end": np.cumsum([len(each) for each in part.vertices], dtype=np.int32)},
+        "map": _marks(history, part),
+        # filled as soon as the page is there; without a point no axis would know where it begins
+        "marker": {"x": [0.0], "y": [0.0]},
+        "moment": {"x": [0.0], "y": [0.0]},
+        "curve": {"time": [0.0], "load": [0.0], "limit": [0.0], "below": [0.0]},
+        "profile": {"radius": [0.0], "traction": [0.0], "limit": [0.0], "below": [0.0]},
+        "clock": {"now": [0]},
+    }
 
 
 BESIDE = """:host {
@@ -265,11 +254,11 @@ def _key() -> str:
 
 def _peak_traction(part: Excerpt) -> Floats:
     """Return the friction limit of the traction in the middle of each asperity [Pa], for the unit of its picture."""
-    area = np.pi * part.contact_radius**2
-    return 1.5 * np.divide(part.limit, area, out=np.zeros_like(area), where=area > 0)
+    area = np.pi * part.cells["contact_radius"] ** 2
+    return 1.5 * np.divide(part.cells["limit"], area, out=np.zeros_like(area), where=area > 0)
 
 
-def _places(history: xr.Dataset, part: Excerpt) -> dict[str, Any]:
+def _marks(history: xr.Dataset, part: Excerpt) -> dict[str, Any]:
     """Return what the map is drawn from: positions where there are some, else summit heights and radii."""
     own = history.isel(asperity=part.columns)
     height = own["summit_height"].values
@@ -278,14 +267,14 @@ def _places(history: xr.Dataset, part: Excerpt) -> dict[str, Any]:
     x, y = (own[name].values if name in own.coords else np.zeros_like(height) for name in (across, up))
     return {
         "asperity": own["asperity"].values.astype(np.int32),
-        "x": x * prefixed(float(np.abs(x).max(initial=0.0)))[0],
-        "y": y * prefixed(float(np.abs(y).max(initial=0.0)))[0],
+        "x": scaled(x, "m")[0],
+        "y": scaled(y, "m")[0],
         "fill": [STATE_COLOURS[0]] * height.size,
         "height": height,
         "radius": radius,
         "friction": own["friction"].values,
         "group": part.group.astype(np.int32),
-        "reach": part.contact_radius.max(axis=0),
+        "reach": part.cells["contact_radius"].max(axis=0),
     }
 
 
@@ -320,9 +309,9 @@ def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dic
     names = ("x", "y") if _placed(history) else ("summit_height", "summit_radius")
     labels = []
     for name in names:
-        largest = float(np.abs(history[name].values).max(initial=0.0)) if name in history.coords else 0.0
+        unit = scale_of("m", history[name].values if name in history.coords else [])[1]
         when = " at the start" if CHANGING_HEIGHT in history and name.startswith("summit") else ""
-        labels.append(f"{name.replace('_', ' ')}{when} ({prefixed(largest)[1]}m)")
+        labels.append(f"{name.replace('_', ' ')}{when} ({unit})")
     title = "Contact map: click an asperity" if _placed(history) else "Asperities by height: click one"
     contacts = panel(title, *labels, tools=drag, name="contacts_figure", match_aspect=_placed(history))
     marks = contacts.scatter("x", "y", source=sources["map"], size=9, fill_color="fill", line_color=INK)
@@ -333,13 +322,8 @@ def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dic
 
     own = panel("The asperity over time", "time (s)", f"T ({units['own']})", tools=drag, name="history_figure")
     own.line("time", "load", source=sources["curve"], line_color=MARK, line_width=1.5)
-    profile = panel(
-        "Traction over its radius",
-        f"r ({units['radius']})",
-        f"τ ({units['stress']})",
-        tools=drag,
-        name="profile_figure",
-    )
+    title = "Traction over its radius"
+    profile = panel(title, f"r ({units['radius']})", f"τ ({units['stress']})", tools=drag, name="profile_figure")
     profile.line("radius", "traction", source=sources["profile"], line_color=MARK, line_width=1.5)
     for made, source, across in ((own, sources["curve"], "time"), (profile, sources["profile"], "radius")):
         for side in ("limit", "below"):

@@ -82,38 +82,34 @@ def _interactive(history: xr.Dataset) -> tuple[str, Section]:
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
-    """Return pictures of a history, with what stands below them.
+    """Return pictures of a history by their names, with what stands below them, as HTML.
 
-    Parameters
-    ----------
-    history : xarray.Dataset
-    names : sequence of str, optional
-        Of `PICTURES`; by default loop, loads and slip states, and the contact where nearest to half of it slips, or of
-        one asperity, whose map is a point, its traction; yielding and wear, where there are any.
+    By default loop, loads and slip states, and the contact where nearest to half of it slips, or of one asperity its
+    traction, since its map is a point; yielding and wear, where there are any.
     """
     if names is None:
         names = ["history"]
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
             names += [name for name in ("yielding", "wear") if PICTURES[name].reported(history)]
-    drawn = []
+    parts = []
     for name in names:
         try:
-            drawn.append(picture(draw(history, name), PICTURES[name].caption_of(history)))
+            parts.append(picture(draw(history, name), PICTURES[name].caption_of(history)))
         except InputError as error:
-            drawn.append(paragraph(f"No picture {name}: {error}", "note"))
-    return drawn
+            parts.append(paragraph(f"No picture {name}: {error}", "note"))
+    return parts
 
 
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
-    names.sort(key=lambda name: PICTURES[name].place)
+    names.sort(key=lambda name: PICTURES[name].order)
     note = slip_note(history)
-    drawn = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
-    drawn += [*figures, *history_pictures(history, names)]
+    parts = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
+    parts += [*figures, *history_pictures(history, names)]
     if history.sizes.get("asperity") == 1:
-        drawn.append(paragraph("No contact map: one asperity is a point in it.", "note"))
-    return Section("Pictures", tuple(drawn))
+        parts.append(paragraph("No contact map: one asperity is a point in it.", "note"))
+    return Section("Pictures", tuple(parts))
 
 
 def _provenance(history: xr.Dataset) -> list[Section]:

@@ -19,7 +19,7 @@ from historysim.results.report.page import EXPECTED, Section, code, folded, page
 from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary
 
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
-page_of.register(LoopTable, lambda levels: levels_page(levels.to_dataset()))
+page_of.register(LoopTable, lambda levels: loops_page(levels.to_dataset()))
 
 LABELS = {"critical_asperity"}
 """Variables of a sweep that name something, and are no quantity to draw."""
@@ -28,42 +28,24 @@ MOST_ROWS = 500
 
 
 def loops_page(loops: xr.Dataset) -> str:
-    """Return friction loops, as `Loops.to_dataset` gives them, as one HTML page that fetches nothing."""
-    title = str(loops.attrs.get("title") or "Friction loops")
+    """Return what `Loops.to_dataset` or `LoopTable.to_dataset` gives, loops one by one or by their loads, as a page."""
     lines = loop_summary(loops)
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
+    if loops.attrs["content"] == LOOPS:
+        means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
+        caption = "How the loops change from one to the next; lines are their means."
+        figure = LoopTrendsPicture().figure(loops)
+    else:
+        along = "normal load" if "level" in loops.dims else "amplitude"
+        means = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
+        rows = table(*_by_group(lines[:split]))
+        caption = f"Over the {along}; bars are the standard deviation of one loop."
+        figure = LoopLevelsPicture().figure(loops)
     return page(
-        title,
+        str(loops.attrs.get("title") or "Friction loops"),
         [
-            Section("Summary", (paragraph("Mean ± standard deviation over the loops."), table(lines[:split]))),
-            Section(
-                "Pictures",
-                (
-                    picture(
-                        LoopTrendsPicture().figure(loops),
-                        "How the loops change from one to the next; lines are their means.",
-                    ),
-                ),
-            ),
-            Section("How they were found", (table(lines[split + 1 :]),)),
-        ],
-    )
-
-
-def levels_page(levels: xr.Dataset) -> str:
-    """Return loops by their loads or amplitudes, as `LoopTable.to_dataset` gives them, as one HTML page."""
-    lines = loop_summary(levels)
-    split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
-    along = "normal load" if "level" in levels.dims else "amplitude"
-    told = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
-    drawn = [
-        picture(LoopLevelsPicture().figure(levels), f"Over the {along}; bars are the standard deviation of one loop.")
-    ]
-    return page(
-        str(levels.attrs.get("title") or "Friction loops"),
-        [
-            Section("Summary", (paragraph(told), table(*_by_group(lines[:split])))),
-            Section("Pictures", tuple(drawn)),
+            Section("Summary", (paragraph(means), rows)),
+            Section("Pictures", (picture(figure, caption),)),
             Section("How they were found", (table(lines[split + 1 :]),)),
         ],
     )
@@ -83,30 +65,29 @@ def _by_group(lines: Sequence[tuple[str, str]]) -> tuple[list[list[str]], list[s
 @page_of.register(Sliding)
 def sliding_page(sliding: Sliding) -> str:
     """Return friction over time or distance as one HTML page that fetches nothing."""
-    title = f"Friction over {sliding.over}"
+    windows = (sliding.window_place, sliding.window_mean, sliding.window_deviation, sliding.window_count)
     rows = [
-        (f"{place:.6g}", f"{mean:.4g}", f"{deviation:.2g}", f"{count:,}")
-        for place, mean, deviation, count in zip(
-            sliding.window_place,
-            sliding.window_mean,
-            sliding.window_deviation,
-            sliding.window_count,
-            strict=True,
-        )
+        (f"{middle:.6g}", f"{mean:.4g}", f"{deviation:.2g}", f"{count:,}")
+        for middle, mean, deviation, count in zip(*windows, strict=True)
     ]
     heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
-    listed = [table(rows[:MOST_ROWS], heading)]
-    if len(rows) > MOST_ROWS:
-        listed.append(paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} windows.", "note"))
     caption = "The friction coefficient, its windows, the static peak and the approach to the steady value."
     return page(
-        title,
+        f"Friction over {sliding.over}",
         [
             Section("Summary", (table(sliding.summary()),)),
             Section("Pictures", (picture(SlidingPicture().figure(sliding), caption),)),
-            Section("Windows", tuple(listed)),
+            Section("Windows", _first_rows(rows, heading, "windows.")),
         ],
     )
+
+
+def _first_rows(rows: Sequence[Sequence[str]], heading: Sequence[str], of: str) -> tuple[str, ...]:
+    """Return a table of no more rows than a page can show, and how many there are."""
+    shown = table(rows[:MOST_ROWS], heading)
+    if len(rows) <= MOST_ROWS:
+        return (shown,)
+    return shown, paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} {of}", "note")
 
 
 @page_of.register(WrittenTable)
@@ -118,19 +99,16 @@ def table_page(written: WrittenTable) -> str:
     heading = [
         f"{name} [{unit}]" if unit not in {"", "1"} else str(name) for name, unit in zip(columns, units, strict=True)
     ]
-    listed = [table(rows[:MOST_ROWS], heading)]
-    if len(rows) > MOST_ROWS:
-        listed.append(paragraph(f"The first {MOST_ROWS:,} of {len(rows):,} rows.", "note"))
     try:
-        drawn = picture(TablePicture().figure(written), "Its columns over the first one.")
+        shown = picture(TablePicture().figure(written), "Its columns over the first one.")
     except InputError as error:
-        drawn = paragraph(str(error), "note")
+        shown = paragraph(str(error), "note")
     return page(
         written.name,
         [
             Section("Summary", (table(written.summary()),)),
-            Section("Picture", (drawn,)),
-            Section("Rows", tuple(listed)),
+            Section("Picture", (shown,)),
+            Section("Rows", _first_rows(rows, heading, "rows.")),
         ],
     )
 
@@ -149,8 +127,7 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
     heading, *rows = ([str(value) for value in row] for row in sweep_rows(sweep, steps=False))
-    shown = table([_short(row) for row in rows[:MOST_ROWS]], heading)
-    listed = [shown] if len(rows) <= MOST_ROWS else [shown, paragraph(_left_out(len(rows)), "note")]
+    listed = _first_rows([_short(row) for row in rows], heading, "cells; historysim sweep -o sweep.csv lists all.")
     pictures = [*figures, *sweep_pictures(sweep)]
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
     scenario = attributes.get("scenario", "")
@@ -163,7 +140,7 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
             Section("Summary", (table(line for line in lines if line[0] != "warning"),)),
             Section("Validity", tuple(warnings or [held])),
             Section("Pictures", tuple(pictures or [paragraph("No number changes from cell to cell.")])),
-            Section("Cells", tuple(listed)),
+            Section("Cells", listed),
             Section("Provenance", tuple(provenance)),
             _again("historysim sweep scenario.toml -o sweep.nc"),
         ],
@@ -177,7 +154,7 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
     for name, values in sweep.data_vars.items():
         # a label is no number
         known = values.dtype.kind == "f" and name not in LABELS
-        if known and values.dims and set(values.dims) <= swept and _varies(values):
+        if known and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
             label = str(values.attrs.get("long_name", name))
             pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
     return pictures
@@ -193,24 +170,14 @@ def comparison_page(
 ) -> str:
     """Return a model beside what was measured as one HTML page that fetches nothing.
 
-    Parameters
-    ----------
-    comparison : Comparison
-    title : str
-    scenario : str
-        The text of the scenario.
-    fitted : lines of (label, text), optional
-        What was fitted, and how sure it is.
-    result : str, optional
-        The text of the scenario with the fitted values.
+    `scenario` and `result` are the strings of the scenario without and with fitted values; `fitted` are lines
+    (label, value) of what was fitted, and how sure it is.
     """
     fitted = list(fitted)
-    found: list[Section] = [Section("What was fitted", (table(fitted),))] if fitted else []
+    found = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    drawn = picture(
-        ComparisonPicture(title=title).figure(comparison), "Measured loops and loads, and those of the model."
-    )
+    caption = "Measured loops and loads, and those of the model."
     texts = [folded("the scenario", scenario)]
     if result:
         texts.append(folded("the scenario with the fitted values", result))
@@ -220,16 +187,11 @@ def comparison_page(
             *found,
             Section("Summary", (table(comparison.summary()),)),
             Section("Loops", (means,)),
-            Section("Pictures", (drawn,)),
+            Section("Pictures", (picture(ComparisonPicture(title=title).figure(comparison), caption),)),
             Section("Provenance", tuple(texts)),
             _again(f"historysim {'fit' if fitted else 'compare'} scenario.toml"),
         ],
     )
-
-
-def _varies(values: xr.DataArray) -> bool:
-    low, high = float(values.min()), float(values.max())
-    return high > low
 
 
 def _short(row: Sequence[str]) -> list[str]:
@@ -242,10 +204,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _left_out(count: int) -> str:
-    return f"The first {MOST_ROWS:,} of {count:,} cells; historysim sweep -o sweep.csv lists all."
 
 
 def _again(command: str) -> Section:
@@ -265,7 +223,7 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
         return sweep_page(what, figures)
     pages = {
         LOOPS: loops_page,
-        CONTENT_OF_TABLE: levels_page,
+        CONTENT_OF_TABLE: loops_page,
         **dict.fromkeys((TABLE, TIME_SERIES), _dataset_table),
     }
     if (content := what.attrs.get("content")) in pages:

@@ -106,7 +106,7 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
 
 EXPECTED = (
     "expected a result of historysim run, a sweep, friction loops, friction over time or distance, a fit, a reduced "
-    "model (JSON), or a scenario whose loading is measured"
+    "model (JSON), or a scenario with a measured loading"
 )
 
 
@@ -155,8 +155,8 @@ def folded(label: str, text: str) -> str:
 def picture(figure: "Figure", caption: str) -> str:
     """Return a figure, embedded without loss, with a caption below it."""
     kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
-    drawn = f'<div class="wide">{image(figure, caption)}</div>'
-    return f"<figure{kind}>{drawn}<figcaption>{escape(caption)}</figcaption></figure>"
+    embedded = f'<div class="wide">{image(figure, caption)}</div>'
+    return f"<figure{kind}>{embedded}<figcaption>{escape(caption)}</figcaption></figure>"
 
 
 def image(figure: "Figure", text: str) -> str:
@@ -165,8 +165,8 @@ def image(figure: "Figure", text: str) -> str:
 
     stream = io.BytesIO()
     figure.savefig(stream, format="png", dpi=DOTS_PER_INCH)
-    with Image.open(stream) as drawn:
-        return _embedded(drawn.convert("RGB"), text, lossless=True)
+    with Image.open(stream) as opened:
+        return _embedded(opened.convert("RGB"), text, lossless=True)
 
 
 def thumbnail(parts: Iterable[str], text: str) -> str:
@@ -175,16 +175,16 @@ def thumbnail(parts: Iterable[str], text: str) -> str:
 
     for part in parts:
         if found := re.search(r'src="data:image/webp;base64,([^"]+)"', part):
-            with Image.open(io.BytesIO(base64.b64decode(found[1]))) as drawn:
-                small = drawn.convert("RGB")
+            with Image.open(io.BytesIO(base64.b64decode(found[1]))) as opened:
+                small = opened.convert("RGB")
             small.thumbnail((10 * THUMBNAIL, THUMBNAIL), Image.Resampling.LANCZOS)
             return _embedded(small, text, lossless=False, quality=60)
     return ""
 
 
-def _embedded(drawn: "PILImage", text: str, **options: Any) -> str:
+def _embedded(image: "PILImage", text: str, **options: Any) -> str:
     stream = io.BytesIO()
-    drawn.save(stream, "WEBP", **options)
+    image.save(stream, "WEBP", **options)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
-    size = f'width="{drawn.width}" height="{drawn.height}"'
+    size = f'width="{image.width}" height="{image.height}"'
     return f'<img alt="{escape(text)}" {size} decoding="async" src="data:image/webp;base64,{data}">'

@@ -49,6 +49,9 @@ def test_a_picture_fits_its_size_and_looks_as_it_did(name, size):
     figure = PICTURES[name](size=size)
     assert figure.get_size_inches() * 25.4 == pytest.approx(size)
     assert on_top_of_each_other(figure) == []
+    # nor does what names things lie on a panel; half a pixel is rounding
+    legends = [legend.get_window_extent().padded(-0.5) for legend in figure.findobj(mpl.legend.Legend)]
+    assert not any(box.overlaps(axes.get_window_extent()) for box in legends for axes in figure.axes)
     path = KEPT / f"{name}_{size[0]:g}x{size[1]:g}.png"
     now = pixels(figure)
     if os.environ.get("HISTORYSIM_NEW_PICTURES"):

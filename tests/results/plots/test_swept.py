@@ -43,9 +43,9 @@ def test_means_and_deviations_over_seeds():
 
 def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
     load = "loading_waypoints_0_normal_load"
-    told = {"units": "N", "long_name": "loading.waypoints[0].normal_load of the scenario"}
+    message = {"units": "N", "long_name": "loading.waypoints[0].normal_load of the scenario"}
     area = xr.DataArray([2e-12, 5e-12, 9e-12, 16e-12], dims=load, attrs={"units": "m2"})
-    sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], told)})
+    sweep = xr.Dataset({"area": area}, {load: (load, [1e-3, 5e-3, 20e-3, 90e-3], message)})
     (axes,) = hs.plots.curve(sweep, quantity="area").axes
     assert axes.get_xlabel() == "normal load $N$ (mN)"
     assert axes.get_ylabel() == "area (µm²)"
@@ -115,7 +115,7 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"quantity": "name"}, "quantity is 'name'; expected one of drift, count"),
         ({"over": "load"}, "drift does not go over 'load'; expected one of rms_height, friction, seed"),
@@ -123,8 +123,8 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
         ({"spread": "variance"}, "spread is 'variance'; expected one of deviation, quantiles, none"),
     ],
 )
-def test_what_does_not_fit_is_refused(options, told):
-    with pytest.raises(InputError, match=told):
+def test_what_does_not_fit_is_refused(options, message):
+    with pytest.raises(InputError, match=message):
         hs.plots.curve(SWEEP, **({"quantity": "drift"} | options))
 
 
@@ -163,7 +163,7 @@ def test_bars_from_one_number_to_another():
     (axes,) = hs.plots.curve(POWER, quantity="drift", over="load", ends={"y": ("low", "high")}).axes
     _, _, (stems,) = axes.containers[0].lines
     assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(np.tile([0.5, 4.0], (4, 1)))
-    # what is told in another way has no caption of its own
+    # what is message in another way has no caption of its own
     assert axes.get_title(loc="left") == ""
 
 

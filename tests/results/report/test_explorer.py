@@ -26,7 +26,7 @@ SHOWN = """() => {
     value: document.get_model_by_name("clock").data.now[0],
     shown: window.document.getElementById("explorer-time").value,
     marker: columns("marker"), fill: columns("map").fill, moment: columns("moment"), profile: columns("profile"),
-    curve: columns("curve"), told: window.document.getElementById("explorer-told").innerHTML,
+    curve: columns("curve"), message: window.document.getElementById("explorer-shown").innerHTML,
     clicked: window.document.getElementById("explorer-clicked").innerHTML,
     asperity: window.document.getElementById("explorer-asperity").selectedOptions[0].text,
     spoken: window.document.getElementById("explorer-time").getAttribute("aria-valuetext"),
@@ -73,7 +73,7 @@ def report(history, tmp_path_factory):
 def check(shown, history, label):
     """What is shown belongs to one step and one asperity of the history."""
     row = history.isel(step=shown["value"])
-    assert f"step {shown['value']}<" in shown["told"]
+    assert f"step {shown['value']}<" in shown["message"]
     assert shown["shown"] == str(shown["value"])
     assert shown["spoken"] == f"t = {float(row.time):#.4g} s, step {shown['value']}"
     assert shown["asperity"] == str(label)
@@ -166,8 +166,11 @@ def test_a_notebook_shows_it_and_what_cannot_be_explored_is_told(history, tmp_pa
         inside.get_by_label("time", exact=True).press("ArrowRight")
         inside.get_by_text(f"step {history.contact.representative_step() + 1}").wait_for()
     totals = hs.replay(ENSEMBLE, EVENTS, record="totals")
-    for wrong, told in ((totals, "of totals alone"), (history[["slip_state"]], "explore: Dataset; expected a history")):
-        with pytest.raises(InputError, match=told):
+    for wrong, message in (
+        (totals, "of totals alone"),
+        (history[["slip_state"]], "explore: Dataset; expected a history"),
+    ):
+        with pytest.raises(InputError, match=message):
             hs.explore(wrong)
 
 
@@ -181,14 +184,14 @@ def test_of_a_large_history_a_part_is_embedded_and_the_page_says_which(history, 
     loads = history.normal_load.values[0]
     assert set(part.columns) == set(np.argsort(-loads)[:2])
     carried = 100 * loads[part.columns].sum() / loads.sum()
-    (told,) = part.notes
+    (message,) = part.notes
     kept = f"{part.steps.size} of 31 steps; 2 of 3 recorded asperities, which carry {carried:.3g} % of the peak normal"
-    assert told == f"To keep the page small, it holds {kept} load."
+    assert message == f"To keep the page small, it holds {kept} load."
     assert explorer.explorer(history)[2] == part.notes
 
 
 def alone(history):
-    """A history of whose origin nothing is known."""
+    """A history of unknown origin."""
     found = history.copy()
     found.encoding = {}
     return found
@@ -196,14 +199,14 @@ def alone(history):
 
 def test_tractions_that_cannot_be_told_are_left_out_and_the_page_says_so(history, monkeypatch):
     at_once = [*EVENTS, hs.TangentialDisplacement(3.0, 20e-9)]
-    (told,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, at_once, substeps=10))).notes
-    assert told.startswith("There are no traction profiles: asperity")
+    (message,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, at_once, substeps=10))).notes
+    assert message.startswith("There are no traction profiles: asperity")
     changed = [*EVENTS, hs.FrictionChange(4.0, 0.1)]
-    (told,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, changed, substeps=10))).notes
-    assert told == "There are no traction profiles: friction or heights change in the history."
+    (message,) = explorer.excerpt(alone(hs.replay(ENSEMBLE, changed, substeps=10))).notes
+    assert message == "There are no traction profiles: friction or heights change in the history."
     monkeypatch.setattr(explorer, "MOST_GROUPS", 1)
-    (told,) = explorer.excerpt(alone(history)).notes
-    assert told.startswith("There are no traction profiles: there are 2 friction coefficients")
+    (message,) = explorer.excerpt(alone(history)).notes
+    assert message.startswith("There are no traction profiles: there are 2 friction coefficients")
 
 
 def test_without_tractions_no_empty_picture_stands_in_the_page(history):

@@ -38,8 +38,8 @@ def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
     assert sections(text) == ["Summary", "Validity", "Through time", "Pictures", "Provenance", "How to reproduce"]
     assert "<h1>a &lt;b&gt; &amp; c</h1>" in text
     plain = unescape(re.sub("<[^>]*>", " ", text))
-    for label, told in hs.show(history):
-        assert "\n" in told or (label in plain and told in plain)
+    for label, message in hs.show(history):
+        assert "\n" in message or (label in plain and message in plain)
     assert "substeps = 4 # <script>" in plain
     assert "<script>" not in text
     assert text.count("data:image/webp;base64,") == 6

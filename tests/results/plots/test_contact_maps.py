@@ -98,11 +98,6 @@ def test_a_report_has_the_map(result):
         assert PICTURES["contact-map"].caption_of(history) in text
 
 
-def test_what_is_no_size_is_told_as_such(result):
-    with pytest.raises(hs.InputError, match="size is"):
-        hs.plot(result, step=1, size=(1, 1))
-
-
 def test_maps_of_a_step_carry_its_loads(result):
     with xr.open_dataset(result, decode_times=False) as history:
         for step in (0, 1):

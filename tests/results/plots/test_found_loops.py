@@ -3,7 +3,10 @@
 import io
 
 import numpy as np
+import pictured
 import pytest
+from numpy.testing import assert_allclose
+from pictured import compared, levels
 
 import historysim as hs
 from historysim.measured.branches import Definitions
@@ -53,7 +56,7 @@ def test_loops_and_their_means_are_drawn(model):
     assert figure.get_size_inches()[0] * 25.4 == pytest.approx(180)
     assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
     assert loops.get_ylabel() == "tangential load $T$ (mN)"
-    assert legend(figure) == ["3 loops", "means"]
+    assert legend(figure) == ["3 loops", "means", "forward", "backward"]
     texts = [text.get_text() for text in loops.texts if text.get_text()]
     way = model.statistics("preliminary_displacement").mean
     stiffness = model.statistics("tangential_stiffness").mean
@@ -84,7 +87,7 @@ def test_the_whole_record_is_drawn(model):
 
 def test_a_measured_record_and_its_model_are_drawn_together(measured, model):
     figure, (loops, force, *_) = drawn(measured, model, labels=("UNAT, $50$ mN", "model"), title="a $ b $ c")
-    assert legend(figure) == [r"UNAT, \$50\$ mN, 2 loops", "model, 3 loops", "means"]
+    assert legend(figure) == [r"UNAT, \$50\$ mN, 2 loops", "model, 3 loops", "means", "forward", "backward"]
     assert {line.get_color() for line in loops.get_lines()} >= set(plots.COLOURS)
     points = {
         (line.get_color(), line.get_marker()): line.get_xdata().tolist()
@@ -133,3 +136,59 @@ def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     assert drawn > 0.8 * (high - low)
     assert axes.get_xlabel().startswith("tangential displacement $U$ (")
     assert axes.get_xlabel().endswith("(nm), from -110 mm")
+
+
+def test_loops_have_the_colours_of_their_loads():
+    comparison = compared()[1]
+    figure = hs.plots.measured_loops(comparison.measured, model=comparison.model)
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts[:5] == ["50 mN, 1 loop", "100 mN, 2 loops", "model", "measured, on the right", "model, on the right"]
+    lines = {line.get_label(): line for line in figure.axes[0].get_lines() if not line.get_label().startswith("_")}
+    first, second, model = (lines[name] for name in texts[:3])
+    assert first.get_color() is not second.get_color()
+    assert np.abs(first.get_ydata()).max() == pytest.approx(10)
+    assert np.abs(second.get_ydata()).max() == pytest.approx(20)
+    assert model.get_linestyle() == "--"
+
+
+def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy():
+    found = pictured.loops()
+    figure = hs.plots.loop_trends(found.to_dataset())
+    force, *_, energy = figure.axes
+    assert force.get_title(loc="left") == "friction force (mN)"
+    forward, backward, mean = force.get_lines()
+    assert_allclose(forward.get_ydata(), 1e3 * found.friction_force[:, 0])
+    assert_allclose(backward.get_ydata(), 1e3 * found.friction_force[:, 1])
+    assert mean.get_ydata()[0] == pytest.approx(1e3 * found.statistics("friction_force").mean)
+    marks, _ = energy.get_lines()
+    assert_allclose(marks.get_ydata(), 1e9 * found.dissipated_energy)
+    assert figure.get_suptitle() == f"{len(found)} friction loops"
+    assert hs.plots.loop_trends(found.to_dataset(), title="of $5").get_suptitle() == r"of \$5"
+
+
+def test_each_load_has_its_means_and_their_scatter():
+    found = levels()
+    table = found.by_load()
+    force, friction, displacement, energy = hs.plots.loop_levels(table.to_dataset(), title="of $5").axes
+    assert [axes.get_title(loc="left").split("\n")[0] for axes in (force, friction, displacement, energy)] == [
+        "friction force (mN)",
+        "friction coefficient",
+        "preliminary displacement (nm)",
+        "energy per loop (nJ)",
+    ]
+    for axes, quantity, factor in ((force, "friction_force", 1e3), (displacement, "preliminary_displacement", 1e9)):
+        for bars, direction in zip(axes.containers, ("forward", "backward", "both"), strict=True):
+            means = [each.mean for each in table.statistics(quantity, direction)]
+            assert_allclose(bars.lines[0].get_ydata(), factor * np.array(means))
+            scatter = np.array([each.standard_deviation for each in table.statistics(quantity, direction)])
+            lengths = np.array([np.ptp(segment[:, 1]) for segment in bars.lines[2][0].get_segments()])
+            assert_allclose(lengths, 2 * factor * np.nan_to_num(scatter), atol=1e-9)
+    line = next(line for line in force.lines if len(line.get_xdata()) == 60)
+    assert_allclose(line.get_ydata(), 1e3 * table.friction_line().slope * line.get_xdata() / 1e3, atol=0.01)
+
+
+def test_amplitudes_stand_in_place_of_loads():
+    found = levels()
+    axes = hs.plot(found.by_amplitude()).axes
+    assert axes[2].get_xlabel() == "amplitude (nm)"
+    assert all(len(line.get_xdata()) < 60 for line in axes[0].lines)

@@ -15,8 +15,8 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.plots import style
 from historysim.results.plots import surfaces as plots
-from historysim.results.plots.canvas import canvas
-from historysim.results.plots.surfaces import contact_at, draw_surface, position_of, surface_of
+from historysim.results.plots.canvas import canvas_at
+from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
 from historysim.surfaces.distribution import textured_summits
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
@@ -39,10 +39,10 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
 
 
 def plot_surface(surface, history=None, step="partial"):
-    with canvas((180.0, 97.0), {}) as page:
-        contact = None if history is None else contact_at(surface, history, position_of(step, history))
-        draw_surface(page, surface, contact, str((surface if history is None else history).attrs.get("title", "")))
-    return page.result
+    with canvas_at({}, (180.0, 97.0)) as canvas:
+        contact = contact_at(surface, history, 0 if history is None else step_number(step, history))
+        draw_surface(canvas, surface, contact, str((surface if history is None else history).attrs.get("title", "")))
+    return canvas.result
 
 
 def drawn(surface, history=None, step=-1):
@@ -112,19 +112,19 @@ def test_summits_stand_at_their_places_in_the_colour_of_their_state(rough, step)
     check_marks(panels[MAP], summits.x, summits.y, state)
     check_marks(panels[DISTRIBUTION], summits.height, summits.radius, state)
     assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]), rel=1e-12, abs=1e-30)
+    assert set(np.unique(history["slip_state"])) == {0, 1, 2, 3}
 
 
-def test_the_history_is_one_that_tells_states_apart(rough):
-    assert set(np.unique(rough[2]["slip_state"])) == {0, 1, 2, 3}
-
-
-def test_negative_steps_count_from_the_end(rough):
+def test_steps_count_from_the_end_and_have_names(rough):
     surface, _, history = rough
     last, first = (drawn(surface, history, step)[0].get_suptitle() for step in (-1, -history.sizes["step"]))
     assert "\nstep 6, t = 2 s: N = 20 mN, T = " in "\n" + last
     assert ", U = 10 nm, " in last
     assert last.endswith(f"{int(history['contact_count'][-1])} asperities in contact")
     assert "step 0, t = 0 s:" in first
+    peak = int(history["total_normal_load"].values.argmax())
+    for step, number in (("peak", peak), (np.int64(3), 3)):
+        assert f"step {number}," in plot_surface(surface, history, step).get_suptitle()
 
 
 def test_without_a_history_all_summits_are_alike(rough):
@@ -344,14 +344,6 @@ def test_of_many_separated_summits_some_are_drawn_by_lot_and_all_that_touch():
     assert legend(drawn(surface_group.dataset(summits))[0]) == ["summit (20,000 of 100,000 drawn)"]
 
 
-def test_many_that_touch_are_all_rendered():
-    generator = np.random.default_rng(0)
-    summits = Summits(generator.normal(size=100_000) * 1e-9, 1e-6, *generator.random((2, 100_000)) * 1e-3)
-    history = history_of(summits, (10.0,), record="totals")
-    _, panels = drawn(surface_group.dataset(summits), history)
-    assert len(marks(panels[MAP])[-1]) == int(history["contact_count"][-1]) > 90_000
-
-
 def test_a_history_in_which_nothing_touches():
     summits = Summits([0.0, -1e-8], 1e-6, [0.0, 1e-5], [0.0, 1e-5])
     ensemble = hs.Ensemble.from_summits(PAIR, summits, 0.2)
@@ -387,7 +379,7 @@ def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, m
     for arguments in (["plot", "s.toml"], ["run", "s.toml", "-q"]):
         done = CliRunner().invoke(main, arguments)
         assert done.exit_code == 0
-        # a sum tells what its splines take away
+        # a sum says what its splines take away
         assert all(line.startswith("Note: ") for line in done.stderr.splitlines())
     with xr.open_dataset("s.nc") as history, xr.open_dataset("s.nc", group="surface") as surface:
         _, panels = drawn(surface, history, 1)
@@ -431,17 +423,6 @@ def test_a_step_that_there_is_not(rough, step):
         plot_surface(surface, history, step)
 
 
-def test_the_peak_is_a_step(rough):
-    surface, _, history = rough
-    peak = int(history["total_normal_load"].values.argmax())
-    assert f"step {peak}," in plot_surface(surface, history, "peak").get_suptitle()
-
-
-def test_numbers_of_numpy_are_steps_too(rough):
-    surface, _, history = rough
-    assert "step 3," in plot_surface(surface, history, np.int64(3)).get_suptitle()
-
-
 @pytest.mark.parametrize(
     "other",
     [Summits([0.0, -1e-9], 1e-6), Summits(np.zeros(500), 1e-6), Summits(1.0, 1.0)],
@@ -465,28 +446,6 @@ def test_a_title_is_text_and_not_mathematics(rough):
     assert text.splitlines()[1].endswith("long …")
     assert drawn(surface.assign_attrs(title="a\nmap"))[0].get_suptitle() == "a map"
     assert drawn(surface)[0].get_suptitle() == ""
-
-
-def test_nothing_in_the_picture_overlaps(rough):
-    surface, _, history = rough
-    for figure, panels in (rendered(surface, history), rendered(surface)):
-        boxes = [axes.get_tightbbox() for axes in panels.values()]
-        boxes += [one.get_window_extent() for one in figure.legends]
-        boxes += [text.get_window_extent() for text in [figure._suptitle] if text is not None]
-        for index, box in enumerate(boxes):
-            assert not any(box.overlaps(other) for other in boxes[:index])
-        whole = figure.get_window_extent()
-        assert all(whole.x0 <= box.x0 and box.x1 <= whole.x1 for box in boxes)
-        assert all(whole.y0 <= box.y0 and box.y1 <= whole.y1 for box in boxes)
-
-
-def test_drawing_changes_neither_the_data_nor_the_settings(rough):
-    surface, _, history = rough
-    settings, before = dict(mpl.rcParams), (surface.copy(deep=True), history.copy(deep=True))
-    rendered(surface, history)
-    xr.testing.assert_identical(surface, before[0])
-    xr.testing.assert_identical(history, before[1])
-    assert dict(mpl.rcParams) == settings
 
 
 def test_the_colours_of_summits_differ_from_each_other_and_from_grey():
@@ -518,3 +477,46 @@ def test_states_are_told_from_the_heights_in_grey_print(rough):
     lightness = [np.dot(mpl.colors.to_rgb(colour), (0.299, 0.587, 0.114)) for colour in style.STATE_COLOURS[1:3]]
     # what slips throughout is lighter, and has an edge of ink
     assert max(lightness) < darkest - 0.05
+
+
+# -- several surfaces, and a map in colours
+
+SUMMITS = [hs.Summits([0.0, 2e-6, 4e-6], [1e-6, 2e-6, 3e-6]), hs.Summits([1e-6, 3e-6], [2e-6, 2e-6])]
+
+
+def test_clouds_with_mean_and_deviation():
+    figure = hs.plots.summits(SUMMITS, labels=["fine", "rough"], title="Two")
+    (axes,) = figure.axes
+    cloud = axes.get_lines()[0]
+    assert cloud.get_xdata() == pytest.approx([0, 2, 4])
+    assert cloud.get_ydata() == pytest.approx([1, 2, 3])
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert texts[0] == "fine: $R$ 2.00 ± 1.00 µm, $z$ 2.00 ± 2.00 µm (3)"
+    assert texts[1] == "rough: $R$ 2.00 ± 0.00 µm, $z$ 2.00 ± 1.41 µm (2)"
+    assert axes.get_xlabel() == "summit height $z$ (µm)"
+    apart = hs.plots.summits(SUMMITS, labels=["fine", "rough"], apart=True)
+    assert [each.get_title(loc="left") for each in apart.axes] == ["fine", "rough"]
+    assert apart.axes[0].get_ylim() == apart.axes[1].get_ylim()
+
+
+def test_one_summit_has_no_deviation():
+    figure = hs.plots.summits({"ball": hs.Summits(0.0, 1e-3)})
+    figure.draw_without_rendering()
+    assert "R$ 1.00 mm" in figure.legends[0].get_texts()[0].get_text()
+
+
+def test_what_cannot_be_told_apart_is_refused():
+    with pytest.raises(InputError, match="2 surfaces and 1 label; expected 1 to 8 surfaces, with a label each"):
+        hs.plots.summits(SUMMITS, labels=["one"])
+    with pytest.raises(InputError, match="0 surfaces"):
+        hs.plots.summits([])
+
+
+def test_a_map_lies_as_it_is():
+    heights = np.arange(12.0).reshape(4, 3) * 1e-9
+    figure = hs.plots.map(hs.Surface(heights, 1e-6), title="Map")
+    (image,) = figure.axes[0].images
+    # x to the right, y upwards
+    assert np.asarray(image.get_array()) == pytest.approx(heights.T * 1e9)
+    assert image.get_extent() == pytest.approx([0, 4, 0, 3])
+    assert figure.axes[0].get_ylabel() == "$y$ (µm)"

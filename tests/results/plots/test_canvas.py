@@ -1,4 +1,4 @@
-"""Figures of a size on paper, whose files have fonts that a journal takes."""
+"""Figures of a size on paper, with files that have fonts that a journal takes."""
 
 import io
 import re

@@ -1,15 +1,17 @@
 """Pictures of histories: what stands in them. That they look well was seen by eye."""
 
 import io
+from pathlib import Path
 
 import matplotlib as mpl
 import numpy as np
 import pytest
-import xarray as xr
 
 import historysim as hs
+from historysim.errors import InputError
 from historysim.results.plots import histories, style
 
+SCENARIOS = Path(__file__).parents[3] / "scenarios"
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 HEIGHTS = np.array([0.0, -20e-9, -10e-9, -500e-9])
 
@@ -35,7 +37,7 @@ def test_loop_loads_and_slip_state_are_drawn():
     assert panels["Friction loop"].get_ylabel() == "tangential load $T$ (mN)"
     assert panels["Loads"].get_ylabel() == "normal load\n$N$ (mN)"
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert legend == ["friction limit", *style.STATES]
+    assert legend == ["start", "end", "friction limit", *style.STATES, "colour of the loop: time"]
 
 
 def test_the_map_shows_each_asperity_highest_on_top():
@@ -76,13 +78,6 @@ def test_the_emptiest_histories_can_be_drawn(events, record):
     drawn(hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, 0.2), events, record=record))
 
 
-def test_a_title_is_text_and_not_mathematics():
-    history = replayed()
-    history.attrs["title"] = "costs $5 or $\\frac{"
-    figure, _ = drawn(history)
-    assert figure.get_suptitle() == "costs \\$5 or \\$\\frac{"
-
-
 def test_long_histories_are_thinned(monkeypatch):
     monkeypatch.setattr(style, "MOST_POINTS", 30)
     monkeypatch.setattr(histories, "MOST_COLUMNS", 20)
@@ -97,14 +92,6 @@ def test_long_histories_are_thinned(monkeypatch):
     points = panels["Loads"].get_lines()[0].get_xdata()
     assert len(points) <= 31
     assert points[-1] == history.time[-1]
-
-
-def test_drawing_changes_neither_the_history_nor_the_settings():
-    history, settings = replayed(), dict(mpl.rcParams)
-    before = history.copy(deep=True)
-    drawn(history)
-    xr.testing.assert_identical(history, before)
-    assert dict(mpl.rcParams) == settings
 
 
 def test_states_differ_in_lightness():
@@ -126,3 +113,45 @@ def test_swings_ignore_noise():
     swings = list(style.swings(noisy))
     assert len(swings) == 3
     assert [steps[end] for _, end in swings] == pytest.approx([1, -1, 1], abs=0.1)
+
+
+def test_the_picture_of_wear_shows_wear():
+    history = hs.run(SCENARIOS / "25_wear.toml")
+    left, right = hs.plot(history, picture="wear").axes
+    total, *each = left.get_lines()
+    assert total.get_ydata() == pytest.approx(history.worn_volume.sum("asperity").values * 1e27)
+    assert sum(line.get_ydata()[-1] for line in each) == pytest.approx(total.get_ydata()[-1])
+    before, after = right.get_lines()
+    assert (after.get_xdata() < before.get_xdata()).all()
+    # the usual picture has it, too, and so have chosen panels
+    titles = [axes.get_title(loc="left") for axes in hs.plot(history).axes]
+    assert "Wear" in titles
+    assert [axes.get_title(loc="left") for axes in hs.plot(history, panels=["wear"]).axes] == ["Wear"]
+
+
+def test_the_picture_shows_first_loading_and_flattened_summits():
+    history = hs.run(SCENARIOS / "26_running_in.toml")
+    figure = hs.plot(history, picture="yielding")
+    figure.draw_without_rendering()
+    left, right = figure.axes
+    yielding, elastic = (line.get_ydata() for line in left.get_lines())
+    assert np.nanmax(yielding) == pytest.approx(90, rel=1e-6)
+    # 50 mN is come back to without yielding
+    assert np.nanmin(elastic) == pytest.approx(50, rel=1e-6)
+    *_, before, after = right.get_lines()
+    assert before.get_xdata().size == int((history.yielding_load.isel(step=-1) > 0).sum())
+    assert (after.get_xdata() < before.get_xdata()).all()
+    assert (after.get_ydata() > before.get_ydata()).all()
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"picture": "wear"}, "no worn_volume; expected one of a scenario with"),
+        ({"panels": ["wear"]}, "no worn_volume; expected one of a scenario with"),
+        ({"picture": "yielding"}, "no yielded_depth; expected one of a scenario with surface"),
+    ],
+)
+def test_what_neither_wears_nor_yields_has_no_picture_of_it(options, message):
+    with pytest.raises(InputError, match=message):
+        hs.plot(replayed(), **options)

@@ -1,0 +1,569 @@
+/* Classes of rings that ride on one rigid body: their nodes, and their steps of second order. */
+
+#include "rings.h"
+
+/* first stage of a step of SDIRK2, 1 - 1/√2; and how much of what slips there belongs to the whole step, (1 - γ)/γ */
+#define STAGE 0.29289321881345254
+#define REST 2.414213562373095
+/* share of a cell nearer than which to the edge a node is left out of a stage */
+#define NEAREST 0.02
+/* cells wider than this are cut, and joined ones are no wider than that */
+#define WIDEST_CELL 1.01
+#define JOINED_CELL 1.1
+/* change of the tangential load over the friction limit below which a node is not missed */
+#define NOT_MISSED 1e-7
+/* turns of Newton's method, and cuts of each of its steps */
+#define MOST_TURNS 100
+#define MOST_CUTS 40
+/* part of what is asked for that may be left */
+#define ARRIVED 1e-12
+
+static const hs_vector nowhere = {0.0, 0.0};
+
+static double deepest_of(const hs_class *part) { return part->curve.gap[0]; }
+
+/* ---- made, copied --------------------------------------------------------------------------------------------------- */
+
+hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance) {
+    size_t count = (size_t)line->contact->count;
+    hs_body *body = (hs_body *)calloc(1, sizeof *body);
+    double *numbers = (double *)malloc(3 * count * sizeof *numbers);
+    if (!body || !numbers) {
+        free(body);
+        free(numbers);
+        return NULL;
+    }
+    body->contact = line->contact;
+    body->friction = line->friction;
+    body->rings = rings;
+    body->tolerance = tolerance;
+    body->approach = line->approach;
+    body->normal_load = line->normal_load;
+    body->dissipated = line->dissipated;
+    body->each = numbers;
+    body->slide_time = numbers + count;
+    body->scratch = numbers + 2 * count;
+    for (size_t i = 0; i < count; ++i) body->slide_time[i] = NAN;
+    memcpy(body->each, line->each, count * sizeof *numbers);
+    return body;
+}
+
+void hs_body_free(hs_body *body) {
+    if (!body) return;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        free(body->parts[c].nodes);
+        free(body->parts[c].problem);
+    }
+    free(body->parts);
+    free(body->each);
+    free(body);
+}
+
+int hs_class_room(hs_class *part, int64_t count) {
+    if (count <= part->room) return HS_OK;
+    hs_node *nodes = (hs_node *)realloc(part->nodes, (size_t)(count + 8) * sizeof *nodes);
+    if (!nodes) return HS_OUT_OF_MEMORY;
+    part->nodes = nodes;
+    part->room = (int32_t)count + 8;
+    return HS_OK;
+}
+
+/* Have a body be where another one of the same classes is. */
+static int assign(hs_body *target, const hs_body *source) {
+    target->approach = source->approach;
+    target->normal_load = source->normal_load;
+    target->dissipated = source->dissipated;
+    target->time = source->time;
+    target->displacement = source->displacement;
+    target->tangential_load = source->tangential_load;
+    memcpy(target->each, source->each, (size_t)source->contact->count * sizeof(double));
+    for (int64_t c = 0; c < source->classes; ++c) {
+        hs_class *to = target->parts + c;
+        const hs_class *from = source->parts + c;
+        if (hs_class_room(to, from->count) != HS_OK) return HS_OUT_OF_MEMORY;
+        to->count = from->count;
+        if (from->count) memcpy(to->nodes, from->nodes, (size_t)from->count * sizeof *to->nodes);
+    }
+    return HS_OK;
+}
+
+hs_body *hs_body_copy(const hs_body *body) {
+    size_t count = (size_t)body->contact->count;
+    hs_body *copy = (hs_body *)malloc(sizeof *copy);
+    double *numbers = (double *)malloc(3 * count * sizeof *numbers);
+    hs_class *parts = (hs_class *)malloc((size_t)(body->classes + 1) * sizeof *parts);
+    if (!copy || !numbers || !parts) {
+        free(copy);
+        free(numbers);
+        free(parts);
+        return NULL;
+    }
+    *copy = *body;
+    copy->each = numbers;
+    copy->slide_time = numbers + count;
+    copy->scratch = numbers + 2 * count;
+    memcpy(copy->slide_time, body->slide_time, count * sizeof *numbers);
+    copy->parts = parts;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        parts[c] = body->parts[c];
+        parts[c].nodes = NULL;
+        parts[c].room = 0;
+        parts[c].problem = NULL;
+    }
+    if (assign(copy, body) == HS_OK) return copy;
+    hs_body_free(copy);
+    return NULL;
+}
+
+/* ---- nodes ------------------------------------------------------------------------------------------------------------ */
+
+static hs_node node_at(const hs_class *part, double label, hs_vector deflection) {
+    hs_node node = {label, hs_load_at(part->curve, label).load, deflection};
+    return node;
+}
+
+/* Cut cells that are too wide, which changes nothing. */
+static int cut_cells(hs_class *part, double cell) {
+    int64_t more = 0;
+    for (int32_t k = 1; k < part->count; ++k)
+        more += (int64_t)((part->nodes[k - 1].label - part->nodes[k].label) / cell);
+    if (more == 0) return HS_OK;
+    if (hs_class_room(part, part->count + more) != HS_OK) return HS_OUT_OF_MEMORY;
+    hs_node *nodes = part->nodes;
+    int64_t at = part->count - 1 + more;
+    for (int32_t k = part->count - 1; k >= 1; --k) {
+        hs_node inner = nodes[k], outer = nodes[k - 1];
+        double width = outer.label - inner.label;
+        int64_t cuts = (int64_t)(width / cell);
+        nodes[at--] = inner;
+        for (int64_t i = 1; i <= cuts; ++i) {
+            double share = (double)i / (double)(cuts + 1);
+            hs_vector deflection = hs_plus(inner.deflection, share, hs_plus(outer.deflection, -1.0, inner.deflection));
+            nodes[at--] = node_at(part, inner.label + share * width, deflection);
+        }
+    }
+    part->count += (int32_t)more;
+    return HS_OK;
+}
+
+/* Leave nodes out whose neighbours are near, and between which v is straight but for a change of the load; or which are
+ * too many. */
+static void join_cells(hs_class *part, double cell, double change, int64_t most) {
+    hs_node *nodes = part->nodes;
+    int32_t kept = 1;
+    for (int32_t k = 1; k + 1 < part->count; ++k) {
+        hs_node outer = nodes[kept - 1], here = nodes[k], inner = nodes[k + 1];
+        double width = outer.label - inner.label, share = (outer.label - here.label) / width;
+        hs_vector straight = hs_plus(outer.deflection, share, hs_plus(inner.deflection, -1.0, outer.deflection));
+        double mass = (outer.normal - here.normal) / (outer.label - here.label) -
+                      (here.normal - inner.normal) / (here.label - inner.label);
+        double missed = fabs(mass) * hs_length(hs_plus(here.deflection, -1.0, straight));
+        int left_out = width <= JOINED_CELL * cell && (missed <= change || part->count - k + kept > most);
+        if (!left_out) nodes[kept++] = here;
+    }
+    nodes[kept++] = nodes[part->count - 1];
+    part->count = kept;
+}
+
+int hs_regrid(hs_class *part, int64_t rings, double limit) {
+    if (part->count < 2) return HS_OK;
+    double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
+    if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
+    join_cells(part, cell, NOT_MISSED * limit, 3 * rings);
+    return HS_OK;
+}
+
+/* Have a class nodes to touch at, where the approach grows; and place to work in. */
+static int prepare(hs_class *part, double from, double to, int64_t rings) {
+    double deepest = deepest_of(part), first = hs_most(from, deepest), cell = (to - deepest) / (double)rings;
+    if (to > first) {
+        int64_t cells = 1 + (int64_t)hs_least((to - first) / cell, (double)rings), fresh = part->count == 0;
+        int64_t more = cells - 1 + fresh;
+        if (hs_class_room(part, part->count + more + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+        memmove(part->nodes + more, part->nodes, (size_t)part->count * sizeof *part->nodes);
+        part->count += (int32_t)more;
+        for (int64_t k = 0; k + 1 < cells; ++k)
+            part->nodes[k] = node_at(part, to - (to - first) * ((double)(k + 1) / (double)cells), nowhere);
+        /* a class that does not touch yet begins at its deepest spring */
+        if (fresh) part->nodes[more - 1] = node_at(part, deepest, nowhere);
+    }
+    return hs_ring_room(part, part->count + 1);
+}
+
+/* ---- a stage ------------------------------------------------------------------------------------------------------------- */
+
+/* Set the problem of a class up at an edge, on a path that began at another one. */
+static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int second) {
+    hs_ring_problem *problem = part->problem;
+    double nearest = NEAREST * (edge - deepest_of(part)) / (double)rings;
+    int32_t at = 0, first = 0;
+    while (part->nodes[first].label > edge - nearest) ++first;
+    problem->label[0] = edge;
+    problem->normal[0] = hs_load_at(part->curve, edge).load;
+    for (int32_t k = first; k < part->count; ++k) {
+        const hs_node *node = part->nodes + k;
+        ++at;
+        problem->label[at] = node->label;
+        problem->normal[at] = node->normal;
+        problem->share[at] = node->label > from ? (edge - node->label) / (edge - from) : 1.0;
+        problem->base[at] = second ? hs_plus(node->deflection, -REST, problem->slipped[k]) : node->deflection;
+    }
+    hs_ring_nodes(problem, at + 1, friction);
+}
+
+static hs_vector forces(hs_body *body, double edge, hs_vector way, double *lost, double slopes[2][2]) {
+    hs_vector force = nowhere;
+    *lost = 0.0;
+    if (slopes) memset(slopes, 0, 4 * sizeof(double));
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        double own[2][2];
+        if (part->count == 0 || edge <= deepest_of(part)) continue;
+        *lost += part->problem->lost = hs_ring_solve(part->problem, way);
+        force = hs_plus(force, 1.0, hs_ring_force(part->problem));
+        if (!slopes) continue;
+        hs_ring_slopes(part->problem, own);
+        for (int i = 0; i < 4; ++i) slopes[i / 2][i % 2] += own[i / 2][i % 2];
+    }
+    return force;
+}
+
+static hs_vector left_of(const hs_planar_aim *aim, hs_vector displacement, hs_vector force) {
+    hs_vector left = {aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
+                      aim->value.y - aim->rigid * displacement.y - aim->compliance.y * force.y};
+    return left;
+}
+
+static int is_rigid(const hs_planar_aim *aim) {
+    return aim->rigid > 0.0 && aim->compliance.x == 0.0 && aim->compliance.y == 0.0;
+}
+
+/* The farthest that any spring can be deflected. */
+static double reach_of(const hs_body *body, double edge) {
+    double most = 0.0;
+    for (int64_t c = 0; c < body->classes; ++c)
+        most = hs_most(most, body->friction[body->parts[c].group] * (edge - deepest_of(body->parts + c)));
+    return most;
+}
+
+/* The way from the start at which the tangential channel is where it aims.
+ *
+ * What is left is the slope of a concave function of the way. So Newton's method finds its top, if no step goes farther than
+ * springs reach, or so far beyond the top along its line that the slope there is larger than half of what it was. */
+static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_planar_aim *aim, hs_vector *force, double *lost) {
+    const hs_vector start = body->displacement;
+    double slopes[2][2], reach = reach_of(body, edge);
+    if (is_rigid(aim)) {
+        way = hs_plus(aim->value, -1.0, start);
+        *force = forces(body, edge, way, lost, NULL);
+        return way;
+    }
+    *force = forces(body, edge, way, lost, slopes);
+    hs_vector left = left_of(aim, hs_plus(start, 1.0, way), *force);
+    for (int turn = 0; turn < MOST_TURNS; ++turn) {
+        double xx = aim->rigid + aim->compliance.x * slopes[0][0], xy = aim->compliance.x * slopes[0][1];
+        double yx = aim->compliance.y * slopes[1][0], yy = aim->rigid + aim->compliance.y * slopes[1][1];
+        double determinant = xx * yy - xy * yx;
+        if (hs_length(left) <= ARRIVED * hs_length(aim->value)) break;
+        hs_vector step = {(yy * left.x - xy * left.y) / determinant, (xx * left.y - yx * left.x) / determinant};
+        /* where all slide, the load hardly says where to */
+        if (!(determinant > 0.0) || !(hs_dot(step, left) > 0.0)) step = left;
+        double size = hs_length(step), share = size > reach ? reach / size : 1.0, slope = hs_dot(left, step);
+        hs_vector next = way;
+        for (int cut = 0; cut < MOST_CUTS; ++cut) {
+            next = hs_plus(way, share, step);
+            *force = forces(body, edge, next, lost, slopes);
+            left = left_of(aim, hs_plus(start, 1.0, next), *force);
+            double there = hs_dot(left, step);
+            if (there >= -0.5 * slope) break;
+            share *= hs_most(slope / (slope - there), 0.1);
+        }
+        if (next.x == way.x && next.y == way.y) break;
+        way = next;
+    }
+    return way;
+}
+
+/* ---- energies -------------------------------------------------------------------------------------------------------------- */
+
+double hs_class_stored(const hs_class *part, double *each) {
+    double total = 0.0;
+    for (int32_t k = 1; k < part->count; ++k) {
+        const hs_node *inner = part->nodes + k, *outer = inner - 1;
+        hs_vector a = inner->deflection, b = outer->deflection;
+        hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x};
+        hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y};
+        total += hs_spread(part->curve, each, &x) + hs_spread(part->curve, each, &y);
+    }
+    return total;
+}
+
+static hs_vector force_of(const hs_class *part) {
+    hs_vector force = nowhere;
+    for (int32_t k = 1; k < part->count; ++k) {
+        const hs_node *outer = part->nodes + k - 1, *inner = part->nodes + k;
+        double share = (outer->normal - inner->normal) / (outer->label - inner->label);
+        force = hs_plus(hs_plus(force, share, inner->deflection), -share, outer->deflection);
+    }
+    return force;
+}
+
+/* Loads of asperities between two labels, times a slope. */
+HS_WIDE static void add_between(const double *restrict gap, const double *restrict weight, int64_t count, double low,
+                                double high, double slope, double *restrict sum) {
+    for (int64_t i = 0; i < count; ++i) {
+        double above = high - gap[i] > 0.0 ? high - gap[i] : 0.0, below = low - gap[i] > 0.0 ? low - gap[i] : 0.0;
+        sum[i] += slope * weight[i] * (above * sqrt(above) - below * sqrt(below));
+    }
+}
+
+/* Spread what a class has lost in a stage over its asperities, by what its springs held while they slid. */
+static void spread_loss(hs_body *body, const hs_class *part, double lost) {
+    const hs_ring_problem *problem = part->problem;
+    double *own = body->scratch, sum = 0.0, outer = 0.0;
+    int64_t touching = hs_touching(part->curve.gap, part->curve.count, problem->label[0]);
+    if (part->curve.load || !(lost > 0.0)) return;
+    memset(own, 0, (size_t)touching * sizeof *own);
+    for (int32_t k = 1; k <= problem->rings; ++k) {
+        hs_vector slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
+        double inner = hs_dot(problem->found[k], slid);
+        double slope = (inner - outer) / (problem->label[k - 1] - problem->label[k]);
+        if (inner != outer)
+            add_between(part->curve.gap, part->curve.weight, touching, problem->label[k], problem->label[k - 1], slope, own);
+        outer = inner;
+        if (k > problem->active) break;
+    }
+    for (int64_t i = 0; i < touching; ++i) sum += own[i] = hs_most(own[i], 0.0);
+    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->each[part->start + i] += lost / sum * own[i];
+}
+
+/* What the springs of classes hold that are lifted off on the way to an approach is lost, too. */
+static void lose_lifted(hs_body *body, double approach) {
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        if (part->count == 0 || approach > deepest_of(part)) continue;
+        body->dissipated += hs_class_stored(part, part->curve.load ? NULL : body->each + part->start);
+        part->count = 0;
+    }
+}
+
+/* ---- a step, and paths -------------------------------------------------------------------------------------------------- */
+
+static double approach_for(const hs_body *body, double load) {
+    if (load == body->normal_load) return body->approach;
+    if (load <= 0.0) return hs_least(body->approach, body->contact->sorted_gap[0]);
+    return hs_label_at(hs_all_of(body->contact), load, body->approach, 0.0, 1.0);
+}
+
+double hs_body_limit(const hs_body *body, double approach) {
+    double limit = 0.0;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        const hs_class *part = body->parts + c;
+        if (approach > deepest_of(part)) limit += body->friction[part->group] * hs_load_at(part->curve, approach).load;
+    }
+    return limit;
+}
+
+hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share) {
+    hs_planar_target found = *to;
+    if (share == 1.0) return found;
+    const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance;
+    hs_vector value = {to->aim.rigid * u.x + c.x * t.x, to->aim.rigid * u.y + c.y * t.y};
+    found.aim.value = hs_plus(value, share, hs_plus(to->aim.value, -1.0, value));
+    found.time = hs_toward(body->time, to->time, share);
+    if (to->by_loads && to->normal_load != body->normal_load) {
+        found.normal_load = hs_toward(body->normal_load, to->normal_load, share);
+        found.approach = approach_for(body, found.normal_load);
+    } else if (to->approach != body->approach) {
+        found.approach = hs_toward(body->approach, to->approach, share);
+        found.normal_load = hs_load_at(hs_all_of(body->contact), found.approach).load;
+    }
+    if (to->aim.rigid > 0.0) return found;
+    /* the limit of a straight approach sags: a load that meets it on the way follows it */
+    double most = HS_BELOW_LIMIT * hs_body_limit(body, found.approach), size = hs_length(found.aim.value);
+    if (size > most) found.aim.value = hs_plus(nowhere, most / size, found.aim.value);
+    return found;
+}
+
+/* One step of SDIRK2, in place: two problems, the second of which begins with what has slipped in the first. */
+static int step_to(hs_body *body, const hs_planar_target *to) {
+    const double from = body->approach;
+    hs_planar_target first = hs_part_of_way(body, to, STAGE);
+    hs_vector way = nowhere, force = nowhere;
+    lose_lifted(body, to->approach);
+    for (int64_t c = 0; c < body->classes; ++c)
+        if (to->approach > deepest_of(body->parts + c) && prepare(body->parts + c, from, to->approach, body->rings) != HS_OK)
+            return HS_OUT_OF_MEMORY;
+    for (int second = 0; second < 2; ++second) {
+        const hs_planar_target *at = second ? to : &first;
+        double weight = second ? 1.0 : REST, lost;
+        for (int64_t c = 0; c < body->classes; ++c) {
+            hs_class *part = body->parts + c;
+            if (to->approach <= deepest_of(part)) continue;
+            if (!second) memset(part->problem->slipped, 0, (size_t)part->count * sizeof(hs_vector));
+            if (at->approach > deepest_of(part))
+                set_up(part, from, at->approach, body->friction[part->group], body->rings, second);
+        }
+        way = way_to(body, at->approach, second ? hs_plus(nowhere, 1.0 / STAGE, way) : nowhere, &at->aim, &force, &lost);
+        body->dissipated += weight * lost;
+        for (int64_t c = 0; c < body->classes; ++c) {
+            hs_class *part = body->parts + c;
+            hs_ring_problem *problem = part->problem;
+            if (to->approach <= deepest_of(part) || at->approach <= deepest_of(part)) continue;
+            spread_loss(body, part, weight * problem->lost);
+            int32_t before = part->count - problem->rings - 1;
+            for (int32_t k = 1; !second && k <= problem->rings; ++k)
+                problem->slipped[before + k] = hs_plus(problem->trial[k], -1.0, problem->found[k]);
+        }
+    }
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        const hs_ring_problem *problem = part->problem;
+        if (to->approach <= deepest_of(part)) continue;
+        if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+        part->count = problem->rings + 1;
+        for (int32_t k = 0; k < part->count; ++k) {
+            hs_node node = {problem->label[k], problem->normal[k], problem->found[k]};
+            part->nodes[k] = node;
+        }
+        if (hs_regrid(part, body->rings, body->friction[part->group] * part->nodes[0].normal) != HS_OK) return HS_OUT_OF_MEMORY;
+    }
+    body->approach = to->approach;
+    body->normal_load = to->normal_load;
+    body->time = to->time;
+    body->displacement = is_rigid(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way);
+    body->tangential_load = force;
+    return HS_OK;
+}
+
+/* Step with the place to work in of another body of the same classes. */
+static int step_with(hs_body *body, hs_body *owner, const hs_planar_target *to) {
+    for (int64_t c = 0; c < body->classes; ++c) body->parts[c].problem = owner->parts[c].problem;
+    int status = step_to(body, to);
+    for (int64_t c = 0; c < body->classes; ++c) {
+        owner->parts[c].problem = body->parts[c].problem;
+        if (body != owner) body->parts[c].problem = NULL;
+    }
+    return status;
+}
+
+/* Whether two half steps make of a path what a whole one does: halving leaves a third of the difference. */
+static int settled(const hs_body *body, const hs_body *one, const hs_body *two) {
+    double limit = 3.0 * body->tolerance * hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
+    double force = hs_length(hs_plus(one->tangential_load, -1.0, two->tangential_load));
+    double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
+    return force <= limit && fabs(one->dissipated - two->dissipated) <= limit * way;
+}
+
+/* Note when asperities first slide as a whole on a settled step: the front goes straight. */
+static void note_slides(hs_body *body, const hs_body *after) {
+    if (isnan(body->time) || isnan(after->time)) return;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        const hs_class *part = body->parts + c, *then = after->parts + c;
+        if (then->count == 0) continue;
+        double deepest = deepest_of(part), from = hs_least(hs_class_front(body, part), body->approach);
+        double to = hs_least(hs_class_front(after, then), after->approach);
+        for (int64_t i = hs_touching(part->curve.gap, part->curve.count, after->approach) - 1; i >= 0; --i) {
+            double gap = part->curve.gap[i], *time = body->slide_time + part->start + i;
+            if (gap < to) break;
+            if (!isnan(*time)) continue;
+            double way = from - hs_most(to, deepest), share = way > 0.0 ? hs_within((from - gap) / way, 1.0) : 0.0;
+            *time = hs_toward(body->time, after->time, hs_most(share, 0.0));
+            body->slid = 1;
+        }
+    }
+}
+
+/* `one`, unless it is NULL, is where a single step leads. */
+static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
+    hs_body *whole = one ? one : hs_body_copy(body), *first = NULL, *two = NULL, *found = NULL;
+    int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !one) status = step_with(whole, body, to);
+    if (status == HS_OK && (halvings == 0 || (whole->dissipated == body->dissipated && to->approach == body->approach))) {
+        found = whole;
+    } else if (status == HS_OK) {
+        hs_planar_target middle = hs_part_of_way(body, to, 0.5);
+        first = hs_body_copy(body);
+        status = first ? step_with(first, body, &middle) : HS_OUT_OF_MEMORY;
+        two = status == HS_OK ? hs_body_copy(first) : NULL;
+        if (status == HS_OK) status = two ? step_with(two, body, to) : HS_OUT_OF_MEMORY;
+        if (status == HS_OK && settled(body, whole, two)) {
+            found = two;
+        } else if (status == HS_OK) {
+            status = travel(body, &middle, halvings - 1, first);
+            if (status == HS_OK) status = travel(body, to, halvings - 1, NULL);
+        }
+    }
+    if (found) {
+        note_slides(body, found);
+        status = assign(body, found);
+    }
+    if (whole != one) hs_body_free(whole);
+    hs_body_free(first);
+    hs_body_free(two);
+    return status;
+}
+
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings) { return travel(body, to, halvings, NULL); }
+
+int hs_body_relax(hs_body *body, const hs_planar_aim *aim) {
+    double edge = body->approach, lost;
+    hs_vector force;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        if (edge <= deepest_of(part)) continue;
+        if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+        set_up(part, edge, edge, body->friction[part->group], body->rings, 0);
+    }
+    hs_vector way = way_to(body, edge, nowhere, aim, &force, &lost);
+    /* of a jump the problem's own loss is of first order: it is what the springs held before and the work, less what they hold */
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        if (part->count == 0) continue;
+        const hs_ring_problem *problem = part->problem;
+        int32_t left_out = part->count - problem->rings - 1;
+        hs_vector before = force_of(part);
+        lost = hs_class_stored(part, NULL);
+        for (int32_t k = 1; k <= problem->rings; ++k) part->nodes[left_out + k].deflection = problem->found[k];
+        lost += 0.5 * hs_dot(hs_plus(before, 1.0, force_of(part)), way) - hs_class_stored(part, NULL);
+        lost = hs_most(lost, 0.0);
+        spread_loss(body, part, lost);
+        body->dissipated += lost;
+    }
+    body->displacement = hs_plus(body->displacement, 1.0, way);
+    body->tangential_load = force;
+    return HS_OK;
+}
+
+/* Relative to its limit, a traction that slips. */
+#define AT_LIMIT (1.0 - 1e-6)
+
+double hs_class_front(const hs_body *body, const hs_class *part) {
+    const hs_node *nodes = part->nodes;
+    double friction = body->friction[part->group];
+    int32_t slips = 0;
+    for (int32_t i = 1; i < part->count; slips = i++)
+        if (hs_length(hs_ring_traction(nodes, i)) < AT_LIMIT * friction * sqrt(nodes[0].label - nodes[i].label)) break;
+    if (part->count == 0 || slips == 0) return HUGE_VAL;
+    /* between the last ring that slips and the first that sticks */
+    return slips + 1 < part->count ? 0.5 * (nodes[slips].label + nodes[slips + 1].label) : -HUGE_VAL;
+}
+
+int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]) {
+    double edge = body->approach, lost, size = hs_length(direction), least = 0.0;
+    memset(slopes, 0, 4 * sizeof(double));
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        if (edge <= deepest_of(part)) continue;
+        if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+        set_up(part, edge, edge, body->friction[part->group], body->rings, 0);
+        least = hs_most(least, body->friction[part->group] * (edge - deepest_of(part)));
+        if (size > 0.0) continue;
+        double label = hs_most(hs_least(hs_class_front(body, part), edge), deepest_of(part));
+        slopes[0][0] += hs_load_at(part->curve, label).slope;
+        slopes[1][1] = slopes[0][0];
+    }
+    /* a way so short that fronts stay in their cells */
+    if (size > 0.0) forces(body, edge, hs_plus(nowhere, 1e-9 * least / size, direction), &lost, slopes);
+    return HS_OK;
+}

@@ -1,0 +1,695 @@
+/* A contact that moves in two tangential directions: exact along one line, rings from the first turn on. */
+
+#include "rings.h"
+
+/* halvings of a path at most */
+#define MOST_HALVINGS 12
+/* points of a path at which it is looked whether friction holds the load */
+#define LOOKS 16
+
+static const hs_vector nowhere = {0.0, 0.0};
+
+static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
+
+/* ---- made, copied --------------------------------------------------------------------------------------------------- */
+
+static void look_along(hs_planar *planar) {
+    const hs_memory *line = planar->line;
+    planar->displacement = hs_plus(planar->origin, line->displacement, planar->direction);
+    planar->tangential_load = scaled(line->tangential_load, planar->direction);
+    planar->excess = scaled(line->excess, planar->direction);
+}
+
+hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes, int64_t rings, double tolerance) {
+    if (memory->evolved) return NULL;
+    hs_planar *planar = (hs_planar *)calloc(1, sizeof *planar);
+    hs_memory *line = hs_memory_copy(memory);
+    if (!planar || !line) {
+        free(planar);
+        hs_memory_free(line);
+        return NULL;
+    }
+    planar->line = line;
+    planar->direction.x = 1.0;
+    planar->height_classes = height_classes;
+    planar->rings = rings;
+    planar->tolerance = tolerance;
+    double settings[3] = {(double)height_classes, (double)rings, tolerance};
+    planar->identity = hs_digest(line->identity, settings, sizeof settings);
+    look_along(planar);
+    return planar;
+}
+
+void hs_planar_free(hs_planar *planar) {
+    if (!planar) return;
+    hs_body_free(planar->body);
+    hs_memory_free(planar->line);
+    free(planar);
+}
+
+hs_planar *hs_planar_copy(const hs_planar *planar) {
+    hs_planar *copy = (hs_planar *)malloc(sizeof *copy);
+    if (!copy) return NULL;
+    *copy = *planar;
+    copy->line = hs_memory_copy(planar->line);
+    copy->body = planar->body ? hs_body_copy(planar->body) : NULL;
+    if (copy->line && (copy->body || !planar->body)) {
+        if (copy->body) copy->body->friction = copy->line->friction;
+        return copy;
+    }
+    hs_planar_free(copy);
+    return NULL;
+}
+
+/* ---- paths -------------------------------------------------------------------------------------------------------------- */
+
+/* A path in numbers without dimension: what is asked for at its ends. */
+typedef struct plan {
+    int normal_control, tangential_control;
+    int by_loads;          /* whether both loads go straight, otherwise the approach does */
+    hs_vector compliance;  /* of an instrument */
+    double normal[2];      /* normal load or approach */
+    hs_vector tangential[2]; /* load, or displacement of the drive */
+    double times[2];
+} plan;
+
+static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vector compliance, int saturate) {
+    const hs_memory *line = planar->line;
+    const hs_units *units = &line->contact->units;
+    int by_load = path->tangential_control == HS_LOAD, by_normal = path->normal_control == HS_LOAD;
+    hs_vector u = planar->displacement, t = planar->tangential_load;
+    hs_vector drive = {u.x + compliance.x * t.x, u.y + compliance.y * t.y};
+    hs_vector present = by_load ? hs_plus(t, saturate ? 1.0 : 0.0, planar->excess) : drive;
+    double unit = by_load ? units->load : units->displacement;
+    hs_vector goal = {path->tangential_target[0] / unit, path->tangential_target[1] / unit};
+    double normal = path->normal_target / (by_normal ? units->load : units->length);
+    plan found = {path->normal_control,
+                  path->tangential_control,
+                  by_load && by_normal,
+                  compliance,
+                  {by_normal ? line->normal_load : line->approach, 0.0},
+                  {present, present},
+                  {path->begin, path->end}};
+    found.normal[1] = path->normal_fraction > 0.0 ? hs_toward(found.normal[0], normal, path->normal_fraction) : found.normal[0];
+    if (path->tangential_fraction == 1.0)
+        found.tangential[1] = goal;
+    else if (path->tangential_fraction > 0.0)
+        found.tangential[1] = hs_plus(present, path->tangential_fraction, hs_plus(goal, -1.0, present));
+    return found;
+}
+
+/* ---- along one line ------------------------------------------------------------------------------------------------------ */
+
+/* Whether nothing has happened sideways yet, so that the line may be any. */
+static int has_no_line(const hs_memory *line) {
+    return line->displacement == 0.0 && line->tangential_load == 0.0 && hs_unstrained(line);
+}
+
+/* Whether a path goes on along the line; one that is to begin takes the direction of the path. */
+static int stays_on_line(hs_planar *planar, const plan *path) {
+    hs_vector goal = path->tangential[1];
+    if (path->tangential_control == HS_DISPLACED) goal = hs_plus(goal, -1.0, planar->origin);
+    double size = hs_length(goal), across;
+    if (has_no_line(planar->line) && size > 0.0) {
+        int aligned = goal.x == 0.0 || goal.y == 0.0;
+        planar->direction.x = aligned ? goal.x != 0.0 : goal.x / size;
+        planar->direction.y = aligned ? goal.y != 0.0 : goal.y / size;
+    }
+    across = fabs(planar->direction.x * goal.y - planar->direction.y * goal.x);
+    if (planar->direction.x != 0.0 && planar->direction.y != 0.0 && path->compliance.x != path->compliance.y) return 0;
+    return across <= HS_TIE * size;
+}
+
+static int walk_line(hs_planar *planar, const hs_planar_path *path, const plan *plan, double share, const hs_drive *drive,
+                     hs_refusal *refusal) {
+    const hs_units *units = &planar->line->contact->units;
+    int by_load = plan->tangential_control == HS_LOAD;
+    hs_vector goal = plan->tangential[1];
+    if (!by_load) goal = hs_plus(goal, -1.0, planar->origin);
+    double target = hs_dot(goal, planar->direction) * (by_load ? units->load : units->displacement);
+    /* along an axis the very number that is asked for */
+    int along_axis = planar->direction.x == 0.0 || planar->direction.y == 0.0;
+    if (path->tangential_fraction == 1.0 && along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0)
+        target = planar->direction.x != 0.0 ? path->tangential_target[0] : path->tangential_target[1];
+    hs_path along = {path->normal_target,
+                     path->normal_fraction,
+                     target,
+                     path->tangential_fraction > 0.0 ? 1.0 : 0.0,
+                     1,
+                     0,
+                     path->normal_control,
+                     path->tangential_control,
+                     0,
+                     0,
+                     path->begin,
+                     path->end};
+    hs_drive driven = *drive;
+    driven.compliance = (planar->direction.x != 0.0 ? plan->compliance.x : plan->compliance.y) / units->stiffness;
+    int64_t number = refusal->path;
+    int status = hs_walk(planar->line, &along, 1, NULL, &driven, share, refusal);
+    refusal->path = number;
+    look_along(planar);
+    return status;
+}
+
+/* ---- from one line to two directions -------------------------------------------------------------------------------------- */
+
+/* The nodes of a class, from the vertices of its group. */
+static int nodes_of_line(const hs_planar *planar, hs_class *part) {
+    const hs_memory *line = planar->line;
+    const hs_vertex *stack = line->vertices + part->group * line->capacity;
+    double deepest = part->curve.gap[0];
+    int64_t depth = line->depth[part->group];
+    if (depth == 0 || stack[depth - 1].label <= deepest) return HS_OK;
+    if (hs_class_room(part, depth + 1) != HS_OK) return HS_OUT_OF_MEMORY;
+    double label = HUGE_VAL;
+    for (int64_t j = depth - 1; label > deepest; --j) {
+        double anchor = j >= 0 ? stack[j].anchor : stack[0].anchor;
+        label = j >= 0 ? stack[j].label : deepest;
+        if (label < deepest) {
+            anchor = stack[j + 1].anchor - stack[j + 1].slope * (stack[j + 1].label - deepest);
+            label = deepest;
+        }
+        hs_node node = {label, hs_load_at(part->curve, label).load, scaled(line->displacement - anchor, planar->direction)};
+        part->nodes[part->count++] = node;
+    }
+    return hs_regrid(part, planar->rings, 0.0);
+}
+
+/* Where the classes of a group end. Their bounds go by squares of approaches, so that summits that hardly touch, and slide
+ * at small amplitudes, are told from one another, too. Returns how many there are. */
+static int64_t classes_of_group(const hs_planar *planar, int64_t group, int64_t *end) {
+    const hs_contact *contact = planar->line->contact;
+    int64_t at = contact->first[group], stop = contact->first[group + 1], found = 0;
+    double d = planar->line->approach, most = hs_most(d - contact->gap[at], 0.0);
+    for (int64_t k = planar->height_classes - 1; k > 0 && !contact->load; --k) {
+        double share = (double)k / (double)planar->height_classes, bound = d - most * share * share;
+        int64_t next = at;
+        while (next < stop && contact->gap[next] < bound) ++next;
+        if (next > at) end[found++] = at = next;
+    }
+    if (at < stop) end[found++] = stop;
+    return found;
+}
+
+/* Add a class of asperities at positions from `start` up to `end`, without nodes. */
+static hs_class *add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end) {
+    const hs_contact *contact = planar->line->contact;
+    hs_body *body = planar->body;
+    hs_class *parts = (hs_class *)realloc(body->parts, (size_t)(body->classes + 1) * sizeof *parts);
+    if (!parts) return NULL;
+    body->parts = parts;
+    hs_class *part = parts + body->classes++;
+    memset(part, 0, sizeof *part);
+    part->group = group;
+    part->start = start;
+    part->curve.gap = contact->gap + start;
+    part->curve.weight = contact->weight + start;
+    part->curve.load = contact->load;
+    part->curve.count = end - start;
+    return part;
+}
+
+static int turn(hs_planar *planar) {
+    hs_memory *line = planar->line;
+    int64_t *end = (int64_t *)malloc((size_t)planar->height_classes * sizeof *end);
+    int status = end ? hs_memory_join(line) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !(planar->body = hs_body_new(line, planar->rings, planar->tolerance))) status = HS_OUT_OF_MEMORY;
+    for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
+        int64_t classes = classes_of_group(planar, group, end), start = line->contact->first[group];
+        for (int64_t k = 0; k < classes && status == HS_OK; start = end[k++]) {
+            hs_class *part = add_class(planar, group, start, end[k]);
+            status = part ? nodes_of_line(planar, part) : HS_OUT_OF_MEMORY;
+        }
+    }
+    free(end);
+    if (status != HS_OK) return status;
+    planar->body->displacement = planar->displacement;
+    planar->body->tangential_load = planar->tangential_load;
+    line->displacement = line->tangential_load = line->excess = 0.0;
+    status = hs_make_room(line);
+    for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) hs_touch_unstrained(line, group);
+    return status;
+}
+
+/* ---- with rings -------------------------------------------------------------------------------------------------------------- */
+
+/* Have the line, and what is seen, follow the body. */
+static int follow(hs_planar *planar) {
+    hs_body *body = planar->body;
+    hs_memory *line = planar->line;
+    int64_t count = line->contact->count;
+    if (body->approach != line->approach) {
+        hs_set_clock(line, NAN);
+        int status = hs_move(line, body->approach, body->normal_load, hs_to_displacement(0.0));
+        if (status != HS_OK) return status;
+    }
+    memcpy(line->each, body->each, (size_t)count * sizeof *line->each);
+    line->dissipated = body->dissipated;
+    planar->displacement = body->displacement;
+    planar->tangential_load = body->tangential_load;
+    if (body->slid == 0) return HS_OK;
+    hs_slide_times(line, body->scratch);
+    for (int64_t i = 0; i < count; ++i) {
+        double *time = body->scratch + line->contact->order[i];
+        if (isnan(*time)) *time = body->slide_time[i];
+    }
+    body->slid = 0;
+    return hs_slides_assign(line, body->scratch);
+}
+
+/* Whether a load is beyond the friction limit on the way to a target. */
+static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_refusal *refusal) {
+    double load = planar->line->contact->units.load;
+    hs_vector from = planar->tangential_load, way = hs_plus(to->aim.value, -1.0, from);
+    for (int k = 1; k <= LOOKS; ++k) {
+        double share = (double)k / LOOKS, size = hs_length(hs_plus(from, share, way));
+        hs_planar_target there = hs_part_of_way(planar->body, to, share);
+        double limit = hs_body_limit(planar->body, there.approach);
+        if (size <= limit * (1.0 + 1e-9)) continue;
+        refusal->request = size * load;
+        refusal->limit = limit * load;
+        return 1;
+    }
+    return 0;
+}
+
+/* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
+static int target_of(hs_planar *planar, const plan *plan, double share, int saturate, hs_planar_target *to, hs_refusal *refusal) {
+    const hs_memory *line = planar->line;
+    double normal = hs_toward(plan->normal[0], plan->normal[1], share);
+    hs_vector asked = share == 1.0 ? plan->tangential[1]
+                                   : hs_plus(plan->tangential[0], share, hs_plus(plan->tangential[1], -1.0, plan->tangential[0]));
+    hs_vector each = {1.0, 1.0};
+    int by_load = plan->tangential_control == HS_LOAD;
+    to->by_loads = plan->by_loads;
+    to->time = hs_toward(plan->times[0], plan->times[1], share);
+    if (plan->normal_control == HS_LOAD && !plan->by_loads && share < 1.0) {
+        /* the approach goes straight */
+        double end = hs_approach_for(line, plan->normal[1]);
+        to->approach = line->approach + share * (end - line->approach);
+        to->normal_load = hs_load_at(hs_all_of(line->contact), to->approach).load;
+    } else if (plan->normal_control == HS_LOAD) {
+        to->normal_load = normal;
+        to->approach = hs_approach_for(line, normal);
+    } else {
+        to->approach = normal;
+        to->normal_load = normal == line->approach ? line->normal_load : hs_load_at(hs_all_of(line->contact), normal).load;
+    }
+    to->aim.value = asked;
+    to->aim.rigid = by_load ? 0.0 : 1.0;
+    to->aim.compliance = by_load ? each : plan->compliance;
+    planar->excess = nowhere;
+    if (!by_load) return HS_OK;
+    if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
+    double limit = hs_body_limit(planar->body, to->approach), size = hs_length(asked);
+    if (size > limit * HS_BELOW_LIMIT) to->aim.value = scaled(limit * HS_BELOW_LIMIT / size, asked);
+    if (size > limit * (1.0 + HS_LIMIT_SLACK)) planar->excess = hs_plus(asked, -1.0, to->aim.value);
+    return HS_OK;
+}
+
+/* A row of a line: all but what has a direction is that of the memory of one direction. */
+static int read_line(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
+    const hs_units *units = &planar->line->contact->units;
+    hs_rows own = rows->rows;
+    int64_t columns = own.columns;
+    double *scalar = (double *)malloc((size_t)(columns + 1) * sizeof *scalar);
+    if (!scalar) return HS_OUT_OF_MEMORY;
+    /* one row behind the other, of which each has its place but for the tangential loads */
+    hs_totals totals;
+    own.totals = &totals;
+    own.tangential_load = scalar;
+    double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
+    for (int k = 0; k < 5; ++k)
+        if (*each[k]) *each[k] += row * columns;
+    if (own.slip_state) own.slip_state += row * columns;
+    int status = hs_read(planar->line, &own, 0);
+    for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
+        rows->rows.tangential_load[2 * (row * columns + c)] = scalar[c] * planar->direction.x;
+        rows->rows.tangential_load[2 * (row * columns + c) + 1] = scalar[c] * planar->direction.y;
+    }
+    free(scalar);
+    rows->tangential_load[2 * row] = planar->tangential_load.x * units->load;
+    rows->tangential_load[2 * row + 1] = planar->tangential_load.y * units->load;
+    rows->displacement[2 * row] = planar->displacement.x * units->displacement;
+    rows->displacement[2 * row + 1] = planar->displacement.y * units->displacement;
+    totals.tangential_load = hs_length(planar->tangential_load) * units->load;
+    totals.displacement = hs_length(planar->displacement) * units->displacement;
+    totals.saturated = planar->excess.x != 0.0 || planar->excess.y != 0.0;
+    rows->rows.totals[row] = totals;
+    return status;
+}
+
+/* Loads that a node gives the asperities of a class. */
+HS_WIDE static void add_node(const double *restrict gap, const double *restrict weight, int64_t count, double label,
+                             hs_vector jump, double *restrict x, double *restrict y) {
+    for (int64_t i = 0; i < count; ++i) {
+        double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0, load = weight[i] * depth * sqrt(depth);
+        x[i] += jump.x * load;
+        y[i] += jump.y * load;
+    }
+}
+
+/* Tangential loads of all asperities of the classes, by position: x of all, then y of all. */
+static void tangential_loads(const hs_body *body, double *load) {
+    int64_t count = body->contact->count;
+    memset(load, 0, 2 * (size_t)count * sizeof *load);
+    for (int64_t c = 0; c < body->classes; ++c) {
+        const hs_class *part = body->parts + c;
+        hs_vector slope = nowhere;
+        for (int32_t k = 0; k + 1 < part->count; ++k) {
+            const hs_node *outer = part->nodes + k, *inner = outer + 1;
+            hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
+            hs_vector next = scaled(1.0 / (outer->label - inner->label), rise);
+            int64_t touching = hs_touching(part->curve.gap, part->curve.count, outer->label);
+            add_node(part->curve.gap, part->curve.weight, touching, outer->label, hs_plus(next, -1.0, slope),
+                     load + part->start, load + count + part->start);
+            slope = next;
+        }
+    }
+}
+
+int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
+    int status = read_line(planar, rows, row);
+    hs_body *body = planar->body;
+    if (status != HS_OK || !body) return status;
+    const hs_contact *contact = planar->line->contact;
+    const hs_units *units = &contact->units;
+    int64_t columns = rows->rows.columns, count = contact->count;
+    double slopes[2][2];
+    status = hs_body_slopes(body, nowhere, slopes);
+    rows->rows.totals[row].tangential_stiffness = slopes[0][0] * units->stiffness;
+    if (status != HS_OK || columns == 0) return status;
+    double *load = (double *)malloc(3 * (size_t)count * sizeof *load), *front = load + 2 * count;
+    int64_t *position = (int64_t *)malloc((size_t)count * sizeof *position);
+    if (!load || !position) status = HS_OUT_OF_MEMORY;
+    if (status == HS_OK) {
+        tangential_loads(body, load);
+        for (int64_t c = 0; c < body->classes; ++c) {
+            double label = hs_class_front(body, body->parts + c);
+            for (int64_t i = 0; i < body->parts[c].curve.count; ++i) front[body->parts[c].start + i] = label;
+        }
+        for (int64_t i = 0; i < count; ++i) position[contact->order[i]] = i;
+    }
+    for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
+        int64_t i = position[rows->rows.asperity[c]], at = row * columns + c;
+        double gap = contact->gap[i], label = hs_least(front[i], body->approach);
+        int touches = gap < body->approach, slip = label > gap ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+        rows->rows.tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
+        rows->rows.tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
+        rows->rows.stick_radius[at] = contact->weight[i] * sqrt(hs_most(label - gap, 0.0)) * units->radius;
+        rows->rows.slip_state[at] = (int8_t)(!touches ? HS_SEPARATED : front[i] == HUGE_VAL ? HS_FULL_STICK : slip);
+    }
+    free(load);
+    free(position);
+    return status;
+}
+
+/* ---- paths ---------------------------------------------------------------------------------------------------------------- */
+
+static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector compliance, const hs_planar_rows *rows,
+                     const hs_drive *drive, hs_refusal *refusal) {
+    plan plan = planned(planar, path, compliance, drive->saturate);
+    int64_t work = 0;
+    int status = HS_OK;
+    int along = !planar->body && stays_on_line(planar, &plan);
+    if (!along && !planar->body) status = turn(planar);
+    if (!along) planar->body->time = path->begin;
+    hs_memory *start = along && path->parts > 1 && rows ? hs_memory_copy(planar->line) : NULL;
+    if (along && path->parts > 1 && rows && !start) return HS_OUT_OF_MEMORY;
+    for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
+        double share = (double)part / (double)path->parts;
+        if (!rows && part < path->parts) continue;
+        if (along) {
+            /* from the start each time, so that the path is one */
+            if (part > 1) status = hs_memory_assign(planar->line, start);
+            if (status == HS_OK) status = walk_line(planar, path, &plan, share, drive, refusal);
+        } else {
+            hs_planar_target to;
+            status = target_of(planar, &plan, share, drive->saturate, &to, refusal);
+            if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
+            if (status == HS_OK) status = follow(planar);
+        }
+        if (status == HS_OK) status = hs_goes_on(drive, &work, 64 + planar->line->contact->count / 16);
+        if (status == HS_OK && rows && (part < path->parts || path->recorded))
+            status = hs_planar_read(planar, rows, path->first_row + part - 1);
+    }
+    hs_memory_free(start);
+    planar->line->normal_control = path->normal_control;
+    planar->line->tangential_control = path->tangential_control;
+    return status;
+}
+
+int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
+                   const double compliance[2], const hs_drive *drive, hs_refusal *refusal) {
+    double unit = planar->line->contact->units.stiffness;
+    hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
+    int status = HS_OK;
+    for (int64_t p = 0; p < count && status == HS_OK; ++p) {
+        refusal->path = p;
+        status = walk_path(planar, paths + p, yields, rows, drive, refusal);
+    }
+    refusal->status = status;
+    return status;
+}
+
+int hs_planar_stiffness(const hs_planar *planar, const double direction[2], double stiffness[4]) {
+    const hs_units *units = &planar->line->contact->units;
+    hs_vector towards = {direction[0], direction[1]};
+    double slopes[2][2];
+    hs_planar *turned = hs_planar_copy(planar);
+    int status = turned ? HS_OK : HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !turned->body) status = turn(turned);
+    if (status == HS_OK) status = hs_body_slopes(turned->body, towards, slopes);
+    for (int i = 0; i < 4 && status == HS_OK; ++i) stiffness[i] = slopes[i / 2][i % 2] * units->stiffness;
+    hs_planar_free(turned);
+    return status;
+}
+
+double hs_planar_stored_energy(const hs_planar *planar) {
+    double total = 0.0;
+    if (!planar->body) return hs_stored_energy(planar->line);
+    for (int64_t c = 0; c < planar->body->classes; ++c) total += hs_class_stored(planar->body->parts + c, NULL);
+    return total * planar->line->contact->units.energy;
+}
+
+int hs_planar_set_friction(hs_planar *planar, const double *friction, const double compliance[2], const hs_drive *drive) {
+    hs_memory *line = planar->line;
+    const hs_contact *contact = line->contact;
+    double unit = contact->units.stiffness;
+    if (!planar->body) {
+        hs_drive along = *drive;
+        along.compliance = planar->direction.x != 0.0 ? compliance[0] : compliance[1];
+        int status = hs_set_friction(line, friction, &along);
+        look_along(planar);
+        return status;
+    }
+    for (int64_t group = 0; group < contact->groups; ++group)
+        for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
+            if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
+    for (int64_t group = 0; group < contact->groups; ++group)
+        line->friction[group] = friction[contact->order[contact->first[group]]];
+    int by_load = line->tangential_control == HS_LOAD;
+    hs_vector u = planar->displacement, t = hs_plus(planar->tangential_load, 1.0, planar->excess), each = {1.0, 1.0};
+    hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
+    hs_vector drives = {u.x + yields.x * t.x, u.y + yields.y * t.y};
+    hs_planar_aim aim = {by_load ? t : drives, by_load ? 0.0 : 1.0, by_load ? each : yields};
+    planar->excess = nowhere;
+    double limit = hs_body_limit(planar->body, planar->body->approach), size = hs_length(t);
+    if (by_load && size > limit * HS_BELOW_LIMIT) {
+        aim.value = scaled(limit * HS_BELOW_LIMIT / size, t);
+        if (size > limit * (1.0 + HS_LIMIT_SLACK)) planar->excess = hs_plus(t, -1.0, aim.value);
+    }
+    int status = hs_body_relax(planar->body, &aim);
+    return status == HS_OK ? follow(planar) : status;
+}
+
+/* ---- bytes ------------------------------------------------------------------------------------------------------------------ */
+
+#define FORMAT 1
+static const char magic[8] = {'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'};
+
+/* What stands first; the bytes of the line follow, then classes with their nodes, then a checksum. */
+typedef struct head {
+    char magic[8];
+    uint32_t format;
+    uint32_t order; /* 1 in the byte order of the machine that wrote */
+    int64_t height_classes, rings;
+    double tolerance;
+    uint64_t identity;
+    hs_vector direction, origin, displacement, tangential_load, excess;
+    uint64_t line;   /* bytes of the line */
+    int64_t classes; /* -1 where there are no rings */
+    int64_t nodes;
+} head;
+/* A class, before its nodes. */
+typedef struct class_head {
+    int64_t group, start, count, nodes;
+} class_head;
+/* A node. */
+typedef struct node_bytes {
+    double label;
+    hs_vector deflection;
+} node_bytes;
+
+static head head_of(const hs_planar *planar) {
+    head found;
+    memset(&found, 0, sizeof found);
+    memcpy(found.magic, magic, sizeof magic);
+    found.format = FORMAT;
+    found.order = 1;
+    found.height_classes = planar->height_classes;
+    found.rings = planar->rings;
+    found.tolerance = planar->tolerance;
+    found.identity = planar->identity;
+    found.direction = planar->direction;
+    found.origin = planar->origin;
+    found.displacement = planar->displacement;
+    found.tangential_load = planar->tangential_load;
+    found.excess = planar->excess;
+    found.line = hs_memory_size(planar->line);
+    found.classes = planar->body ? planar->body->classes : -1;
+    for (int64_t c = 0; c < found.classes; ++c) found.nodes += planar->body->parts[c].count;
+    return found;
+}
+
+static size_t size_of(const head *given) {
+    size_t classes = given->classes > 0 ? (size_t)given->classes : 0;
+    return sizeof *given + (size_t)given->line + classes * sizeof(class_head) + (size_t)given->nodes * sizeof(node_bytes) +
+           sizeof(uint64_t);
+}
+
+size_t hs_planar_size(const hs_planar *planar) {
+    head given = head_of(planar);
+    return size_of(&given);
+}
+
+static unsigned char *put(unsigned char *to, const void *from, size_t size) {
+    memcpy(to, from, size);
+    return to + size;
+}
+
+int hs_planar_write(const hs_planar *planar, void *bytes, size_t size) {
+    head given = head_of(planar);
+    if (size != size_of(&given)) return HS_NOT_A_STATE;
+    unsigned char *at = put((unsigned char *)bytes, &given, sizeof given);
+    int status = hs_memory_write(planar->line, at, (size_t)given.line);
+    if (status != HS_OK) return status;
+    at += given.line;
+    for (int64_t c = 0; c < given.classes; ++c) {
+        const hs_class *part = planar->body->parts + c;
+        class_head own = {part->group, part->start, part->curve.count, part->count};
+        at = put(at, &own, sizeof own);
+        for (int32_t k = 0; k < part->count; ++k) {
+            node_bytes node = {part->nodes[k].label, part->nodes[k].deflection};
+            at = put(at, &node, sizeof node);
+        }
+    }
+    uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
+    put(at, &sum, sizeof sum);
+    return HS_OK;
+}
+
+static const unsigned char *take(const unsigned char *from, void *to, size_t size) {
+    memcpy(to, from, size);
+    return from + size;
+}
+
+static int is_finite(hs_vector a) { return isfinite(a.x) && isfinite(a.y); }
+
+static const char *check_head(const unsigned char *bytes, size_t size, head *given) {
+    if (size < sizeof *given + sizeof(uint64_t) || memcmp(bytes, magic, sizeof magic) != 0)
+        return "the bytes are no saved memory of two directions";
+    take(bytes, given, sizeof *given);
+    if (given->order != 1) return "the bytes were written on a machine of another byte order";
+    if (given->format != FORMAT) return "the memory was saved in a format of another version";
+    int64_t most = (int64_t)(size / sizeof(node_bytes));
+    if (given->line > size || given->classes < -1 || given->classes > most || given->nodes < 0 || given->nodes > most ||
+        size != size_of(given))
+        return "the bytes are cut off, or too many";
+    uint64_t sum;
+    take(bytes + size - sizeof sum, &sum, sizeof sum);
+    if (sum != hs_digest(0, bytes, size - sizeof sum)) return "the bytes are damaged: their checksum differs";
+    if (given->height_classes < 1 || given->height_classes > HS_MOST_RINGS || given->rings < 1 || given->rings > HS_MOST_RINGS ||
+        !(given->tolerance > 0.0))
+        return "a setting is out of its range";
+    if (!is_finite(given->direction) || !is_finite(given->origin) || !is_finite(given->displacement) ||
+        !is_finite(given->tangential_load) || !is_finite(given->excess) || fabs(hs_length(given->direction) - 1.0) > 1e-9)
+        return "a vector is not finite, or a direction is none";
+    return NULL;
+}
+
+/* Read one class of asperities that begin at `start`; NULL, or what is wrong. */
+static const char *read_class(hs_planar *planar, const unsigned char **at, int64_t *start, int64_t *left) {
+    const hs_contact *contact = planar->line->contact;
+    class_head own;
+    *at = take(*at, &own, sizeof own);
+    int fits = own.group >= 0 && own.group < contact->groups && own.start == *start && own.count > 0 &&
+               own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
+    if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
+        return "classes do not fit";
+    hs_class *part = add_class(planar, own.group, own.start, own.start + own.count);
+    if (!part || hs_class_room(part, own.nodes) != HS_OK) return "there is not enough memory";
+    double deepest = part->curve.gap[0], approach = planar->line->approach, friction = planar->line->friction[own.group];
+    if ((own.nodes > 0) != (approach > deepest)) return "a class has nodes where it does not touch, or none where it does";
+    for (int64_t k = 0; k < own.nodes; ++k) {
+        node_bytes given;
+        *at = take(*at, &given, sizeof given);
+        int stands = k == 0 ? given.label == approach : given.label < part->nodes[k - 1].label;
+        if (!stands || !is_finite(given.deflection) || (k == own.nodes - 1 && given.label != deepest))
+            return "nodes do not go from the edge to the deepest spring";
+        hs_node node = {given.label, hs_load_at(part->curve, given.label).load, given.deflection};
+        part->nodes[k] = node;
+        part->count = (int32_t)k + 1;
+        double limit = friction * sqrt(approach - given.label);
+        if (k == 0 ? hs_length(given.deflection) > 0.0 : hs_length(hs_ring_traction(part->nodes, (int32_t)k)) > 1.001 * limit)
+            return "a traction is beyond the friction limit";
+    }
+    *start += own.count;
+    *left -= own.nodes;
+    return NULL;
+}
+
+int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why) {
+    const unsigned char *at = (const unsigned char *)bytes;
+    head given;
+    *why = check_head(at, size, &given);
+    if (*why) return HS_NOT_A_STATE;
+    hs_planar *found = (hs_planar *)calloc(1, sizeof *found);
+    *why = "there is not enough memory";
+    if (!found) return HS_NOT_A_STATE;
+    at += sizeof given;
+    int status = hs_memory_read(at, (size_t)given.line, like ? like->line : NULL, &found->line, why);
+    at += given.line;
+    found->direction = given.direction;
+    found->origin = given.origin;
+    found->displacement = given.displacement;
+    found->tangential_load = given.tangential_load;
+    found->excess = given.excess;
+    found->height_classes = given.height_classes;
+    found->rings = given.rings;
+    found->tolerance = given.tolerance;
+    found->identity = given.identity;
+    if (status == HS_OK && given.classes >= 0) {
+        int64_t start = 0, left = given.nodes;
+        found->body = hs_body_new(found->line, found->rings, found->tolerance);
+        *why = found->body ? NULL : "there is not enough memory";
+        for (int64_t c = 0; c < given.classes && !*why; ++c) *why = read_class(found, &at, &start, &left);
+        if (!*why && (start != found->line->contact->count || left != 0)) *why = "classes do not fit";
+        if (*why) {
+            status = HS_NOT_A_STATE;
+        } else {
+            found->body->displacement = found->displacement;
+            found->body->tangential_load = found->tangential_load;
+        }
+    }
+    if (status == HS_OK && like && found->identity != like->identity) {
+        *why = "the state is of another contact, or of other rings";
+        status = HS_FOREIGN;
+    }
+    if (status == HS_OK)
+        *planar = found;
+    else
+        hs_planar_free(found);
+    return status;
+}

@@ -1,0 +1,275 @@
+/* One class on one step in two directions: the slip of rings as a convex problem. */
+
+#include "rings.h"
+
+/* share of the limit by which rings may still move where a solution is settled */
+#define SETTLED 1e-7
+#define MOST_ROUNDS 100
+/* farthest that Newton's step turns a traction [rad] */
+#define FARTHEST_TURN 0.7
+
+#define AT(matrix, i, j) problem->matrix[(int64_t)(i) * problem->room + (j)]
+
+int hs_ring_room(hs_class *rings, int32_t room) {
+    if (rings->problem && rings->problem->room >= room) return HS_OK;
+    room += 8;
+    size_t n = (size_t)room + 1, pairs = n * (size_t)room;
+    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (7 * n + 2 * n);
+    hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
+    if (!problem) return HS_OUT_OF_MEMORY;
+    free(rings->problem);
+    rings->problem = problem;
+    problem->room = room;
+    problem->rings = problem->active = problem->unknowns = 0;
+    double *at = (double *)(problem + 1);
+    double **arrays[] = {&problem->label, &problem->normal, &problem->share, &problem->depth,
+                         &problem->mass,  &problem->limit,  &problem->sum,   &problem->push};
+    for (int k = 0; k < 8; ++k, at += n) *arrays[k] = at;
+    double **matrices[] = {&problem->traction_of, &problem->deflection_of, &problem->matrix};
+    for (int k = 0; k < 3; ++k, at += pairs) *matrices[k] = at;
+    problem->factor = at;
+    problem->step = at + 4 * pairs;
+    at = problem->step + 2 * n;
+    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found};
+    for (int k = 0; k < 7; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
+    problem->basis = (hs_vector *)at;
+    problem->ring = (int32_t *)(at + 4 * n);
+    return HS_OK;
+}
+
+void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
+    const double *label = problem->label, *normal = problem->normal;
+    int32_t n = problem->rings = count - 1;
+    double *r = problem->depth, outer = 0.0;
+    for (int32_t i = 0; i <= n; ++i) {
+        r[i] = label[0] - label[i];
+        problem->limit[i] = friction * sqrt(r[i]);
+    }
+    for (int32_t i = n; i >= 1; --i) {
+        double inner = outer;
+        outer = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
+        problem->mass[i] = hs_most(outer - inner, 0.0);
+    }
+    for (int32_t i = 1; i <= n; ++i) {
+        double before = sqrt(r[i]);
+        for (int32_t j = 0; j < i; ++j) {
+            double next = sqrt(r[i] - r[j + 1]);
+            AT(traction_of, i, j) = before - next;
+            before = next;
+        }
+    }
+    /* F D = the matrix that sums slopes up, row by row from its end */
+    for (int32_t i = 1; i <= n; ++i)
+        for (int32_t j = i; j >= 1; --j) {
+            double left = r[j] - r[j - 1];
+            for (int32_t k = j + 1; k <= i; ++k) left -= AT(deflection_of, i, k) * AT(traction_of, k, j - 1);
+            AT(deflection_of, i, j) = left / AT(traction_of, j, j - 1);
+        }
+}
+
+static hs_vector traction_at(const hs_ring_problem *problem, const hs_vector *deflection, int32_t i) {
+    const double *r = problem->depth;
+    hs_vector sum = {0.0, 0.0};
+    for (int32_t j = 0; j < i; ++j) {
+        double share = AT(traction_of, i, j) / (r[j + 1] - r[j]);
+        sum = hs_plus(hs_plus(sum, share, deflection[j + 1]), -share, deflection[j]);
+    }
+    return sum;
+}
+
+hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
+    hs_vector sum = {0.0, 0.0};
+    double before = sqrt(nodes[0].label - nodes[i].label);
+    for (int32_t j = 0; j < i; ++j) {
+        double next = sqrt(nodes[j + 1].label - nodes[i].label);
+        double share = (before - next) / (nodes[j].label - nodes[j + 1].label);
+        sum = hs_plus(hs_plus(sum, share, nodes[j + 1].deflection), -share, nodes[j].deflection);
+        before = next;
+    }
+    return sum;
+}
+
+static hs_vector shortened(hs_vector vector, double limit) {
+    double size = hs_length(vector);
+    if (size <= limit) return vector;
+    hs_vector found = {vector.x * (limit / size), vector.y * (limit / size)};
+    return found;
+}
+
+/* Have so many rings be unknown. */
+static void activate(hs_ring_problem *problem, int32_t active) {
+    for (int32_t k = problem->active + 1; k <= active; ++k) {
+        for (int32_t i = 1; i <= k; ++i) AT(matrix, k, i) = 0.0;
+        problem->load[k].x = problem->load[k].y = problem->sum[k] = problem->push[k] = 0.0;
+        for (int32_t i = 1; i <= k; ++i) {
+            double share = problem->mass[k] * AT(deflection_of, k, i);
+            for (int32_t j = 1; j <= i; ++j) AT(matrix, i, j) += share * AT(deflection_of, k, j);
+            problem->load[i] = hs_plus(problem->load[i], share, problem->trial[k]);
+            problem->sum[i] += share;
+            problem->push[i] += share * problem->share[k];
+        }
+    }
+    for (int32_t i = 1; i <= active; ++i)
+        for (int32_t j = 1; j < i; ++j) AT(matrix, j, i) = AT(matrix, i, j);
+    problem->active = active;
+}
+
+static hs_vector slip_of(const hs_ring_problem *problem, int32_t i) {
+    hs_vector left = problem->load[i];
+    for (int32_t j = 1; j <= problem->active; ++j) left = hs_plus(left, -AT(matrix, i, j), problem->traction[j]);
+    return left;
+}
+
+/* Move each traction to where it is best while the others stay; returns the farthest way, over its limit. */
+static double sweep(hs_ring_problem *problem) {
+    double farthest = 0.0;
+    for (int32_t i = 1; i <= problem->active; ++i) {
+        hs_vector before = problem->traction[i];
+        hs_vector free = hs_plus(before, 1.0 / AT(matrix, i, i), slip_of(problem, i));
+        problem->traction[i] = shortened(free, problem->limit[i]);
+        farthest = hs_most(farthest, hs_length(hs_plus(problem->traction[i], -1.0, before)) / problem->limit[i]);
+    }
+    return farthest;
+}
+
+/* Lower triangular factor of a matrix of so many rows; whether it is positive definite. */
+static int factorise(double *factor, int64_t stride, int32_t count) {
+    for (int32_t i = 0; i < count; ++i) {
+        double *row = factor + i * stride;
+        for (int32_t j = 0; j <= i; ++j) {
+            const double *other = factor + j * stride;
+            double left = row[j];
+            for (int32_t k = 0; k < j; ++k) left -= row[k] * other[k];
+            if (j < i)
+                row[j] = left / other[j];
+            else if (left > 0.0)
+                row[i] = sqrt(left);
+            else
+                return 0;
+        }
+    }
+    return 1;
+}
+
+static void substitute(const double *factor, int64_t stride, int32_t count, double *x) {
+    for (int32_t i = 0; i < count; ++i) {
+        for (int32_t k = 0; k < i; ++k) x[i] -= factor[i * stride + k] * x[k];
+        x[i] /= factor[i * stride + i];
+    }
+    for (int32_t i = count - 1; i >= 0; --i) {
+        for (int32_t k = i + 1; k < count; ++k) x[i] -= factor[k * stride + i] * x[k];
+        x[i] /= factor[i * stride + i];
+    }
+}
+
+/* The matrix of Newton's step, factorised: a ring that slips turns, one that sticks goes anywhere. */
+static int linearise(hs_ring_problem *problem) {
+    const int64_t stride = 2 * problem->room;
+    int32_t count = 0;
+    for (int32_t i = 1; i <= problem->active; ++i) {
+        hs_vector q = problem->traction[i];
+        problem->slip[i] = slip_of(problem, i);
+        double limit = problem->limit[i], size = hs_length(q);
+        int slips = hs_length(hs_plus(q, 1.0 / AT(matrix, i, i), problem->slip[i])) > limit && size > 0.0;
+        hs_vector first = {1.0, 0.0}, second = {0.0, 1.0}, across = {-q.y / size, q.x / size};
+        problem->ring[count] = slips ? -i : i;
+        problem->basis[count++] = slips ? across : first;
+        if (slips) continue;
+        problem->ring[count] = i;
+        problem->basis[count++] = second;
+    }
+    for (int32_t a = 0; a < count; ++a) {
+        int32_t i = abs(problem->ring[a]);
+        for (int32_t b = 0; b <= a; ++b)
+            problem->factor[a * stride + b] = AT(matrix, i, abs(problem->ring[b])) * hs_dot(problem->basis[a], problem->basis[b]);
+        if (problem->ring[a] < 0) {
+            double limit = problem->limit[i];
+            problem->factor[a * stride + a] += hs_most(hs_dot(problem->traction[i], problem->slip[i]), 0.0) / (limit * limit);
+        }
+    }
+    problem->unknowns = factorise(problem->factor, stride, count) ? count : 0;
+    return problem->unknowns;
+}
+
+static void newton(hs_ring_problem *problem) {
+    int32_t count = linearise(problem);
+    if (count == 0) return;
+    for (int32_t a = 0; a < count; ++a) problem->step[a] = hs_dot(problem->basis[a], problem->slip[abs(problem->ring[a])]);
+    substitute(problem->factor, 2 * problem->room, count, problem->step);
+    for (int32_t a = 0; a < count; ++a) {
+        int32_t i = abs(problem->ring[a]);
+        double limit = problem->limit[i], step = problem->step[a];
+        if (problem->ring[a] > 0) {
+            problem->traction[i] = hs_plus(problem->traction[i], step, problem->basis[a]);
+            continue;
+        }
+        hs_vector turned = hs_plus(problem->traction[i], hs_within(step, FARTHEST_TURN * limit), problem->basis[a]);
+        double size = hs_length(turned);
+        problem->traction[i].x = turned.x * (limit / size);
+        problem->traction[i].y = turned.y * (limit / size);
+    }
+}
+
+/* The innermost ring beyond its limit, 0 where there is none; v is known, tractions from a ring on are worked out. */
+static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
+    int32_t found = 0;
+    for (int32_t i = from; i <= problem->rings; ++i) {
+        problem->traction[i] = traction_at(problem, problem->found, i);
+        if (hs_length(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) found = i;
+    }
+    return found;
+}
+
+double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement) {
+    const int32_t n = problem->rings;
+    const hs_vector none = {0.0, 0.0};
+    problem->active = problem->unknowns = 0;
+    problem->trial[0] = none;
+    for (int32_t k = 1; k <= n; ++k) problem->trial[k] = hs_plus(problem->base[k], problem->share[k], displacement);
+    memcpy(problem->found, problem->trial, (size_t)(n + 1) * sizeof *problem->found);
+    int32_t active = innermost_beyond(problem, 1);
+    if (active == 0) return 0.0;
+    while (active > problem->active) {
+        for (int32_t i = problem->active + 1; i <= active; ++i)
+            problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
+        activate(problem, active);
+        for (int round = 0; round < MOST_ROUNDS && sweep(problem) > SETTLED; ++round) newton(problem);
+        for (int32_t k = 1; k <= active; ++k) {
+            problem->found[k] = none;
+            for (int32_t j = 1; j <= k; ++j)
+                problem->found[k] = hs_plus(problem->found[k], AT(deflection_of, k, j), problem->traction[j]);
+        }
+        int32_t beyond = innermost_beyond(problem, active + 1);
+        /* one more ring at once: what slips deeper mostly spreads */
+        if (beyond) active = beyond < n ? beyond + 1 : n;
+    }
+    double lost = 0.0;
+    for (int32_t i = 1; i <= active; ++i) lost += hs_dot(problem->traction[i], slip_of(problem, i));
+    return hs_most(lost, 0.0);
+}
+
+hs_vector hs_ring_force(const hs_ring_problem *problem) {
+    hs_vector force = {0.0, 0.0};
+    for (int32_t k = 1; k <= problem->rings; ++k) force = hs_plus(force, problem->mass[k], problem->found[k]);
+    return force;
+}
+
+void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]) {
+    double stuck = 0.0;
+    for (int32_t k = problem->active + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
+    slopes[0][0] = slopes[1][1] = stuck;
+    slopes[0][1] = slopes[1][0] = 0.0;
+    if (problem->active == 0) return;
+    int32_t count = linearise(problem);
+    double *x = problem->step;
+    for (int axis = 0; axis < 2; ++axis) {
+        for (int32_t a = 0; a < count; ++a)
+            x[a] = problem->push[abs(problem->ring[a])] * (axis ? problem->basis[a].y : problem->basis[a].x);
+        substitute(problem->factor, 2 * problem->room, count, x);
+        for (int32_t a = 0; a < count; ++a) {
+            double share = problem->sum[abs(problem->ring[a])] * x[a];
+            slopes[0][axis] += share * problem->basis[a].x;
+            slopes[1][axis] += share * problem->basis[a].y;
+        }
+    }
+}

@@ -1,0 +1,133 @@
+/* Rings: asperities that share one polyline of vectors, and move in two directions; see "Two directions" in README.md. */
+#ifndef HISTORYSIM_RINGS_H
+#define HISTORYSIM_RINGS_H
+
+#include "internal.h"
+
+/* A node of the polyline v(a), the tangential deflection of the springs that first touched at approach `label`. */
+typedef struct hs_node {
+    double label;
+    double normal; /* P there, of the class */
+    hs_vector deflection;
+} hs_node;
+
+/* A class of asperities: those of one coefficient whose gaps lie close together. The first node is the edge, the last one the
+ * deepest spring of all, which touched at the smallest gap. */
+typedef struct hs_class {
+    hs_curve curve;
+    int64_t start; /* position of its first asperity */
+    int64_t group;
+    int32_t count; /* nodes; 0 where nothing touches */
+    int32_t room;
+    hs_node *nodes;
+    struct hs_ring_problem *problem; /* place to work in, which copies do not share; NULL until it is needed */
+} hs_class;
+
+/* ½ Σ M |v - v*|² over the nodes of one class, to be made least where |Q| ≤ g on every ring; all of it has room for
+ * `room` rings, counted from 1 at the edge. */
+typedef struct hs_ring_problem {
+    int32_t room;
+    int32_t rings;
+    int32_t active;      /* rings from the edge inward that are unknown: below them v = v* */
+    double *label;       /* of the nodes, the edge first */
+    double *normal;      /* P there */
+    double *share;       /* of a displacement of the contact that moves the springs: less where they touch on the way */
+    double *depth;       /* r, below the edge */
+    double *traction_of; /* (ring, interval) D: Q = D m, with the slopes m of v */
+    double *deflection_of; /* (ring, ring) F: v = F Q */
+    double *mass;        /* M: the tangential load is Σ M v */
+    double *limit;       /* g */
+    double *matrix;      /* A = Fᵀ M F of the active rings */
+    double *sum;         /* Fᵀ M 1 */
+    double *push;        /* Fᵀ M times the shares */
+    double *factor;      /* Cholesky factor of Newton's step */
+    double *step;
+    hs_vector *slipped;  /* (node) what slid in the first stage of a step */
+    hs_vector *base;     /* v* but for what the displacement adds */
+    hs_vector *trial;    /* v* */
+    hs_vector *load;     /* Fᵀ M v* */
+    hs_vector *traction; /* Q */
+    hs_vector *slip;     /* y = Fᵀ M (v* - v) */
+    hs_vector *found;    /* v */
+    hs_vector *basis;    /* directions in which the unknowns of Newton's step go */
+    int32_t *ring;       /* whose they are */
+    int32_t unknowns;    /* of the last factor; 0 where nothing slips */
+    double lost;         /* Σ Q·y of the last solution */
+} hs_ring_problem;
+
+static inline hs_vector hs_plus(hs_vector a, double scale, hs_vector b) {
+    hs_vector sum = {a.x + scale * b.x, a.y + scale * b.y};
+    return sum;
+}
+static inline double hs_dot(hs_vector a, hs_vector b) { return a.x * b.x + a.y * b.y; }
+static inline double hs_length(hs_vector a) { return sqrt(hs_dot(a, a)); }
+
+/* All classes of a contact, and where it is. */
+typedef struct hs_body {
+    hs_contact *contact;    /* of the line, which outlives it */
+    const double *friction; /* (group) of the line */
+    int64_t rings;
+    double tolerance;
+    double approach, normal_load, dissipated, time;
+    hs_vector displacement, tangential_load;
+    double *each; /* (count) energy that each asperity has dissipated, by its position */
+    int64_t classes;
+    hs_class *parts;
+    double *slide_time; /* (count) when asperities have first slid as a whole since the first turn [s], by position; or NaN */
+    int slid;           /* whether some have that the line does not know of */
+    double *scratch;    /* (count) */
+} hs_body;
+
+/* Have a class its problem, with room for so many rings; returns a status. */
+int hs_ring_room(hs_class *rings, int32_t room);
+/* Fill in what follows from where the rings are and which loads they carry: labels and loads of so many nodes. */
+void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction);
+/* Find v where the contact is displaced; returns Σ Q·y. */
+double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement);
+/* Σ M v, and its slopes in the displacement: of component by component. */
+hs_vector hs_ring_force(const hs_ring_problem *problem);
+void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]);
+/* Q of a node of a polyline; the edge, which is the first, has none. */
+hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
+
+/* ---- classes.c ---- */
+
+/* share of the friction limit up to which a load can be asked for: at the limit itself the displacement is open */
+#define HS_BELOW_LIMIT (1.0 - 1e-6)
+
+/* Where the tangential channel goes: rigid V + compliance T = value, component by component. */
+typedef struct hs_planar_aim {
+    hs_vector value;
+    double rigid;
+    hs_vector compliance;
+} hs_planar_aim;
+/* Where a path ends. */
+typedef struct hs_planar_target {
+    int by_loads; /* whether both loads go straight, otherwise the approach does */
+    double approach, normal_load, time;
+    hs_planar_aim aim;
+} hs_planar_target;
+
+/* A body where a line is, without classes yet. */
+hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
+hs_body *hs_body_copy(const hs_body *body);
+void hs_body_free(hs_body *body);
+int hs_class_room(hs_class *part, int64_t count);
+/* Nodes where cells are wide, fewer where they are narrow and v is straight, beside a friction limit. */
+int hs_regrid(hs_class *part, int64_t rings, double limit);
+/* Energy that the springs of a class hold, added per asperity of it unless `each` is NULL. */
+double hs_class_stored(const hs_class *part, double *each);
+/* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */
+double hs_class_front(const hs_body *body, const hs_class *part);
+/* Friction limit at an approach. */
+double hs_body_limit(const hs_body *body, double approach);
+/* The target a share of the way there. */
+hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
+/* Carry a body to a target, in steps that are halved so often at most. */
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings);
+/* Have springs slip that are beyond the limit, which has fallen. */
+int hs_body_relax(hs_body *body, const hs_planar_aim *aim);
+/* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */
+int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]);
+
+#endif

@@ -1,0 +1,312 @@
+"""Two tangential directions, beside a half-space point by point, one direction, each asperity alone, and tables.
+
+Numbers are over those of a sphere with E* = R = θ = 1 at approach 1.
+"""
+
+import itertools
+import pickle
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.errors import FrictionLimitError, InputError
+from tests.support.planar_half_space import PlanarHalfSpace
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=1e10)
+LOAD = 4 / 3 * PAIR.contact_modulus
+"""Of a sphere of radius 1 m at an approach of 1 m."""
+
+# Tangential loads and dissipated energies over the normal load where the ramp ends, then each quarter of a circle, or
+# each side of a square (A, A), (0, A), (-A, A), (-A, 0), (-A, -A). A is 0.7 at approach 1, and 0.35 where the approach
+# rises from 0.5 to 1 in proportion to the way. From another program, with many rings and steps.
+# fmt: off
+TABLES = {
+    "circle": [
+        (0.8357, 0, 0.05446), (-0.1418, 0.7687, 0.1605), (-0.7568, -0.1895, 0.3431), (0.2085, -0.7585, 0.5593),
+        (0.7619, 0.2153, 0.7901),
+    ],
+    "square": [
+        (0.8357, 0, 0.05446), (0.6302, 0.7531, 0.2275), (-0.2603, 0.6828, 0.2711), (-0.8142, 0.5098, 0.5308),
+        (-0.7048, -0.3502, 0.6040), (-0.4843, -0.8400, 0.9325),
+    ],
+    "rising circle": [
+        (0.2955, 0, 0.00963), (-0.0668, 0.3202, 0.0215), (-0.3824, -0.0864, 0.0489), (0.0706, -0.4432, 0.0785),
+        (0.4740, 0.0467, 0.1051),
+    ],
+    "rising square": [
+        (0.2955, 0, 0.00963), (0.2683, 0.3248, 0.0244), (-0.1130, 0.3145, 0.0301), (-0.4539, 0.2943, 0.0600),
+        (-0.4396, -0.1472, 0.0678), (-0.4098, -0.5429, 0.1066),
+    ],
+}
+# fmt: on
+
+
+def sphere(friction=1.0, **rings):
+    return hs.Ensemble(PAIR, 0.0, 1.0, friction, rings=hs.Rings(**rings))
+
+
+def way(shape, amplitude, parts):
+    """Displacements along a path, and how many of them lead to each of its corners."""
+    if "circle" in shape:
+        angle = np.arange(1, 4 * parts + 1) / parts * np.pi / 2
+        turn = amplitude * np.column_stack([np.cos(angle), np.sin(angle)])
+        ramp = np.outer(np.arange(1, parts + 1) / parts, (amplitude, 0))
+        return np.vstack([ramp, turn])
+    corners = amplitude * np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1)])
+    share = np.arange(1, parts + 1)[:, None] / parts
+    return np.vstack([a + share * (b - a) for a, b in itertools.pairwise(corners)])
+
+
+def walked(ensemble, path, approach=1.0):
+    """States along a path, with approaches at its points."""
+    state, found = ensemble.advance(ensemble.initial_state(), normal_displacement=float(np.ravel(approach)[0])), []
+    for u, d in zip(path, np.broadcast_to(approach, len(path)), strict=True):
+        state = ensemble.advance(state, normal_displacement=float(d), tangential_displacement=tuple(u))
+        found.append(state)
+    return found
+
+
+def numbers(state):
+    return np.array([*state.tangential_load, state.dissipated_energy]) / LOAD
+
+
+@pytest.mark.parametrize("shape", TABLES)
+def test_paths_of_the_tables(shape):
+    """At the default rings, within 1e-3 of μN and 2e-3 of the energy."""
+    parts, amplitude, approach = 48, 0.7, 1.0
+    if "rising" in shape:
+        amplitude = 0.35
+    path = way(shape, amplitude, parts)
+    if "rising" in shape:
+        lengths = np.hypot(*np.diff(np.vstack([(0, 0), path]), axis=0).T)
+        past = np.cumsum(lengths) - amplitude
+        approach = 0.5 + 0.5 * np.maximum(past, 0) / past[-1]
+    ends = np.array([numbers(state) for state in walked(sphere(), path, approach)[parts - 1 :: parts]])
+    expected = np.array(TABLES[shape])
+    assert np.abs(ends - expected)[:, :2].max() < 1e-3
+    assert np.abs(ends - expected)[:, 2].max() < 2e-3 * expected[-1, 2]
+
+
+@pytest.mark.parametrize("shape", ["circle", "rising", "waving", "random"])
+def test_beside_a_half_space(shape):
+    """Steps are those of the brute force, of second order, so that the meshes alone differ: 1/24 of the contact."""
+    random = np.random.default_rng(4)
+    path, approach = 0.7 * way("circle", 1.0, 10), np.ones(50)
+    if shape == "rising":
+        approach = np.linspace(0.35, 1, 50)
+    if shape == "waving":
+        approach = 0.825 + 0.175 * np.cos(np.linspace(0, 6 * np.pi, 50))
+    if shape == "random":
+        corners = random.normal(0, 0.4, (8, 2)), random.uniform(0.4, 1, 8)
+        path, approach = (np.repeat(each, 8, axis=0) for each in corners)
+        share = np.tile(np.arange(1, 9) / 8, 7)
+        path = path[:-8] + share[:, None] * (path[8:] - path[:-8])
+        approach = approach[:-8] + share * (approach[8:] - approach[:-8])
+    oracle, errors = PlanarHalfSpace(24), []
+    oracle.to((0.0, 0.0), approach[0])
+    states = walked(sphere(), path, approach)
+    for state, u, d in zip(states, path, approach, strict=True):
+        oracle.to(u, d)
+        errors.append(np.abs(numbers(state)[:2] - oracle.tangential_load * 0.75).max())
+    assert max(errors) < 4e-3
+    assert numbers(states[-1])[2] == pytest.approx(0.75 * oracle.dissipated, rel=0.015)
+
+
+def many(friction=0.3):
+    random = np.random.default_rng(2)
+    height, radius = -random.exponential(0.3, 12), random.uniform(0.5, 2, 12)
+    return height - height.max(), radius, friction
+
+
+def test_classes_come_to_each_asperity_alone():
+    """Of twelve asperities: one class for all is within 2e-2 of μN, eight within 1e-3, each for itself within 3e-4."""
+    height, radius, friction = many()
+    path = 0.3 * way("circle", 0.7, 12)
+    alone = 0.0
+    for h, r in zip(height, radius, strict=True):
+        if h > -1:
+            one = hs.Ensemble(PAIR, 0.0, r, friction)
+            alone = alone + np.array([numbers(state) for state in walked(one, path, 1 + h)])
+    limit = friction * hs.Ensemble(PAIR, height, radius, friction).advance(
+        hs.Ensemble(PAIR, height, radius, friction).initial_state(), normal_displacement=1.0
+    ).normal_load / LOAD  # fmt: skip
+    errors = []
+    for classes in (1, 8, 1000):
+        together = hs.Ensemble(PAIR, height, radius, friction, rings=hs.Rings(height_classes=classes))
+        found = np.array([numbers(state) for state in walked(together, path)])
+        errors.append(np.abs(found - alone)[:, :2].max() / limit)
+    assert (np.array(errors) < (2e-2, 1e-3, 3e-4)).all()
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7, 4.0])
+def test_along_a_line_it_is_the_memory_of_one_direction(angle):
+    random = np.random.default_rng(7)
+    ensemble = hs.Ensemble(PAIR, *many())
+    direction = np.array([np.cos(angle), np.sin(angle)]).round(15)
+    plane = line = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    for _ in range(60):
+        normal, u = random.uniform(0.2, 1.5) * LOAD, random.normal() * 0.3
+        line = ensemble.advance(line, normal_load=normal, tangential_displacement=u)
+        plane = ensemble.advance(plane, normal_load=normal, tangential_displacement=tuple(u * direction))
+        along = line.tangential_load * direction
+        assert plane.tangential_load == pytest.approx(along, rel=1e-12, abs=1e-12 * LOAD)
+        assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=1e-12)
+        if angle == 0.0:
+            assert plane.tangential_load[0] == line.tangential_load
+            assert plane.dissipated_energy == line.dissipated_energy
+    assert not plane.turned
+
+
+def random_walk(seed, count=40):
+    random = np.random.default_rng(seed)
+    return np.cumsum(random.normal(0, 0.15, (count, 2)), axis=0), random.uniform(0.3, 1.0, count)
+
+
+def test_a_turned_path_turns_the_load():
+    path, approach = random_walk(1)
+    ensemble, angle = hs.Ensemble(PAIR, *many()), 1.234
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    for one, other in zip(walked(ensemble, path, approach), walked(ensemble, path @ turn.T, approach), strict=True):
+        np.testing.assert_allclose(other.tangential_load, turn @ one.tangential_load, atol=1e-12 * LOAD)
+        assert other.dissipated_energy == pytest.approx(one.dissipated_energy, rel=1e-11)
+
+
+def test_energy_grows_and_is_the_work_less_what_is_stored():
+    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
+    path, _ = random_walk(3, 10)
+    fine = np.vstack([a + np.arange(1, 41)[:, None] / 40 * (b - a) for a, b in itertools.pairwise(path)])
+    states = walked(ensemble, np.vstack([path[:1], fine]))
+    lost = np.array([state.dissipated_energy for state in states])
+    assert (np.diff(lost) >= 0).all()
+    load = np.array([state.tangential_load for state in states])
+    u = np.array([state.tangential_displacement for state in states])
+    work = (0.5 * (load[1:] + load[:-1]) * np.diff(u, axis=0)).sum()
+    balance = lost[-1] + states[-1].stored_energy - lost[0] - states[0].stored_energy
+    assert balance == pytest.approx(work, rel=2e-3)
+
+
+def test_loads_lead_where_displacements_have_led():
+    """Steps under the loads that small steps under displacements had, at a constant approach."""
+    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    for wanted in walked(ensemble, 0.3 * way("circle", 0.6, 16)):
+        state = ensemble.advance(state, tangential_load=tuple(wanted.tangential_load))
+        np.testing.assert_allclose(state.tangential_load, wanted.tangential_load, atol=1e-9 * LOAD)
+        np.testing.assert_allclose(state.tangential_displacement, wanted.tangential_displacement, atol=1e-3 * 0.3)
+
+
+def test_a_drive_behind_an_instrument():
+    instrument = hs.Instrument(lateral_stiffness=2 * PAIR.contact_modulus)
+    ensemble = sphere()
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    for u in way("circle", 0.7, 4):
+        state = ensemble.advance(state, tangential_displacement=tuple(u), instrument=instrument)
+        drive = instrument.drive_displacement(state.tangential_displacement, state.tangential_load)
+        np.testing.assert_allclose(drive, u, atol=1e-9)
+
+
+def test_random_loads_within_the_limit_and_beyond():
+    random, ensemble = np.random.default_rng(8), hs.Ensemble(PAIR, *many())
+    state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    for _ in range(40):
+        normal, angle = random.uniform(0.5, 2) * LOAD, random.uniform(0, 2 * np.pi)
+        load = 0.3 * normal * random.uniform(0, 1.2) * np.array([np.cos(angle), np.sin(angle)])
+        before = state
+        if np.hypot(*load) > 0.3 * normal:
+            with pytest.raises(FrictionLimitError):
+                ensemble.advance(state, normal_load=normal, tangential_load=tuple(load))
+        state = ensemble.advance(state, normal_load=normal, tangential_load=tuple(load), saturate=True)
+        held = load * min(1.0, 0.3 * normal / np.hypot(*load))
+        np.testing.assert_allclose(state.tangential_load, held, atol=2e-6 * LOAD)
+        assert state.dissipated_energy >= before.dissipated_energy
+
+
+def test_a_fall_of_friction():
+    """On the virgin branch it is that of one direction: with a turn too small to matter before it."""
+    ensemble = sphere(rings=60)
+    for friction in (0.8, 0.5, 0.3, 0.1):
+        line = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+        line = ensemble.advance(line, tangential_displacement=0.3)
+        plane = ensemble.advance(line, tangential_displacement=(0.3, 1e-9))
+        line, plane = (ensemble.advance(state, friction=friction) for state in (line, plane))
+        assert plane.tangential_load[0] == pytest.approx(line.tangential_load, rel=1e-3)
+        assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=3e-3)
+        assert (plane.friction == friction).all()
+
+
+def test_stiffness_by_differences():
+    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-6))
+    path, approach = random_walk(9, 12)
+    state = walked(ensemble, path, approach)[-1]
+    for direction in ((1.0, 0.0), (0.0, 1.0), (-0.6, 0.8)):
+        step = 1e-6 * np.array(direction)
+        after = ensemble.advance(state, tangential_displacement=tuple(state.tangential_displacement + step))
+        slope = (after.tangential_load - state.tangential_load) / 1e-6
+        np.testing.assert_allclose(state.stiffness(direction) @ direction, slope, rtol=0.02, atol=0.01 * LOAD)
+    assert np.linalg.eigvalsh(state.stiffness((1.0, 0.0))).min() >= -1e-9 * LOAD
+
+
+def test_lift_off_forgets():
+    ensemble = hs.Ensemble(PAIR, *many())
+    path, approach = random_walk(11, 12)
+    state = ensemble.advance(walked(ensemble, path, approach)[-1], normal_displacement=-0.1)
+    assert (state.tangential_load == 0).all()
+    assert state.stored_energy == 0
+    state = ensemble.advance(state, normal_displacement=0.5)
+    np.testing.assert_allclose(state.tangential_load, 0, atol=1e-15 * LOAD)
+
+
+def test_bytes_are_the_state():
+    ensemble = hs.Ensemble(PAIR, *many())
+    path, approach = random_walk(6, 12)
+    state = walked(ensemble, path, approach)[-1]
+    again = pickle.loads(pickle.dumps(state))  # noqa: S301
+    assert again == state
+    assert hash(again) == hash(state)
+    further = [ensemble.advance(each, tangential_displacement=(0.0, 0.3)) for each in (state, again)]
+    assert further[0] == further[1]
+    content, start = state.to_bytes(), hs.PlanarState.from_bytes(state.to_bytes())
+    for at in range(0, len(content), 61):
+        damaged = bytearray(content)
+        damaged[at] ^= 0x10
+        with pytest.raises(InputError):
+            hs.PlanarState.from_bytes(bytes(damaged))
+    with pytest.raises(InputError, match="cut off"):
+        hs.PlanarState.from_bytes(content[:-8])
+    other = hs.Ensemble(PAIR, 0.0, 2.0, 0.3)
+    with pytest.raises(InputError, match=r"state is of|another contact"):
+        hs.PlanarState.from_bytes(content, other.advance(other.initial_state(), tangential_displacement=(0.0, 0.0)))
+    with pytest.raises(InputError, match="expected one of this ensemble's"):
+        other.advance(start, normal_load=1.0)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"tangential_displacement": 0.1}, "two numbers"),
+        ({"tangential_displacement": (1, 2, 3)}, "a pair in x and y"),
+        ({"tangential_load": (float("nan"), 0)}, "finite"),
+        ({"normal_load": (1, 2)}, "one number"),
+    ],
+)
+def test_what_is_no_path_of_two_directions(wrong, message):
+    ensemble = sphere()
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(0.1, 0.0))
+    with pytest.raises(InputError, match=message):
+        ensemble.advance(state, **wrong)
+
+
+def test_what_moves_in_one_direction_only():
+    evolving = hs.Ensemble(PAIR, 0.0, 1.0, 0.3, follow_sliding=True)
+    patches = hs.Ensemble.from_normal_curves(PAIR, np.linspace(0, 1, 9), np.linspace(0, 1, 9) ** 1.5)
+    for ensemble in (evolving, patches):
+        with pytest.raises(InputError, match="one tangential direction"):
+            ensemble.advance(ensemble.initial_state(), tangential_displacement=(0.0, 1e-3))
+    ensemble = sphere()
+    state = ensemble.advance(ensemble.initial_state(), tangential_displacement=(0.1, 0.0))
+    with pytest.raises(InputError, match="two tangential directions"):
+        ensemble.stepper(state)
+    for wrong in ({"rings": 0}, {"height_classes": 1.5}, {"tolerance": 2}):
+        with pytest.raises(InputError):
+            hs.Rings(**wrong)

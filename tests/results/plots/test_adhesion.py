@@ -1,0 +1,181 @@
+"""The adhesion map and the equilibria of one contact: what stands in them. That they look well was seen by eye."""
+
+import io
+import itertools
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.contact.adhesion import Regime, branch, regime
+from historysim.errors import InputError, LoadError
+
+TIP = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05}
+CONTACTS = {
+    "ball on glass, 10 mN": (20.0, 1e4),
+    "AFM tip": (0.05, 3.0),
+    "another AFM tip": (0.052, 3.3),
+    "blunt AFM tip": (0.049, 3.6),
+    "a nanoparticle of silica": (2e-3, 1.0),
+    "rubber": (80.0, 20.0),
+    "on the border": (0.1, 10.0),
+}
+
+
+def drawn(figure):
+    picture = io.BytesIO()
+    figure.savefig(picture, dpi=50)
+    assert picture.getvalue().startswith(b"\x89PNG")
+    (axes,) = figure.axes
+    return axes
+
+
+def zones(axes):
+    return {Regime(fill.get_label()): fill for fill in axes.collections}
+
+
+def marks(axes, markers="osv"):
+    return [line for line in axes.get_lines() if line.get_marker() in tuple(markers)]
+
+
+@pytest.mark.parametrize("contacts", [None, {"far": (1e-5, 1e7)}])
+def test_zones_are_those_of_regime(contacts):
+    axes = drawn(hs.plots.adhesion_map(contacts))
+    fills = zones(axes)
+    assert set(fills) == set(Regime)
+    rng = np.random.default_rng(3)
+    x, y = (np.exp(rng.uniform(*np.log(limits), 3000)) for limits in (axes.get_xlim(), axes.get_ylim()))
+    # the zones are polygons of fine steps: points within 1 % of a border are left out
+    near = [regime(x * dx, y * dy) for dx, dy in itertools.product((0.99, 1.01), repeat=2)]
+    clear = np.all([zone == near[0] for zone in near], axis=0)
+    assert clear.mean() > 0.95
+    found = {
+        zone: np.any([path.contains_points(np.column_stack([x, y])) for path in fill.get_paths()], axis=0)
+        for zone, fill in fills.items()
+    }
+    assert (np.sum(list(found.values()), axis=0) == 1)[clear].all()
+    for zone, inside in found.items():
+        assert (inside == (near[0] == zone))[clear].all()
+
+
+def names(figure):
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_contacts_are_marked_and_named():
+    figure = hs.plots.adhesion_map(CONTACTS)
+    axes = drawn(figure)
+    lines = {line.get_label(): (line.get_xdata()[0], line.get_ydata()[0]) for line in axes.get_lines()}
+    assert {name: lines[name] for name in CONTACTS} == CONTACTS
+    assert names(figure) == [*CONTACTS]
+    assert sorted(text.get_text() for text in axes.texts) == ["DMT", "Hertz", "JKR", "Maugis", "rigid\n(Bradley)"]
+    assert axes.get_xlabel() == r"Maugis parameter $\lambda$"
+    assert axes.get_ylabel() == r"load parameter $N/(\pi W R)$"
+    assert axes.get_xscale() == axes.get_yscale() == "log"
+    assert names(hs.plots.adhesion_map({"costs $5 or $\\frac{": (1.0, 1.0)})) == ["costs \\$5 or \\$\\frac{"]
+
+
+@pytest.mark.parametrize("contacts", [CONTACTS, {f"{load}": (0.033, load) for load in (0.3, 0.7, 1.5, 3.0, 7.0)}])
+def test_zone_names_stand_in_their_zones(contacts):
+    axes = drawn(hs.plots.adhesion_map(contacts))
+    named = 0
+    for text in axes.texts:
+        name = text.get_text().split("\n")[0].lower()
+        if name in set(Regime):
+            corners = axes.transData.inverted().transform(text.get_window_extent().corners())
+            assert (regime(*corners.T) == name).all()
+            named += 1
+    assert named == 5
+
+
+def test_the_map_grows_to_hold_all_contacts():
+    axes = drawn(hs.plots.adhesion_map({"left": (1e-5, 1.0), "top": (1.0, 1e6), "right": (1e4, 1e-4)}))
+    assert axes.get_xlim()[0] < 1e-5
+    assert axes.get_xlim()[1] > 1e4
+    assert axes.get_ylim()[0] < 1e-4
+    assert axes.get_ylim()[1] > 1e6
+    axes = drawn(hs.plots.adhesion_map({}))
+    assert axes.get_xlim() == (1e-3, 1e2)
+    assert axes.get_ylim() == (1e-2, 1e4)
+
+
+def test_unloaded_and_pulled_contacts_are_marked_at_the_lower_edge():
+    figure = hs.plots.adhesion_map({"unloaded": (0.5, 0.0), "pulled": (10.0, -1.2), "pressed": (1.0, 1.0)})
+    axes = drawn(figure)
+    arrows = {float(mark.get_xdata()[0]): float(mark.get_ydata()[0]) for mark in marks(axes, "v")}
+    assert set(arrows) == {0.5, 10.0}
+    assert all(axes.get_ylim()[0] < y < 1.5 * axes.get_ylim()[0] for y in arrows.values())
+    assert names(figure) == ["unloaded ($N$ ≤ 0)", "pulled ($N$ ≤ 0)", "pressed"]
+
+
+@pytest.mark.parametrize(
+    ("contact", "error", "message"),
+    [
+        ((1.0,), InputError, r"contact 'tip' is \(1.0,\); expected its Maugis parameter and its load parameter"),
+        (3.0, InputError, "contact 'tip' is 3.0; expected"),
+        (("a", 1.0), InputError, "contact 'tip' is .*; expected"),
+        ((-1.0, 1.0), InputError, "contact 'tip': maugis_parameter is -1; expected"),
+        ((1.0, -1.7), LoadError, "contact 'tip': load_parameter of -1.7 πWR pulls harder"),
+    ],
+)
+def test_contacts_that_cannot_be_marked(contact, error, message):
+    with pytest.raises(error, match=message):
+        hs.plots.adhesion_map({"tip": contact})
+
+
+def drawn_branch(model, separation=1e-9, max_load=3e-7):
+    curve = branch(model, **TIP, max_load=max_load, equilibrium_separation=separation)
+    axes = drawn(hs.plots.adhesion_branch(curve))
+    lines = {line.get_label(): np.array(line.get_data()) * 1e-9 for line in axes.get_lines()}
+    return curve, axes, lines
+
+
+@pytest.mark.parametrize(("model", "separation"), [("jkr", 1e-9), ("maugis", 1e-9), ("maugis", 6e-9)])
+def test_what_is_stable_is_drawn_solid(model, separation):
+    curve, axes, lines = drawn_branch(model, separation)
+    load, held = curve.stable_under_load, curve.stable_under_displacement
+    points = np.array([curve.approach, curve.normal_load])
+    np.testing.assert_allclose(lines["stable"], points[:, load], rtol=1e-12, atol=1e-24)
+    part = lines["stable under displacement only"]
+    np.testing.assert_allclose(part[:, :-1], points[:, held & ~load], rtol=1e-12, atol=1e-24)
+    np.testing.assert_allclose(lines["unstable"][:, :-1], points[:, ~held], rtol=1e-12, atol=1e-24)
+    # the parts meet
+    assert (part[:, -1] == lines["stable"][:, 0]).all()
+    assert (lines["unstable"][:, -1] == part[:, 0]).all()
+    styles = {line.get_label(): line.get_linestyle() for line in axes.get_lines()}
+    assert styles["stable"] == "-"
+    assert styles["stable under displacement only"] == styles["unstable"] == "--"
+
+
+def test_jumps_are_marked_with_their_loads():
+    curve, axes, lines = drawn_branch("jkr")
+    for name, point in (
+        ("pull-off under load, −236 nN", curve.pull_off_under_load),
+        ("pull-off under displacement, −131 nN", curve.pull_off_under_displacement),
+        ("jump-in", curve.jump_in),
+    ):
+        assert lines[name][:, 0] == pytest.approx([point.approach, point.normal_load], rel=1e-12, abs=1e-24)
+    assert axes.get_xlabel() == r"approach $\delta$ (nm)"
+    assert axes.get_ylabel() == "normal load $N$ (nN)"
+    assert axes.get_title(loc="left") == "Equilibria after JKR"
+    legend = [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert len(legend) == 6
+
+
+def test_contacts_without_an_unstable_part():
+    curve, axes, lines = drawn_branch("dmt")
+    np.testing.assert_allclose(lines["stable"], [curve.approach, curve.normal_load], rtol=1e-12)
+    assert "unstable" not in lines
+    assert "stable under displacement only" not in lines
+    assert [mark.get_label() for mark in marks(axes)] == ["pull-off, −314 nN", "jump-in"]
+    _, axes, lines = drawn_branch("hertz")
+    assert "stable" in lines
+    assert marks(axes) == []
+
+
+def test_units_follow_the_contact():
+    _, axes, _ = drawn_branch("hertz", max_load=2.0)
+    assert axes.get_ylabel() == "normal load $N$ (N)"
+    # by hand: (3·2/(4·1e9·1e-3))^(2/3) m
+    assert axes.get_xlabel() == r"approach $\delta$ (µm)"
+    assert axes.get_lines()[2].get_xdata()[-1] == pytest.approx(131.04, abs=0.01)

@@ -1,0 +1,91 @@
+"""A brute force of one sphere that moves in two tangential directions: a half-space of ν = 0, point by point.
+
+Pressures are Hertz's. Tractions on square cells displace the surface by C q (Boussinesq and Cerruti with ν = 0, by
+Love's integral for a cell). A stage of a step is the minimum of ½ q·C q - q·(C q₀ + ΔU) under |q| ≤ μ p in every cell,
+and two of them make a step of second order (SDIRK2). It knows no rings and no springs. E* = R = θ = 1.
+"""
+
+import numpy as np
+
+GAMMA = 1 - 1 / np.sqrt(2)
+
+
+class PlanarHalfSpace:
+    """A sphere pressed by an approach on a grid of ``cells`` × ``cells`` cells, which the largest contact fills."""
+
+    def __init__(self, cells, friction=1.0, largest_approach=1.0):
+        self.friction, self.cells = friction, cells
+        edge = np.sqrt(largest_approach)
+        self.cell = 2 * edge / cells
+        middle = (np.arange(cells) + 0.5) * self.cell - edge
+        # pressures are means over the cells, by points in them
+        fine = (np.arange(4) - 1.5) / 4 * self.cell
+        at = (middle[:, None] + fine).ravel()
+        self.square = at[:, None] ** 2 + at**2
+        offset = np.arange(-cells, cells) * self.cell
+        self.spectrum = np.fft.rfft2(np.fft.ifftshift(_love(offset[:, None], offset, self.cell)))
+        self.step = 1 / np.abs(self.spectrum).max()
+        self.traction = np.zeros((2, cells, cells))
+        self.displacement = np.zeros(2)
+        self.approach = self.dissipated = 0.0
+
+    def pressure(self, approach):
+        fine = 2 / np.pi * np.sqrt(np.maximum(approach - self.square, 0.0))
+        p = fine.reshape(self.cells, 4, self.cells, 4).mean(axis=(1, 3))
+        return p * (4 / 3 * approach**1.5 / (p.sum() * self.cell**2))
+
+    @property
+    def tangential_load(self):
+        return self.traction.sum(axis=(1, 2)) * self.cell**2
+
+    def moved(self, traction):
+        """Displacements under tractions (direction, x, y)."""
+        n = self.cells
+        return np.fft.irfft2(np.fft.rfft2(traction, s=(2 * n, 2 * n)) * self.spectrum, s=(2 * n, 2 * n))[:, :n, :n]
+
+    def _settled(self, start, pull, limit):
+        """Minimum under the limit: accelerated projected gradients, restarted."""
+        x = _within(start, limit)
+        y, momentum = x, 1.0
+        for _ in range(5000):
+            following = _within(y - self.step * (self.moved(y) - pull), limit)
+            if np.abs(following - y).max() < 1e-6 * limit.max():
+                return following
+            if ((y - following) * (following - x)).sum() > 0:
+                y, momentum = x, 1.0
+                continue
+            grown = (1 + np.sqrt(1 + 4 * momentum**2)) / 2
+            y = following + (momentum - 1) / grown * (following - x)
+            x, momentum = following, grown
+        raise AssertionError("no convergence")
+
+    def to(self, displacement, approach):
+        """Go straight to a displacement and an approach, in one step."""
+        way, rise = np.asarray(displacement) - self.displacement, approach - self.approach
+        before, slip = self.moved(self.traction), 0.0
+        for share in (GAMMA, 1.0):
+            limit = self.friction * self.pressure(self.approach + share * rise)
+            pull = before + share * way[:, None, None] - slip
+            q = self._settled(self.traction, pull, limit)
+            y = pull - self.moved(q)
+            weight = 1.0 if share == 1.0 else (1 - GAMMA) / GAMMA
+            self.dissipated += weight * (q * y).sum() * self.cell**2
+            slip = (1 - GAMMA) / GAMMA * np.where(limit > 0, y, 0.0)
+        self.traction, self.displacement, self.approach = q, np.asarray(displacement), approach
+        return self
+
+
+def _within(traction, limit):
+    size = np.hypot(*traction)
+    return traction * np.where(size > limit, limit / np.where(size > 0, size, 1.0), 1.0)
+
+
+def _love(x, y, cell):
+    """Displacement at (x, y) from the middle of a cell under unit traction, times π E*."""
+    total = 0.0
+    for sx in (-0.5, 0.5):
+        for sy in (-0.5, 0.5):
+            a, b = x + sx * cell, y + sy * cell
+            r = np.hypot(a, b)
+            total = total + 4 * sx * sy * (a * np.log(b + r) + b * np.log(a + r))
+    return total / np.pi
