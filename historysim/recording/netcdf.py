@@ -196,7 +196,9 @@ class FileRecorder(Recorder):
         once = () if self.asperities is None else (SLIDE_TIME,)
         for each in (*coordinates, *self.totals, *self.per_asperity, *once):
             self._make(each, coordinates)
-        for variable, values in fixed:
+        # what is known at the end alone gets its place now, so that only its bytes change then
+        later = [(each, np.full(self.columns, np.nan)) for each in once]
+        for variable, values in [*fixed, *later]:
             if values.size:
                 file[variable.name][...] = values
         if self.beside is not None:
