@@ -233,7 +233,7 @@ def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str,
         lengths[f"{axis}err"] = [np.maximum(middle - low, 0.0), np.maximum(high - middle, 0.0)]
     if spread == "deviation" and line["deviation"].notna().any():
         lengths["yerr"] = line["deviation"]
-    axes.errorbar(line["along"], line["mean"], **lengths, capsize=2, elinewidth=0.8, **looks)
+    axes.errorbar(line["along"].to_numpy(), line["mean"].to_numpy(), **lengths, capsize=2, elinewidth=0.8, **looks)
 
 
 def _draw_fit(axes: "Axes", line: Table, fit: str, colour: Any) -> None:
