@@ -114,7 +114,11 @@ def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float
     maps = maps_of(origin, state)
     extent, unit = _extent(origin)
     rows = 2 if canvas.height >= max(TWO_ROWS, 0.6 * canvas.width) else 1
-    axes: Any = canvas.several(4).subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
+    figure: Any = canvas.several(4)
+    if figure.get_layout_engine() is not None:
+        # maps keep their shape, and stand close
+        figure.set_layout_engine("compressed")
+    axes = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
     whole, independent = _zone(origin, state), _independent(origin, at, shape, pixel)
     for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
         draw_zones(axis, zone, extent)
