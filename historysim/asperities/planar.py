@@ -34,7 +34,7 @@ class Rings:
     """How finely asperities are resolved that move in two tangential directions.
 
     Along one line the memory is exact whatever they say. From the first turn on, asperities share rings of traction
-    (theory page, "Two tangential directions").
+    (theory page, `contact/README.md`, "Two tangential directions").
 
     Parameters
     ----------
