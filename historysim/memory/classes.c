@@ -15,6 +15,8 @@
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
+/* share of the friction limit up to which a load is met: at the limit itself the displacement is open */
+#define BELOW_LIMIT (1.0 - 1e-6)
 /* part of what is asked for that may be left */
 #define ARRIVED 1e-12
 
@@ -364,6 +366,12 @@ double hs_body_limit(const hs_body *body, double approach) {
     return limit;
 }
 
+hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked) {
+    double limit = hs_body_limit(body, approach), size = hs_length(asked), most = BELOW_LIMIT * limit;
+    if (size > limit * (1.0 + HS_LIMIT_SLACK)) most = (1.0 - body->tolerance) * limit;
+    return size > most ? hs_plus(nowhere, most / size, asked) : asked;
+}
+
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share) {
     hs_planar_target found = *to;
     if (share == 1.0) return found;
@@ -380,8 +388,7 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
     }
     if (to->aim.rigid > 0.0) return found;
     /* the limit of a straight approach sags: a load that meets it on the way follows it */
-    double most = HS_BELOW_LIMIT * hs_body_limit(body, found.approach), size = hs_length(found.aim.value);
-    if (size > most) found.aim.value = hs_plus(nowhere, most / size, found.aim.value);
+    found.aim.value = hs_held_load(body, found.approach, found.aim.value);
     return found;
 }
 

@@ -302,9 +302,9 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
     planar->excess = nowhere;
     if (!by_load) return HS_OK;
     if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
-    double limit = hs_body_limit(planar->body, to->approach), size = hs_length(asked);
-    if (size > limit * HS_BELOW_LIMIT) to->aim.value = scaled(limit * HS_BELOW_LIMIT / size, asked);
-    if (size > limit * (1.0 + HS_LIMIT_SLACK)) planar->excess = hs_plus(asked, -1.0, to->aim.value);
+    to->aim.value = hs_held_load(planar->body, to->approach, asked);
+    if (hs_length(asked) > hs_body_limit(planar->body, to->approach) * (1.0 + HS_LIMIT_SLACK))
+        planar->excess = hs_plus(asked, -1.0, to->aim.value);
     return HS_OK;
 }
 
@@ -495,11 +495,10 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     hs_vector drives = {u.x + yields.x * t.x, u.y + yields.y * t.y};
     hs_planar_aim aim = {by_load ? t : drives, by_load ? 0.0 : 1.0, by_load ? each : yields};
     planar->excess = nowhere;
-    double limit = hs_body_limit(planar->body, planar->body->approach), size = hs_length(t);
-    if (by_load && size > limit * HS_BELOW_LIMIT) {
-        aim.value = scaled(limit * HS_BELOW_LIMIT / size, t);
-        if (size > limit * (1.0 + HS_LIMIT_SLACK)) planar->excess = hs_plus(t, -1.0, aim.value);
-    }
+    double approach = planar->body->approach;
+    if (by_load) aim.value = hs_held_load(planar->body, approach, t);
+    if (by_load && hs_length(t) > hs_body_limit(planar->body, approach) * (1.0 + HS_LIMIT_SLACK))
+        planar->excess = hs_plus(t, -1.0, aim.value);
     int status = hs_body_relax(planar->body, &aim);
     return status == HS_OK ? follow(planar) : status;
 }

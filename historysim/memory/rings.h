@@ -92,9 +92,6 @@ hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
 
 /* ---- classes.c ---- */
 
-/* share of the friction limit up to which a load can be asked for: at the limit itself the displacement is open */
-#define HS_BELOW_LIMIT (1.0 - 1e-6)
-
 /* Where the tangential channel goes: rigid V + compliance T = value, component by component. */
 typedef struct hs_planar_aim {
     hs_vector value;
@@ -121,6 +118,8 @@ double hs_class_stored(const hs_class *part, double *each);
 double hs_class_front(const hs_body *body, const hs_class *part);
 /* Friction limit at an approach. */
 double hs_body_limit(const hs_body *body, double approach);
+/* The load that is held where one is asked for: one beyond the limit slides, until the tolerance is left to the limit. */
+hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked);
 /* The target a share of the way there. */
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
 /* Carry a body to a target, in steps that are halved so often at most. */

@@ -217,7 +217,7 @@ def test_random_loads_within_the_limit_and_beyond():
             with pytest.raises(FrictionLimitError):
                 ensemble.advance(state, normal_load=normal, tangential_load=tuple(load))
         state = ensemble.advance(state, normal_load=normal, tangential_load=tuple(load), saturate=True)
-        held = load * min(1.0, 0.3 * normal / np.hypot(*load))
+        held = load * min(1.0, (1 - 1e-3) * 0.3 * normal / np.hypot(*load))
         np.testing.assert_allclose(state.tangential_load, held, atol=2e-6 * LOAD)
         assert state.dissipated_energy >= before.dissipated_energy
 
