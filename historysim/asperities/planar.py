@@ -7,7 +7,6 @@ import attrs
 import numpy as np
 
 from historysim.asperities.instrument import Instrument, as_instrument
-from historysim.asperities.state import EnsembleState
 from historysim.basics.array_types import Floats
 from historysim.basics.files import replacing
 from historysim.basics.library import ffi, lib, pointer
@@ -65,6 +64,14 @@ def _vector(name: str, unit: str, doc: str) -> Any:
     return property(value, doc=doc)
 
 
+def _number(name: str, unit: str, doc: str) -> Any:
+    def value(state: "PlanarState") -> float:
+        line = state.memory.line
+        return float(getattr(line, name) * getattr(line.contact.units, unit))
+
+    return property(value, doc=doc)
+
+
 @attrs.frozen(eq=False, repr=False)
 class PlanarState:
     """The state of an ensemble that moves in two tangential directions: a value, never changed once made.
@@ -113,11 +120,6 @@ class PlanarState:
         return PlanarState.from_bytes, (self.to_bytes(),)
 
     @property
-    def line(self) -> EnsembleState:
-        """What does not depend on the direction, as a state of one direction at rest."""
-        return EnsembleState(ffi.gc(lib.hs_memory_copy(self.memory.line), lib.hs_memory_free))
-
-    @property
     def turned(self) -> bool:
         """Whether the contact has left the line along which it first moved, so that rings carry it."""
         return bool(self.memory.body)
@@ -125,20 +127,11 @@ class PlanarState:
     tangential_load = _vector("tangential_load", "load", "Tangential load (direction) [N].")
     tangential_displacement = _vector("displacement", "displacement", "Rigid displacement U (direction) [m].")
 
-    @property
-    def normal_load(self) -> float:
-        """Total normal load [N]."""
-        return self.line.normal_load
-
-    @property
-    def approach(self) -> float:
-        """Approach of the highest summit from first touch [m]; negative where nothing touches."""
-        return self.line.approach
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start [J]."""
-        return self.line.dissipated_energy
+    normal_load = _number("normal_load", "load", "Total normal load [N].")
+    approach = _number(
+        "approach", "length", "Approach of the highest summit from first touch [m]; negative where nothing touches."
+    )
+    dissipated_energy = _number("dissipated", "energy", "Energy that friction has taken since the start [J].")
 
     @property
     def stored_energy(self) -> float:
