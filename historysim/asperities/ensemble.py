@@ -4,7 +4,7 @@ import json
 import math
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, overload
+from typing import TYPE_CHECKING, Any, Self, TypeVar, overload
 
 import attrs
 import numpy as np
@@ -15,9 +15,17 @@ from historysim.asperities.evolution import evolution_of
 from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, coulomb
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import Law
-from historysim.asperities.planar import PlanarState, Rings, in_plane, planar_step, with_planar_friction
+from historysim.asperities.planar import (
+    PlanarState,
+    Rings,
+    compliances,
+    is_planar,
+    planar_memory,
+    walked,
+    with_planar_friction,
+)
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals_of, path_to
+from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import checked, one_per, scalar, workable
@@ -32,6 +40,7 @@ from historysim.errors import InputError
 from historysim.memory.binding import (
     DISPLACED,
     LOAD,
+    PLANAR_PATH,
     Memory,
     advanced,
     check,
@@ -45,7 +54,7 @@ from historysim.memory.binding import (
     stack,
     view,
 )
-from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
+from historysim.memory.paths import Goals, Paths, in_plane, paths_to, unrecorded
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
 
 if TYPE_CHECKING:
@@ -54,6 +63,7 @@ if TYPE_CHECKING:
 
 
 _ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
+AnyState = TypeVar("AnyState", EnsembleState, PlanarState, EnsembleState | PlanarState)
 EVOLVED = {name for name, _ in ffi.typeof("hs_rows").fields} - _ALWAYS
 """What is recorded of asperities that evolve, beside what always is."""
 
@@ -410,16 +420,17 @@ class Ensemble:
         # a tight loop gets by with one comparison
         start = self._beginning
         memory = state.memory if getattr(state, "like", None) is start else self._line_of(state)
+        moved: EnsembleState | PlanarState
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         if tangential[1].__class__ is tuple or isinstance(state, PlanarState):
-            how = {"saturate": saturate, "instrument": instrument}
-            return self._in_plane(state, normal, tangential, friction, **how)
-        if self.curves is not None:
-            self.curves.check_reach(path_to(normal, tangential))
-        if memory.evolved:
+            _check_pair_of(tangential)
+            moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
+        elif memory.evolved:
             moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         else:
+            if self.curves is not None:
+                self.curves.check_reach(path_to(normal, tangential))
             driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
             moved = EnsembleState(advanced(memory, *normal, *tangential, driven), start)
         if friction is None:
@@ -427,32 +438,23 @@ class Ensemble:
         moved = self.with_friction(moved, friction, instrument=instrument)
         return self.advance(moved, saturate=saturate, instrument=instrument)
 
-    def _in_plane(
-        self,
-        state: EnsembleState | PlanarState,
-        normal: tuple[int, float],
-        tangential: tuple[int, Any],
-        friction: "npt.ArrayLike | None",
-        **how: Any,
-    ) -> PlanarState:
-        """Return the state after one path in two tangential directions."""
-        if self.evolves or self.curves is not None:
-            what = (
-                "patches of normal curves"
-                if self.curves is not None
-                else "asperities that wear, yield or slide by a law"
-            )
-            raise InputError(f"{what} move in one tangential direction; expected one number, not a pair")
-        if not isinstance(tangential[1], tuple) and not math.isnan(tangential[1]):
-            name = "tangential_load" if tangential[0] == LOAD else "tangential_displacement"
-            raise InputError(f"{name} is {tangential[1]!r}, and the state is of two directions; expected two numbers")
-        memory = in_plane(state.memory, self.rings) if isinstance(state, EnsembleState) else state.memory
-        driven = self._driven(**how)
-        moved = planar_step(memory, normal, tangential, driven, how["instrument"])
-        if friction is None:
-            return PlanarState(moved)
-        moved = with_planar_friction(moved, coulomb(friction, self.elements), driven, how["instrument"])
-        return self._in_plane(PlanarState(moved), (normal[0], HELD), (tangential[0], HELD), None, **how)
+    @property
+    def confined(self) -> str:
+        """What confines it to one tangential direction: "wear", for one; empty where it may move in two."""
+        kinds = ("wear", self.wear), ("yielding", self.yielding), ("a friction law", self.law if self.slides else None)
+        if self.curves is not None:
+            return "patches that press on one another, or a normal curve"
+        return next((name for name, there in kinds if there is not None), "sliding that is followed" * self.slides)
+
+    def in_plane(self, state: EnsembleState | PlanarState) -> PlanarState:
+        """Return a state in two tangential directions; one of one direction moved along x.
+
+        Raises InputError: a state of another ensemble, or of one that moves in one direction alone.
+        """
+        if self.confined:
+            raise InputError(f"{self.confined} goes with one tangential direction; expected one number, not a pair")
+        memory = self._line_of(state)
+        return state if isinstance(state, PlanarState) else PlanarState(planar_memory(memory, self.rings))
 
     def advance_many(
         self,
@@ -493,21 +495,28 @@ class Ensemble:
         # it steps in place: what a signal stopped in the midst would be of no use
         return Stepper(state, self._driven(saturate, instrument, heeds=False), self.curves, walk)
 
-    def load_state(self, path: str | Path) -> EnsembleState:
+    def load_state(self, path: str | Path) -> EnsembleState | PlanarState:
         """Return a state of this ensemble from a file of `EnsembleState.save`; any other one is an InputError."""
         try:
-            return EnsembleState.from_bytes(Path(path).read_bytes(), self.initial_state())
+            return self.state_from(Path(path).read_bytes())
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
+    def state_from(self, content: bytes) -> EnsembleState | PlanarState:
+        """Return a state of this ensemble from the bytes of one; any other bytes are an InputError."""
+        start = self.initial_state()
+        if is_planar(content):
+            return PlanarState.from_bytes(content, self.in_plane(start))
+        return EnsembleState.from_bytes(content, start)
+
     def with_friction(
         self,
-        state: EnsembleState,
+        state: AnyState,
         friction: "npt.ArrayLike",
         *,
         asperities: "npt.ArrayLike | None" = None,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> AnyState:
         """Return the state with other friction coefficients from now on.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential load stays, and so
@@ -530,9 +539,13 @@ class Ensemble:
         InputError
             Numbers out of range, or indices that the ensemble does not have.
         """
-        memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
+        line, chosen = self._line_of(state), self._chosen(asperities)
         coefficients = state.friction
         coefficients[chosen] = coulomb(friction, chosen.size)
+        if isinstance(state, PlanarState):
+            driven = self._driven(False, RIGID)
+            return PlanarState(with_planar_friction(state.memory, coefficients, driven, compliances(instrument)))
+        memory = copied(line)
         if memory.evolved:
             view(memory.evolved.given, self.elements)[chosen] = 1
         check(lib.hs_set_friction(memory, pointer(coefficients), self._driven(False, instrument)))
@@ -591,11 +604,13 @@ class Ensemble:
         with self._evolution(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
         back = _back_to(state.memory, as_instrument(instrument))
-        return self.walk(EnsembleState(memory, self._beginning), back, saturate=saturate, instrument=instrument)
+        fresh_state = EnsembleState(memory, self._beginning)
+        restored: EnsembleState = self.walk(fresh_state, back, saturate=saturate, instrument=instrument)
+        return restored
 
     def walk(
         self,
-        state: EnsembleState,
+        state: EnsembleState | PlanarState,
         paths: Paths,
         *,
         rows: Rows | None = None,
@@ -605,11 +620,12 @@ class Ensemble:
         until: float = 1.0,
         friction: FrictionGoal | None = None,
         threads: int = 1,
-    ) -> EnsembleState:
+    ) -> Any:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
-        Targets are in N and m. Rows of asperities, by index in the order of their columns, are written to ``rows`` in
-        SI (see `blank_rows`). A share ``until`` of each path is walked; ``friction`` goes straight with the channels.
+        Targets are in N and m; tangential pairs, in two directions, make any state a `PlanarState`. Rows of asperities,
+        by index in the order of their columns, are written to ``rows`` in SI (see `blank_rows`).
+        A share ``until`` of each path is walked; ``friction`` goes straight with the channels.
         Threads share the work on many asperities; the bits do not depend on them. `saturate` and `instrument` as for
         `advance`.
 
@@ -617,6 +633,17 @@ class Ensemble:
         state of another ensemble, or friction of patches that changes along a path.
         """
         columns = np.asarray(asperities, dtype=np.int64)
+        if isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH:
+            if friction is not None:
+                raise InputError(
+                    "friction that runs along goes with one tangential direction; expected a change at a time"
+                )
+            written = ffi.NULL if rows is None else rows.as_struct(columns)
+            planar = in_plane(paths if rows is not None else unrecorded(paths))
+            driven = self._driven(saturate, RIGID, threads)
+            return PlanarState(
+                walked(self.in_plane(state).memory, planar, written, driven, compliances(instrument), until)
+            )
         memory = copied(self._memory_of(state))
         if friction is not None or (rows is not None and EVOLVED & rows.each.keys()):
             self._follow(memory)
@@ -635,9 +662,9 @@ class Ensemble:
         check(status, refusal)
         return EnsembleState(memory, self._beginning)
 
-    def slide_time(self, state: EnsembleState) -> Floats:
+    def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
-        return slide_times(self._memory_of(state))
+        return slide_times(self._line_of(state))
 
     def approach_at(self, normal_load: float) -> float:
         """Return the approach of the highest summit [m] at which the asperities carry a total normal load ≥ 0 [N]."""
@@ -749,7 +776,7 @@ class Ensemble:
         return drive(self.tolerance, 0.0, False)
 
     def _driven(self, saturate: bool, instrument: Instrument, threads: int = 1, *, heeds: bool = True) -> Any:
-        compliance = 1.0 / as_instrument(instrument).lateral_stiffness
+        compliance = 1.0 / as_instrument(instrument).stiffness
         return drive(self.tolerance, compliance, saturate, threads, heeds=heeds)
 
     def _chosen(self, asperities: "npt.ArrayLike | None") -> Integers:
@@ -762,6 +789,12 @@ class Ensemble:
         if outside.size:
             raise InputError(f"asperity {outside[0]} does not exist; expected an index from 0 to {self.elements - 1}")
         return chosen.astype(np.int64)
+
+
+def _check_pair_of(tangential: tuple[int, Any]) -> None:
+    if not isinstance(tangential[1], tuple) and not math.isnan(tangential[1]):
+        name = "tangential_load" if tangential[0] == LOAD else "tangential_displacement"
+        raise InputError(f"{name} is {tangential[1]!r}, and the state is of two directions; expected two numbers")
 
 
 def _alike(*keys: Floats) -> Integers | None:
@@ -778,7 +811,7 @@ def _alike(*keys: Floats) -> Integers | None:
 def _back_to(before: Memory, instrument: Instrument) -> Paths:
     """Return the path on which each channel goes back to where it was controlled to be."""
     units = before.contact.units
-    compliance = units.stiffness / instrument.lateral_stiffness
+    compliance = units.stiffness / instrument.stiffness
     normal = {LOAD: before.normal_load * units.load, DISPLACED: before.approach * units.length}
     tangential = {
         LOAD: (before.tangential_load + before.excess) * units.load,
@@ -849,12 +882,12 @@ class Patches(Ensemble):
 
     def with_friction(
         self,
-        state: EnsembleState,
+        state: AnyState,
         friction: "npt.ArrayLike",
         *,
         asperities: "npt.ArrayLike | None" = None,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> AnyState:
         """Return the state with another coefficient from now on; see `Ensemble.with_friction`."""
         if asperities is not None:
             raise InputError("patches of one contact share one coefficient; expected a change for all of them")
@@ -868,14 +901,14 @@ class Patches(Ensemble):
 
     def walk(
         self,
-        state: EnsembleState,
+        state: EnsembleState | PlanarState,
         paths: Paths,
         *,
         rows: Rows | None = None,
         asperities: "npt.ArrayLike" = (),
         friction: FrictionGoal | None = None,
         **how: Any,
-    ) -> EnsembleState:
+    ) -> Any:
         """Return the state after straight paths, and record patches on the way; see `Ensemble.walk`."""
         if friction is not None or (rows is not None and EVOLVED & rows.each.keys()):
             raise InputError("patches of one contact keep their friction along a path; expected a change at a time")
@@ -905,7 +938,7 @@ class Patches(Ensemble):
             "A replay records the loads and areas of the patches"
         )
 
-    def slide_time(self, state: EnsembleState) -> Floats:
+    def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each patch first slid as a whole in a replay [s] (patch); NaN where it has not."""
         found: Floats = super().slide_time(state)[np.unique(self.first_touch, return_inverse=True)[1]]
         return found

@@ -4,24 +4,32 @@ import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
+import numpy as np
 
-from historysim.basics.fields import Force, Length, Stiffness, at_least
+from historysim.basics.fields import Force, Length, Stiffnesses, at_least
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
-from historysim.basics.units import is_number, metres, newtons, newtons_per_metre
+from historysim.basics.units import each_of, is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from historysim.basics.array_types import Floats
 
 Values = TypeVar("Values", float, "Floats")
 
 
-def _stiff(_: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not (is_number(value) and value > 0 and (is_workable(value, SMALLEST) or value == math.inf)):
+def _stiff(_: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    each = value if isinstance(value, tuple) and len(value) == 2 else (value,)
+    if not all(is_number(k) and k > 0 and (is_workable(k, SMALLEST) or k == math.inf) for k in each):
         raise InputError(
             f"Instrument: {attribute.name} is {value!r}; expected a number greater than 0, from {SMALLEST:g} to "
-            f"{LARGEST:g} or infinite, in N/m"
+            f"{LARGEST:g} or infinite, in N/m, or two, in x and y"
         )
+
+
+def _newtons_per_metre(value: "float | Sequence[float]") -> Any:
+    return each_of(newtons_per_metre, value)
 
 
 @attrs.frozen
@@ -34,8 +42,9 @@ class Instrument:
 
     Parameters
     ----------
-    lateral_stiffness : float
-        k_s [N/m], > 0. Infinite, by default: the drive's displacement is the contact's.
+    lateral_stiffness : float or pair of float
+        k_s [N/m], > 0, in two tangential directions one for both, or that in x and that in y. Infinite, by default: the
+        drive's displacement is the contact's.
     displacement_resolution, load_resolution : float
         Smallest tangential displacement [m] and load [N] that it resolves, ≥ 0; 0 where that is not known. They change
         no result: what is below them is reported (`asperities.validity`).
@@ -57,18 +66,41 @@ class Instrument:
     5.565 nm of 20 nm
     """
 
-    lateral_stiffness: Stiffness = attrs.field(default=math.inf, converter=newtons_per_metre, validator=_stiff)
+    lateral_stiffness: Stiffnesses = attrs.field(default=math.inf, converter=_newtons_per_metre, validator=_stiff)
     displacement_resolution: Length = attrs.field(default=0.0, converter=metres, validator=at_least(0.0))
     load_resolution: Force = attrs.field(default=0.0, converter=newtons, validator=at_least(0.0))
 
     @property
     def rigid(self) -> bool:
         """Whether the drive and the contact have one displacement."""
-        return self.lateral_stiffness == math.inf
+        return self.compliances == (0.0, 0.0)
+
+    @property
+    def compliances(self) -> tuple[float, float]:
+        """1/k_s in x and y [m/N]."""
+        k = self.lateral_stiffness
+        x, y = k if isinstance(k, tuple) else (k, k)
+        return 1.0 / x, 1.0 / y
+
+    @property
+    def stiffness(self) -> float:
+        """k_s where there is one [N/m]; two raise InputError."""
+        if isinstance(self.lateral_stiffness, tuple):
+            raise InputError(
+                f"lateral_stiffness is {self.lateral_stiffness}, and the loads have one tangential direction; expected "
+                "one number, or loads in x and y"
+            )
+        return self.lateral_stiffness
 
     def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
-        """Return the displacement of the drive, U + T/k_s [m]; U [m] and T [N] of the contact have one shape."""
-        return tangential_displacement + tangential_load / self.lateral_stiffness
+        """Return the displacement of the drive, U + T/k_s [m]; U [m] and T [N] of the contact have one shape.
+
+        In two directions it is (…, 2).
+        """
+        stiffness = self.lateral_stiffness
+        deflection: Any = tangential_load / (np.array(stiffness) if isinstance(stiffness, tuple) else stiffness)
+        driven: Values = tangential_displacement + deflection
+        return driven
 
 
 RIGID = Instrument()

@@ -13,9 +13,7 @@ from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import is_number, quantity_text
 from historysim.errors import InputError
 from historysim.memory.binding import Memory, check, friction_of_each
-
-HELD = (np.nan, np.nan)
-"""Targets of a tangential channel that is held."""
+from historysim.memory.paths import Paths
 
 
 def _from_1(_: Any, field: "attrs.Attribute[int]", value: int) -> None:
@@ -197,19 +195,25 @@ def pair_of(name: str, values: Any) -> tuple[float, float]:
     return float(found[0]), float(found[1])
 
 
-def in_plane(memory: Memory, rings: Rings) -> Any:
+def is_planar(content: bytes) -> bool:
+    """Return whether bytes are of a `PlanarState`."""
+    return content.startswith(b"hsplanar")
+
+
+def planar_memory(memory: Memory, rings: Rings) -> Any:
     """Return the memory of two directions of one of one direction, which is x."""
     return _owned(lib.hs_planar_new(memory, rings.height_classes, rings.rings, rings.tolerance))
 
 
-def _compliance(instrument: Instrument) -> Any:
-    return ffi.new("double[2]", [1.0 / as_instrument(instrument).lateral_stiffness] * 2)
+def compliances(instrument: Instrument) -> Any:
+    """Return by how much an instrument yields in x and y [m/N], for the library."""
+    return ffi.new("double[2]", as_instrument(instrument).compliances)
 
 
-def with_planar_friction(memory: Any, friction: Floats, driven: Any, instrument: Instrument) -> Any:
+def with_planar_friction(memory: Any, friction: Floats, driven: Any, yields: Any) -> Any:
     """Return a new memory with other coefficients (asperity) from now on."""
     after = _owned(lib.hs_planar_copy(memory))
-    status = lib.hs_planar_set_friction(after, pointer(friction), _compliance(instrument), driven)
+    status = lib.hs_planar_set_friction(after, pointer(friction), yields, driven)
     if status == lib.HS_FOREIGN:
         raise InputError(
             "friction differs between asperities that share rings of traction; expected one coefficient for those that "
@@ -219,18 +223,10 @@ def with_planar_friction(memory: Any, friction: Floats, driven: Any, instrument:
     return after
 
 
-def planar_step(
-    memory: Any, normal: tuple[int, float], tangential: tuple[int, Any], driven: Any, instrument: Instrument
-) -> Any:
-    """Return a new memory after one straight path: how channels are controlled, and their targets in N or m, or NaN."""
-    after = _owned(lib.hs_planar_copy(memory))
-    targets = tangential[1] if isinstance(tangential[1], tuple) else HELD
-    held = np.isnan(normal[1]), np.isnan(targets[0])
-    path = ffi.new("hs_planar_path *")
-    path.normal_control, path.tangential_control, path.parts = normal[0], tangential[0], 1
-    path.normal_target, path.normal_fraction = (0.0, 0.0) if held[0] else (normal[1], 1.0)
-    path.tangential_target, path.tangential_fraction = ((0.0, 0.0), 0.0) if held[1] else (targets, 1.0)
-    path.begin = path.end = np.nan
-    refusal = ffi.new("hs_refusal *")
-    check(lib.hs_planar_walk(after, path, 1, ffi.NULL, _compliance(instrument), driven, refusal), refusal)
+def walked(memory: Any, paths: Paths, written: Any, driven: Any, yields: Any, until: float = 1.0) -> Any:  # noqa: PLR0917
+    """Return a new memory after straight paths, up to a share of each; rows are written, or ``ffi.NULL``."""
+    after, refusal = _owned(lib.hs_planar_copy(memory)), ffi.new("hs_refusal *")
+    path = ffi.cast("hs_planar_path *", ffi.from_buffer(paths))
+    status = lib.hs_planar_walk(after, path, paths.size, written, yields, driven, until, refusal)
+    check(status, refusal)
     return after

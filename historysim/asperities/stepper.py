@@ -49,10 +49,16 @@ def channel(name: str, load: Any, displacement: Any, control: int, least: float 
     return kind, float(target)
 
 
-def path_to(*channels: tuple[int, float]) -> Paths:
+def path_to(*channels: tuple[int, Any]) -> Paths:
     """Return the path on which the normal and the tangential channel go where `channel` says."""
-    normal, tangential = (Goals(kind, *STILL) if math.isnan(end) else Goals(kind, end) for kind, end in channels)
+    normal, tangential = (_goal(*each) for each in channels)
     return paths_to(normal, tangential)
+
+
+def _goal(kind: int, end: float | tuple[float, float]) -> Goals:
+    if isinstance(end, tuple):
+        return Goals(kind, [end])
+    return Goals(kind, *STILL) if math.isnan(end) else Goals(kind, end)
 
 
 def goals_of(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> Goals:

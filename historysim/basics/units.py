@@ -132,6 +132,12 @@ def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
 # Converters of attrs fields, named for the unit, since type checkers want a function.
 
 
+def each_of(convert: Callable[[Any], float], value: Any) -> Any:
+    """Return a number converted, or those of a list, as a tuple; for attrs converters."""
+    several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1
+    return tuple(map(convert, value)) if several else convert(value)
+
+
 def newtons(value: float | str | PhysicalQuantity) -> float:
     """Return a force in N; what is no number, string or quantity unchanged, as `as_float` does."""
     return as_float(in_si(value, "N"))

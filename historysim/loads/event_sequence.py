@@ -62,15 +62,16 @@ class Events(Sequence[Event]):
 
     @cached_property
     def loads(self) -> Loads | None:
-        """All of them as arrays; None where one is something else."""
+        """All of them as arrays; None where one is something else, or moves in two directions."""
         try:
             kind = np.fromiter(map(_CODE.__getitem__, map(type, self._objects)), dtype=np.int8, count=len(self))
-        except KeyError:
+            time, value = (
+                np.fromiter(map(attrgetter(name), self._objects), dtype=float, count=len(self))
+                for name in ("time", "value")
+            )
+        except (KeyError, ValueError):
+            # a pair is no number of an array
             return None
-        time, value = (
-            np.fromiter(map(attrgetter(name), self._objects), dtype=float, count=len(self))
-            for name in ("time", "value")
-        )
         return Loads(kind, time, value)
 
     @cached_property
@@ -167,6 +168,19 @@ def loads_of(events: Sequence[Event]) -> Loads | None:
     return Events(events).loads if isinstance(events, list | tuple) else None
 
 
+def is_planar(events: Sequence[Event]) -> bool:
+    """Return whether events move the contact in two tangential directions."""
+    return _components(events) == {2}
+
+
+def _components(events: Sequence[Event]) -> set[int]:
+    """Return how many numbers the tangential channel has at its waypoints: 1, 2, or there are both."""
+    if isinstance(events, SampledLoads) or loads_of(events) is not None:
+        return {1}
+    waypoints = (event for event in events if getattr(event, "channel", None) == "tangential")
+    return {2 if isinstance(getattr(event, "value", None), tuple) else 1 for event in waypoints}
+
+
 def values_of(events: Sequence[Event], kind: type[LoadEvent]) -> list[float]:
     """Return what the events of a kind have reached, one after the other."""
     loads = loads_of(events)
@@ -234,6 +248,11 @@ def check_sequence(events: Sequence[Event]) -> None:
                 "event.time) keeps the order of those at one time)"
             )
         previous = event.time
+    if len(_components(events)) > 1:
+        raise InputError(
+            "some tangential loads or displacements are one number and some are two; expected two in each, in x and y, "
+            "such as (5e-9, 0.0)"
+        )
 
 
 def _hex(value: object) -> object:

@@ -9,7 +9,7 @@ import attrs
 from historysim.basics.fields import Force, Length, Numbers, Quantity
 from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, in_si, is_number, metres, newtons, seconds
+from historysim.basics.units import as_float, each_of, in_si, is_number, metres, newtons, seconds
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 
@@ -302,37 +302,80 @@ class NormalDisplacement(LoadEvent):
     unit = "m"
 
 
+Components = tuple[float, float]
+"""In x and y."""
+ForceOrPair = Annotated[float | Components, Quantity("N")]
+LengthOrPair = Annotated[float | Components, Quantity("m")]
+
+
+def _newtons(value: float | Sequence[float]) -> Any:
+    return each_of(newtons, value)
+
+
+def _metres(value: float | Sequence[float]) -> Any:
+    return each_of(metres, value)
+
+
+def _pair_or_finite(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if not isinstance(value, tuple):
+        _finite(event, attribute, value)
+    elif len(value) != 2 or not all(map(_fits, value)):
+        raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
+
+
+@attrs.frozen
+class TangentialEvent(LoadEvent):
+    """A waypoint of the tangential channel: one number, or two, in x and y."""
+
+    value: Any
+    channel = "tangential"
+
+    @property
+    def cell(self) -> str:
+        """Its cell in a table of events: ``"1e-08"``, or in two directions ``"[1e-08 5e-09]"``."""
+        return f"[{' '.join(map(repr, self.value))}]" if isinstance(self.value, tuple) else repr(self.value)
+
+    @classmethod
+    def from_cell(cls, time: float, text: str, number: Number) -> Self:
+        """Return the event of a cell, whose one number may have a unit."""
+        return cls(time, _numbers_in(text, number) if text.startswith("[") else number(text))
+
+
 @EVENTS.register
 @attrs.frozen
-class TangentialLoad(LoadEvent):
-    """The total tangential load [N] reached at a time.
+class TangentialLoad(TangentialEvent):
+    """The total tangential load [N] reached at a time: one number, or a pair, in x and y.
 
     Examples
     --------
     >>> hs.TangentialLoad(1.0, 5e-3)
     TangentialLoad(time=1.0, value=0.005)
+    >>> hs.TangentialLoad(1.0, ("3 mN", "4 mN"))
+    TangentialLoad(time=1.0, value=(0.003, 0.004))
     """
 
-    value: Force = attrs.field(converter=newtons, validator=_finite)
+    value: ForceOrPair = attrs.field(converter=_newtons, validator=_pair_or_finite)
     name = "tangential_load"
-    channel = "tangential"
     unit = "N"
 
 
 @EVENTS.register
 @attrs.frozen
-class TangentialDisplacement(LoadEvent):
+class TangentialDisplacement(TangentialEvent):
     """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive.
+
+    It is one number, or a pair, in x and y.
 
     Examples
     --------
     >>> hs.TangentialDisplacement(1.0, 10e-9)
     TangentialDisplacement(time=1.0, value=1e-08)
+    >>> hs.TangentialDisplacement(1.0, (10e-9, 5e-9))
+    TangentialDisplacement(time=1.0, value=(1e-08, 5e-09))
     """
 
-    value: Length = attrs.field(converter=metres, validator=_finite)
+    value: LengthOrPair = attrs.field(converter=_metres, validator=_pair_or_finite)
     name = "tangential_displacement"
-    channel = "tangential"
     unit = "m"
 
 

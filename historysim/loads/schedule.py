@@ -1,7 +1,7 @@
 """From load events to straight paths: what is walked, in which order, and when a row is recorded."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Self
 
 import attrs
@@ -11,7 +11,7 @@ from historysim.asperities.friction import FrictionGoal, coulomb
 from historysim.basics.array_types import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, loads_of
+from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, is_planar, loads_of
 from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
@@ -218,10 +218,20 @@ class _Schedule:
             jumps = group if isinstance(group, dict) else {}
             controls |= {name: _control(event) for name, event in jumps.items()}
             # where nothing jumps, this is the path on which a controlled load is restored
-            goals = [(controls[name], *((jumps[name].value, 1.0) if name in jumps else STILL)) for name in CHANNELS[:2]]
-            path = [np.array([value]) for goal in goals for value in goal] + [np.ones(1, dtype=np.int64)]
+            path = [np.array([value]) for name in CHANNELS[:2] for value in self._jump(name, jumps, controls)]
+            path.append(np.ones(1, dtype=np.int64))
             table.add([*path, self.time[here], self.time[here]], [number], np.empty(0), recorded=False)
         table.record(time)
+
+    def _jump(
+        self, name: str, jumps: Mapping[str, LoadEvent], controls: Mapping[str, int]
+    ) -> tuple[int, float | tuple[float, float], float]:
+        """Return where a channel goes on the joint path of a few events: control, target, fraction."""
+        if name in jumps:
+            return controls[name], jumps[name].value, 1.0
+        target, fraction = STILL
+        planar = name == "tangential" and self.tangential.value.ndim > 1
+        return controls[name], (target, target) if planar else target, fraction
 
     def _part_of_the_way(self, now: int, until: float) -> Segment:
         """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
@@ -327,7 +337,8 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
             _Channel(name, [], own, loads.time[own], loads.value[own], _CONTROLS[loads.kind[own]])
             for name, own in zip(CHANNELS, places, strict=True)
         ]
-    return [_Channel.of(name, events) for name in CHANNELS]
+    planar = is_planar(events)
+    return [_Channel.of(name, events, planar=planar) for name in CHANNELS]
 
 
 @attrs.frozen(eq=False)
@@ -341,11 +352,13 @@ class _Channel:
     """Their indices among the events."""
     time: Floats
     value: Floats
+    """(waypoint), or in two directions (waypoint, 2)."""
     control: Integers
 
     @classmethod
-    def of(cls, name: str, events: Sequence[Event]) -> Self:
+    def of(cls, name: str, events: Sequence[Event], *, planar: bool) -> Self:
         """Return a channel of events as objects."""
+        shape = (-1, 2) if planar and name == "tangential" else (-1,)
         numbers = [number for number, event in enumerate(events) if event.channel == name]
         waypoints: list[Any] = [events[number] for number in numbers]
         return cls(
@@ -353,7 +366,7 @@ class _Channel:
             waypoints,
             np.array(numbers, dtype=np.int64),
             np.array([waypoint.time for waypoint in waypoints], dtype=float),
-            np.array([getattr(waypoint, "value", 0.0) for waypoint in waypoints], dtype=float),
+            np.array([getattr(waypoint, "value", 0.0) for waypoint in waypoints], dtype=float).reshape(shape),
             np.array([_control(waypoint) for waypoint in waypoints], dtype=np.int64),
         )
 
@@ -364,8 +377,9 @@ class _Channel:
         one, and stays after its last.
         """
         last = self.time.size - 1
+        none = np.zeros((time.size, *self.value.shape[1:]))
         if last < 0:
-            return np.full(time.size, LOAD), np.zeros(time.size), np.zeros(time.size)
+            return np.full(time.size, LOAD), none, np.zeros(time.size)
         at = np.searchsorted(self.time, time)
         next_one = np.minimum(at, last)
         goes = self.time[next_one]
@@ -374,7 +388,7 @@ class _Channel:
         waits = (at == 0) & ~arrives
         return (
             np.where(waits, LOAD, self.control[next_one]),
-            np.where(waits, 0.0, self.value[next_one]),
+            np.where(waits.reshape(-1, *[1] * (none.ndim - 1)), none, self.value[next_one]),
             np.where(waits, 0.0, left),
         )
 

@@ -186,7 +186,7 @@ def passed(
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
     stiffness = rows.totals["tangential_stiffness"]
-    stiffness = stiffness / (1 + stiffness / instrument.lateral_stiffness)
+    stiffness = stiffness / (1 + stiffness / instrument.stiffness)
     totals = rows.totals[in_time]
     return ModelResponse(
         slope=stiffness[in_time],
@@ -392,7 +392,7 @@ class Comparison:
         """Return a note on a record that is much softer than the model."""
         if self.measured is None or not self.contact_stiffness > 0:
             return []
-        measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.lateral_stiffness
+        measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.stiffness
         whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / in_series)
         if not 0 < measured < SOFTER * whole:
             return []

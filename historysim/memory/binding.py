@@ -33,14 +33,19 @@ def dtype_of(struct: str) -> np.dtype[Any]:
     return np.dtype(
         {
             "names": list(fields),
-            "formats": [_KINDS[field.type.cname] for field in fields.values()],
+            "formats": [_format_of(field.type) for field in fields.values()],
             "offsets": [field.offset for field in fields.values()],
             "itemsize": ffi.sizeof(struct),
         }
     )
 
 
-PATH, TOTALS, VERTEX = dtype_of("hs_path"), dtype_of("hs_totals"), dtype_of("hs_vertex")
+def _format_of(kind: Any) -> Any:
+    return (_KINDS[kind.item.cname], kind.length) if kind.kind == "array" else _KINDS[kind.cname]
+
+
+PATH, PLANAR_PATH = dtype_of("hs_path"), dtype_of("hs_planar_path")
+TOTALS, VERTEX = dtype_of("hs_totals"), dtype_of("hs_vertex")
 
 
 class Memory(Protocol):

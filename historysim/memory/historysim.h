@@ -497,10 +497,10 @@ typedef struct hs_planar_rows {
     double *tangential_load; /* (row, 2) [N] */
     double *displacement;    /* (row, 2) [m] */
 } hs_planar_rows;
-/* Do what `hs_walk` does. An instrument yields by `compliance` in x and y [m/N], in place of the drive's. Where a path is
+/* Do what `hs_walk` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place of the drive's. Where a path is
  * refused, the memory is of no use any more. */
 HS_API int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
-                          const double compliance[2], const hs_drive *drive, hs_refusal *refusal);
+                          const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal);
 /* Record one row of it as it is. */
 HS_API int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row);
 /* dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx, xy, yx, yy

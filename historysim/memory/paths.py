@@ -5,11 +5,12 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from historysim.memory.binding import PATH
+from historysim.errors import InputError
+from historysim.memory.binding import PATH, PLANAR_PATH
 
 Paths = npt.NDArray[Any]
-"""Paths (path), one after the other, with the fields of ``hs_path``: where each channel goes, in N or m, and how many
-rows are recorded on the way."""
+"""Paths (path), one after the other, with the fields of ``hs_path``, or in two tangential directions of
+``hs_planar_path``: where each channel goes, in N or m, and how many rows are recorded on the way."""
 
 STILL = (0.0, 0.0)
 """Target and fraction of a channel that is held."""
@@ -41,7 +42,7 @@ def paths_to(
     Parameters
     ----------
     normal, tangential : Goals
-        A single entry of either stands for all paths.
+        A single entry of either stands for all paths. Tangential targets may be pairs (path, 2), in x and y.
     parts : array_like (path)
         Equal parts that are walked; the inner ends are recorded.
     recorded : array_like (path)
@@ -49,15 +50,27 @@ def paths_to(
     times : pair of array_like (path)
         When paths begin and end [s]; NaN where that is not known.
     """
-    entries = (*normal, *tangential, parts, recorded, *times)
-    columns = np.broadcast_arrays(*(np.atleast_1d(entry) for entry in entries))
-    paths = np.zeros(columns[0].size, dtype=PATH)
+    entries = [np.atleast_1d(entry) for entry in (*normal, *tangential, parts, recorded, *times)]
+    (count,) = np.broadcast_shapes(*(entry.shape[:1] for entry in entries))
+    paths = np.zeros(count, dtype=PATH if np.ndim(tangential.target) < 2 else PLANAR_PATH)
     names = [f"{channel}_{name}" for channel in ("normal", "tangential") for name in Goals._fields]
-    for name, column in zip((*names, "parts", "recorded", "begin", "end"), columns, strict=True):
+    for name, column in zip((*names, "parts", "recorded", "begin", "end"), entries, strict=True):
         paths[name] = column
     rows = paths["parts"] - 1 + paths["recorded"]
     paths["first_row"] = np.cumsum(rows) - rows
     return paths
+
+
+def in_plane(paths: Paths) -> Paths:
+    """Return paths in two tangential directions; those of one have to hold it."""
+    if paths.dtype == PLANAR_PATH:
+        return paths
+    if paths["tangential_fraction"].any():
+        raise InputError("the state is of two tangential directions; expected two numbers, in x and y, not one")
+    found = np.zeros(paths.size, dtype=PLANAR_PATH)
+    for name in set(PATH.names or ()) - {"tangential_target"}:
+        found[name] = paths[name]
+    return found
 
 
 def unrecorded(paths: Paths) -> Paths:

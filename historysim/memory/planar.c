@@ -120,34 +120,84 @@ static int stays_on_line(hs_planar *planar, const plan *path) {
     return across <= HS_TIE * size;
 }
 
-static int walk_line(hs_planar *planar, const hs_planar_path *path, const plan *plan, double share, const hs_drive *drive,
-                     hs_refusal *refusal) {
+/* Rows of one direction from a row on, in the places of those of two, but for what has a direction: tangential loads of
+ * asperities go to `scalar`, (row, column). */
+static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row, double *scalar) {
+    hs_rows own = rows->rows;
+    double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
+    own.totals += row;
+    own.tangential_load = own.tangential_load ? scalar : NULL;
+    for (int k = 0; k < 5; ++k)
+        if (*each[k]) *each[k] += row * own.columns;
+    if (own.slip_state) own.slip_state += row * own.columns;
+    return own;
+}
+
+/* Give what has a direction, in `count` rows from a row on, its components. */
+static void give_direction(const hs_planar *planar, const hs_planar_rows *rows, int64_t row, int64_t count,
+                           const double *scalar) {
+    hs_vector direction = planar->direction, origin = planar->origin;
+    double unit = planar->line->contact->units.displacement;
+    int64_t columns = rows->rows.columns;
+    for (int64_t at = row * columns; at < (row + count) * columns && rows->rows.tangential_load; ++at) {
+        double load = scalar[at - row * columns];
+        rows->rows.tangential_load[2 * at] = load * direction.x;
+        rows->rows.tangential_load[2 * at + 1] = load * direction.y;
+    }
+    for (int64_t k = row; k < row + count; ++k) {
+        hs_totals *totals = rows->rows.totals + k;
+        double load = totals->tangential_load, way = totals->displacement;
+        hs_vector displacement = {origin.x * unit + way * direction.x, origin.y * unit + way * direction.y};
+        rows->tangential_load[2 * k] = load * direction.x;
+        rows->tangential_load[2 * k + 1] = load * direction.y;
+        rows->displacement[2 * k] = displacement.x;
+        rows->displacement[2 * k + 1] = displacement.y;
+        totals->tangential_load = fabs(load);
+        totals->displacement = hs_length(displacement);
+    }
+}
+
+static double *scalars_of(const hs_planar_rows *rows, int64_t count) {
+    return (double *)malloc((size_t)(count * rows->rows.columns + 1) * sizeof(double));
+}
+
+static int walk_line(hs_planar *planar, const hs_planar_path *path, const plan *plan, const hs_planar_rows *rows,
+                     const hs_drive *drive, double until, hs_refusal *refusal) {
     const hs_units *units = &planar->line->contact->units;
     int by_load = plan->tangential_control == HS_LOAD;
     hs_vector goal = plan->tangential[1];
     if (!by_load) goal = hs_plus(goal, -1.0, planar->origin);
-    double target = hs_dot(goal, planar->direction) * (by_load ? units->load : units->displacement);
-    /* along an axis the very number that is asked for */
+    double target = hs_dot(goal, planar->direction) * (by_load ? units->load : units->displacement), fraction = 1.0;
+    /* along an axis the very number that is asked for, and the very way there */
     int along_axis = planar->direction.x == 0.0 || planar->direction.y == 0.0;
-    if (path->tangential_fraction == 1.0 && along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0)
+    if (along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0) {
         target = planar->direction.x != 0.0 ? path->tangential_target[0] : path->tangential_target[1];
+        fraction = path->tangential_fraction;
+    }
+    int64_t count = rows ? path->parts - 1 + path->recorded : 0;
     hs_path along = {path->normal_target,
                      path->normal_fraction,
                      target,
-                     path->tangential_fraction > 0.0 ? 1.0 : 0.0,
-                     1,
+                     path->tangential_fraction > 0.0 ? fraction : 0.0,
+                     rows ? path->parts : 1,
                      0,
                      path->normal_control,
                      path->tangential_control,
-                     0,
+                     count > 0 && path->recorded,
                      0,
                      path->begin,
                      path->end};
     hs_drive driven = *drive;
     driven.compliance = (planar->direction.x != 0.0 ? plan->compliance.x : plan->compliance.y) / units->stiffness;
+    double *scalar = count > 0 ? scalars_of(rows, count) : NULL;
+    if (count > 0 && !scalar) return HS_OUT_OF_MEMORY;
+    hs_rows own = {0};
+    if (count > 0) own = rows_of_line(rows, path->first_row, scalar);
     int64_t number = refusal->path;
-    int status = hs_walk(planar->line, &along, 1, NULL, &driven, share, refusal);
+    int status = hs_walk(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
     refusal->path = number;
+    if (status == HS_OK && count > 0) give_direction(planar, rows, path->first_row, count, scalar);
+    free(scalar);
     look_along(planar);
     return status;
 }
@@ -308,35 +358,14 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
     return HS_OK;
 }
 
-/* A row of a line: all but what has a direction is that of the memory of one direction. */
+/* A row of a line. */
 static int read_line(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
-    const hs_units *units = &planar->line->contact->units;
-    hs_rows own = rows->rows;
-    int64_t columns = own.columns;
-    double *scalar = (double *)malloc((size_t)(columns + 1) * sizeof *scalar);
+    double *scalar = scalars_of(rows, 1);
     if (!scalar) return HS_OUT_OF_MEMORY;
-    /* one row behind the other, of which each has its place but for the tangential loads */
-    hs_totals totals;
-    own.totals = &totals;
-    own.tangential_load = scalar;
-    double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
-    for (int k = 0; k < 5; ++k)
-        if (*each[k]) *each[k] += row * columns;
-    if (own.slip_state) own.slip_state += row * columns;
+    hs_rows own = rows_of_line(rows, row, scalar);
     int status = hs_read(planar->line, &own, 0);
-    for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
-        rows->rows.tangential_load[2 * (row * columns + c)] = scalar[c] * planar->direction.x;
-        rows->rows.tangential_load[2 * (row * columns + c) + 1] = scalar[c] * planar->direction.y;
-    }
+    if (status == HS_OK) give_direction(planar, rows, row, 1, scalar);
     free(scalar);
-    rows->tangential_load[2 * row] = planar->tangential_load.x * units->load;
-    rows->tangential_load[2 * row + 1] = planar->tangential_load.y * units->load;
-    rows->displacement[2 * row] = planar->displacement.x * units->displacement;
-    rows->displacement[2 * row + 1] = planar->displacement.y * units->displacement;
-    totals.tangential_load = hs_length(planar->tangential_load) * units->load;
-    totals.displacement = hs_length(planar->displacement) * units->displacement;
-    totals.saturated = planar->excess.x != 0.0 || planar->excess.y != 0.0;
-    rows->rows.totals[row] = totals;
     return status;
 }
 
@@ -369,6 +398,20 @@ static void tangential_loads(const hs_body *body, double *load) {
     }
 }
 
+/* What a row has of the whole contact that has a direction. */
+static void put_vectors(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
+    const hs_units *units = &planar->line->contact->units;
+    hs_vector load = scaled(units->load, planar->tangential_load), way = scaled(units->displacement, planar->displacement);
+    hs_totals *totals = rows->rows.totals + row;
+    rows->tangential_load[2 * row] = load.x;
+    rows->tangential_load[2 * row + 1] = load.y;
+    rows->displacement[2 * row] = way.x;
+    rows->displacement[2 * row + 1] = way.y;
+    totals->tangential_load = hs_length(load);
+    totals->displacement = hs_length(way);
+    totals->saturated = planar->excess.x != 0.0 || planar->excess.y != 0.0;
+}
+
 int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
     int status = read_line(planar, rows, row);
     hs_body *body = planar->body;
@@ -378,6 +421,7 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
     int64_t columns = rows->rows.columns, count = contact->count;
     double slopes[2][2];
     status = hs_body_slopes(body, nowhere, slopes);
+    put_vectors(planar, rows, row);
     rows->rows.totals[row].tangential_stiffness = slopes[0][0] * units->stiffness;
     if (status != HS_OK || columns == 0) return status;
     double *load = (double *)malloc(3 * (size_t)count * sizeof *load), *front = load + 2 * count;
@@ -407,47 +451,43 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
 
 /* ---- paths ---------------------------------------------------------------------------------------------------------------- */
 
-static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector compliance, const hs_planar_rows *rows,
-                     const hs_drive *drive, hs_refusal *refusal) {
-    plan plan = planned(planar, path, compliance, drive->saturate);
+/* Walk a path with rings. */
+static int travel(hs_planar *planar, const hs_planar_path *path, const plan *plan, const hs_planar_rows *rows,
+                  const hs_drive *drive, double until, hs_refusal *refusal) {
     int64_t work = 0;
-    int status = HS_OK;
-    int along = !planar->body && stays_on_line(planar, &plan);
-    if (!along && !planar->body) status = turn(planar);
-    if (!along) planar->body->time = path->begin;
-    hs_memory *start = along && path->parts > 1 && rows ? hs_memory_copy(planar->line) : NULL;
-    if (along && path->parts > 1 && rows && !start) return HS_OUT_OF_MEMORY;
-    for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
-        double share = (double)part / (double)path->parts;
-        if (!rows && part < path->parts) continue;
-        if (along) {
-            /* from the start each time, so that the path is one */
-            if (part > 1) status = hs_memory_assign(planar->line, start);
-            if (status == HS_OK) status = walk_line(planar, path, &plan, share, drive, refusal);
-        } else {
-            hs_planar_target to;
-            status = target_of(planar, &plan, share, drive->saturate, &to, refusal);
-            if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
-            if (status == HS_OK) status = follow(planar);
-        }
+    int status = planar->body ? HS_OK : turn(planar);
+    if (status == HS_OK) planar->body->time = path->begin;
+    for (int64_t part = rows ? 1 : path->parts; part <= path->parts && status == HS_OK; ++part) {
+        double share = until * ((double)part / (double)path->parts);
+        hs_planar_target to;
+        status = target_of(planar, plan, share, drive->saturate, &to, refusal);
+        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
+        if (status == HS_OK) status = follow(planar);
         if (status == HS_OK) status = hs_goes_on(drive, &work, 64 + planar->line->contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))
             status = hs_planar_read(planar, rows, path->first_row + part - 1);
     }
-    hs_memory_free(start);
+    return status;
+}
+
+static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector compliance, const hs_planar_rows *rows,
+                     const hs_drive *drive, double until, hs_refusal *refusal) {
+    plan plan = planned(planar, path, compliance, drive->saturate);
+    int along = !planar->body && stays_on_line(planar, &plan);
+    int status = (along ? walk_line : travel)(planar, path, &plan, rows, drive, until, refusal);
     planar->line->normal_control = path->normal_control;
     planar->line->tangential_control = path->tangential_control;
     return status;
 }
 
 int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
-                   const double compliance[2], const hs_drive *drive, hs_refusal *refusal) {
+                   const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal) {
     double unit = planar->line->contact->units.stiffness;
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
     int status = HS_OK;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         refusal->path = p;
-        status = walk_path(planar, paths + p, yields, rows, drive, refusal);
+        status = walk_path(planar, paths + p, yields, rows, drive, until, refusal);
     }
     refusal->status = status;
     return status;

@@ -23,14 +23,19 @@ class Rows:
         Of the whole contact, with the fields of ``hs_totals``.
     each : mapping of array (row, column)
         Of each recorded asperity, by the names of the fields of ``hs_rows``.
+    vectors : mapping of array (row, 2)
+        In two tangential directions, of the whole contact by the names of the fields of ``hs_planar_rows``; tangential
+        loads of asperities are (row, column, 2) then. In one direction there are none.
     """
 
     totals: Array
     each: dict[str, Array]
+    vectors: dict[str, Array] = attrs.Factory(dict)
 
     def __getitem__(self, where: slice) -> Self:
         """Return some of the rows, which are the same arrays."""
-        return type(self)(self.totals[where], {name: array[where] for name, array in self.each.items()})
+        parts = ({name: array[where] for name, array in arrays.items()} for arrays in (self.each, self.vectors))
+        return type(self)(self.totals[where], *parts)
 
     def __getattr__(self, name: str) -> Array:
         """Return the array of a name (row, column)."""
@@ -39,17 +44,25 @@ class Rows:
         except KeyError:
             raise AttributeError(name) from None
 
+    def total(self, name: str) -> Array:
+        """Return a number of the whole contact, a vector where it is one, (row) or (row, 2)."""
+        total: Array = self.vectors[name] if name in self.vectors else self.totals[name]
+        return total
+
     def as_struct(self, asperities: Integers) -> Any:
         """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
-        found = ffi.new("hs_rows *")
+        whole = ffi.new("hs_planar_rows *" if self.vectors else "hs_rows *")
+        for name, array in self.vectors.items():
+            setattr(whole, name, pointer(array))
+        found = whole.rows if self.vectors else whole
         found.columns, found.asperity = asperities.size, pointer(asperities)
         found.totals = ffi.cast("hs_totals *", ffi.from_buffer(self.totals))
         for name, array in self.each.items():
             setattr(found, name, pointer(array))
-        return found
+        return whole
 
 
-def blank_rows(count: int, asperities: int | None, *more: str) -> Rows:
+def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = False) -> Rows:
     """Return arrays for rows to be written to.
 
     Parameters
@@ -59,8 +72,15 @@ def blank_rows(count: int, asperities: int | None, *more: str) -> Rows:
         How many are recorded; None for totals alone.
     *more : str
         What is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
+    planar : bool
+        Whether there are two tangential directions.
     """
     names = () if asperities is None else (*PROJECTED, "dissipated_energy", *more)
     shape = (count, asperities or 0)
     each = {name: np.empty(shape, dtype=np.int8 if name == "slip_state" else np.float64) for name in names}
-    return Rows(np.empty(count, dtype=TOTALS), each)
+    vectors: dict[str, Array] = {}
+    if planar:
+        vectors = {name: np.empty((count, 2)) for name in ("tangential_load", "displacement")}
+        if each:
+            each["tangential_load"] = np.empty((*shape, 2))
+    return Rows(np.empty(count, dtype=TOTALS), each, vectors)

@@ -23,7 +23,7 @@ from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
 from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable
+from historysim.recording.variables import COMPONENTS, COORDINATES, DIRECTION, OF_DIRECTION, SLIDE_TIME, Variable
 
 if TYPE_CHECKING:
     import netCDF4
@@ -77,6 +77,15 @@ def put_variable(
         made[...] = values
 
 
+def put_strings(group: "netCDF4.Dataset", name: str, values: Sequence[str], attributes: Mapping[str, Any]) -> None:
+    """Write short strings along the dimension of their name, which is there, as arrays of characters."""
+    length = max(map(len, values))
+    group.createDimension(f"{name}_length", length)
+    made = group.createVariable(name, "S1", (name, f"{name}_length"), fill_value=False)
+    put_attributes(made, {**attributes, "_Encoding": "utf-8"})
+    made[...] = np.array(values, dtype=f"S{length}")
+
+
 @final
 @attrs.define
 class FileRecorder(Recorder):
@@ -123,8 +132,9 @@ class FileRecorder(Recorder):
     @property
     def size(self) -> int:
         """Bytes of all rows."""
-        return self.steps * sum(
-            np.dtype(each.dtype).itemsize * (self.columns if "asperity" in each.dimensions else 1)
+        sizes = {"step": self.steps, "asperity": self.columns, DIRECTION: len(COMPONENTS)}
+        return sum(
+            np.dtype(each.dtype).itemsize * math.prod(sizes[name] for name in each.dimensions)
             for each in (TIME, *self.totals, *self.per_asperity)
         )
 
@@ -191,6 +201,9 @@ class FileRecorder(Recorder):
         file.createDimension("step", self.steps)
         if self.asperities is not None:
             file.createDimension("asperity", self.columns)
+        if self.changes.planar:
+            file.createDimension(DIRECTION, len(COMPONENTS))
+            put_strings(file, DIRECTION, COMPONENTS, {"long_name": OF_DIRECTION})
         fixed = coordinates_of(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
         once = () if self.asperities is None else (SLIDE_TIME,)
@@ -208,7 +221,7 @@ class FileRecorder(Recorder):
         shape = [len(self._file.dimensions[name]) for name in variable.dimensions]
         stored: dict[str, Any] = {"contiguous": True} if math.prod(shape) else {}
         if math.prod(shape) and (way := COMPRESSIONS[self.compression]):
-            chunks = chunk_shape(shape[0], math.prod(shape[1:]))[: len(shape)]
+            chunks = (*chunk_shape(shape[0], math.prod(shape[1:2])), *shape[2:])[: len(shape)]
             # by its checksums every reader finds out whether a chunk is still whole
             stored = {"chunksizes": chunks, "fletcher32": True, **way}
         made = self._file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False, **stored)

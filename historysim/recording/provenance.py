@@ -17,7 +17,7 @@ from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.loads.event_sequence import digest, values_of
-from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
+from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
 from historysim.recording.recorder import largest_approach
 
@@ -114,7 +114,7 @@ def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
 
 
 def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
-    moves = any(any(values_of(events, kind)) for kind in (TangentialDisplacement, TangentialLoad))
+    moves = any(any(_sizes(events, kind)) for kind in (TangentialDisplacement, TangentialLoad))
     if moves and not approach > 0 and not changes_geometry(events):
         yield Finding(
             "contact",
@@ -125,12 +125,17 @@ def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
         )
 
 
+def _sizes(events: Sequence[Event], kind: type[LoadEvent]) -> Iterator[float]:
+    """Return the sizes of what tangential events of a kind have reached, whatever its direction."""
+    return (float(np.linalg.norm(value)) for value in values_of(events, kind))
+
+
 def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:
     for kind, name, unit, resolution in (
         (TangentialDisplacement, "displacement", "m", instrument.displacement_resolution),
         (TangentialLoad, "load", "N", instrument.load_resolution),
     ):
-        amplitude = max(map(abs, values_of(events, kind)), default=0.0)
+        amplitude = max(_sizes(events, kind), default=0.0)
         if 0 < amplitude < resolution:
             reached, resolved = (quantity_text(value, unit, 3) for value in (amplitude, resolution))
             text = f"the greatest tangential {name}, {reached}, is below what the instrument resolves, {resolved}: no "

@@ -11,11 +11,20 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.array_types import Array, Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.event_sequence import values_of
-from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.loads.event_sequence import is_planar, values_of
+from historysim.loads.events import Event, FrictionRamp, GeometryChange, NormalDisplacement, NormalLoad
 from historysim.loads.schedule import changes_geometry, friction_changes
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, recorded
+from historysim.recording.variables import (
+    COMPONENTS,
+    COORDINATES,
+    DIRECTION,
+    OF_DIRECTION,
+    SLIDE_TIME,
+    Changes,
+    Variable,
+    recorded,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -73,7 +82,20 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         spring=not instrument.rigid,
         patches=curves is not None,
         areas=curves is None or curves.area is not None,
+        planar=is_planar(events),
     )
+
+
+def check_planar(ensemble: Ensemble, events: Sequence[Event]) -> None:
+    """Check that events in two tangential directions, if they are, go with the ensemble and with one another.
+
+    Raises InputError: what there is in one direction alone.
+    """
+    if not is_planar(events):
+        return
+    kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)}
+    if what := ensemble.confined or ", ".join(sorted(kinds)):
+        raise InputError(f"{what} goes with one tangential direction; expected one number in each load event, not two")
 
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
@@ -132,7 +154,8 @@ class Recorder(abc.ABC):
         """Return rows with arrays for all that is recorded."""
         always = (*PROJECTED, "dissipated_energy")
         more = {each.source for each in self.per_asperity if each.derived is None} - set(always)
-        return blank_rows(count, None if self.asperities is None else self.columns, *sorted(more))
+        columns = None if self.asperities is None else self.columns
+        return blank_rows(count, columns, *sorted(more), planar=self.changes.planar)
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
@@ -192,6 +215,8 @@ class DatasetRecorder(Recorder):
         once = [] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]
         data = labelled(*self.projected(self.rows), *once)
         coordinates = labelled(*coordinates_of(self.ensemble, self.asperities), (COORDINATES[0], self._times))
+        if self.changes.planar:
+            coordinates[DIRECTION] = xr.Variable(DIRECTION, list(COMPONENTS), {"long_name": OF_DIRECTION})
         return xr.Dataset(data, coordinates, {**attributes, "complete": np.int8(1)})
 
 

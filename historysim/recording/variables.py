@@ -6,7 +6,7 @@ import math
 import pkgutil
 from collections.abc import Callable
 from operator import attrgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.instrument import Instrument
     from historysim.memory.rows import Rows
+
+
+DIRECTION, COMPONENTS = "direction", ("x", "y")
+"""The dimension of vectors in two tangential directions, and its labels."""
+OF_DIRECTION = "component of a vector"
 
 
 @attrs.frozen
@@ -40,6 +45,8 @@ class Changes:
     """Whether the asperities are patches of normal curves."""
     areas: bool = True
     """Whether contact areas are known, which normal curves may leave open."""
+    planar: bool = False
+    """Whether there are two tangential directions."""
 
     @property
     def evolve(self) -> bool:
@@ -62,7 +69,7 @@ class Variable:
 
     name: str
     dimensions: tuple[str, ...]
-    """Of ``step`` and ``asperity``; in the group of the surface ``x``, ``y`` and ``summit``."""
+    """Of ``step``, ``asperity`` and ``direction``; in the group of the surface ``x``, ``y`` and ``summit``."""
     units: str
     """UDUNITS string; "1" where dimensionless, empty for flags."""
     long_name: str
@@ -76,6 +83,13 @@ class Variable:
     """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name."""
     derived: "Callable[[Rows, Ensemble, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
     """Computes it from rows, the ensemble and the instrument, where it is no such field."""
+    directed: bool = attrs.field(default=False, kw_only=True)
+    """Whether it has two components where there are two tangential directions."""
+
+    def along(self, changes: Changes) -> Self:
+        """Return it with the dimensions that it has in a history, of which the last may be ``direction``."""
+        there = self.directed and changes.planar
+        return attrs.evolve(self, dimensions=(*self.dimensions, DIRECTION)) if there else self
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -91,7 +105,7 @@ class Variable:
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
         else:
-            values = rows.totals[self.source] if self.dimensions == _STEP else rows.each[self.source]
+            values = rows.each[self.source] if "asperity" in self.dimensions else rows.total(self.source)
         return np.ascontiguousarray(values, dtype=self.dtype)
 
 
@@ -108,7 +122,7 @@ def _separation(rows: "Rows", ensemble: "Ensemble", _: "Instrument") -> Array:
 
 
 def _drive(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
-    return instrument.drive_displacement(rows.totals["displacement"], rows.totals["tangential_load"])
+    return instrument.drive_displacement(rows.total("displacement"), rows.total("tangential_load"))
 
 
 def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
@@ -173,11 +187,20 @@ def _reshapes(changes: Changes) -> bool:
 
 VARIABLES = (
     Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
-    Variable("total_tangential_load", _STEP, "N", "tangential load of all asperities", source="tangential_load"),
+    Variable(
+        "total_tangential_load",
+        _STEP,
+        "N",
+        "tangential load of all asperities",
+        source="tangential_load",
+        directed=True,
+    ),
     Variable(
         "separation", _STEP, "m", "height of the rigid flat over the datum of the summit heights", derived=_separation
     ),
-    Variable("tangential_displacement", _STEP, "m", "rigid tangential displacement", source="displacement"),
+    Variable(
+        "tangential_displacement", _STEP, "m", "rigid tangential displacement", source="displacement", directed=True
+    ),
     Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
     Variable("real_contact_area", _STEP, "m2", "real contact area", when=_AREAS),
     Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
@@ -197,6 +220,7 @@ VARIABLES = (
         "tangential displacement of the drive of the instrument",
         when=_SPRING,
         derived=_drive,
+        directed=True,
     ),
     Variable(
         "largest_traction_ratio",
@@ -204,7 +228,7 @@ VARIABLES = (
         "1",
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
         extra=_RATIO,
-        when=_FRICTION,
+        when=lambda changes: changes.friction and not changes.planar,
         source="traction_ratio",
     ),
     Variable(
@@ -248,7 +272,7 @@ VARIABLES = (
     ),
     # round contacts; the share of a patch in the energy is not known exactly
     Variable("normal_load", _BOTH, "N", "normal load of the asperity", when=_round),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_round),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_round, directed=True),
     Variable("contact_radius", _BOTH, "m", "contact radius", when=_round),
     Variable("stick_radius", _BOTH, "m", "stick radius", when=_round),
     Variable("normal_load", _BOTH, "N", "normal load of the patch", when=_PATCHES),
@@ -321,5 +345,5 @@ def known() -> tuple[Variable, ...]:
 def recorded(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Return what is recorded of a history: totals, and what there is of each asperity."""
     there = [variable for variable in known() if variable.when(changes)]
-    totals = tuple(variable for variable in there if variable.dimensions == _STEP)
-    return totals, tuple(variable for variable in there if variable.dimensions == _BOTH)
+    totals = tuple(variable.along(changes) for variable in there if variable.dimensions == _STEP)
+    return totals, tuple(variable.along(changes) for variable in there if variable.dimensions == _BOTH)

@@ -16,7 +16,7 @@ from historysim.basics.files import is_log, is_netcdf, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, VARIABLES, Changes, recorded
+from historysim.recording.variables import COORDINATES, DIRECTION, VARIABLES, Changes, recorded
 
 if TYPE_CHECKING:
     import netCDF4
@@ -262,7 +262,8 @@ def _wrong_variables(found: Layout) -> Iterator[str]:
     for name, (dimensions, dtype) in found.items():
         if name in KNOWN and getattr(dtype, "kind", "") not in "iuf":
             yield f"its variable {name} holds no numbers"
-        if name in KNOWN and tuple(dimensions) != KNOWN[name].dimensions and name != "present_friction":
+        own = tuple(each for each in dimensions if each != DIRECTION)
+        if name in KNOWN and own != KNOWN[name].dimensions and name != "present_friction":
             yield f"its variable {name} goes along {', '.join(map(str, dimensions)) or 'nothing'}"
     if any("asperity" in dimensions for dimensions, _ in found.values()) and "asperity" not in found:
         yield "it has no labels of its asperities"

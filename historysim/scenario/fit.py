@@ -69,7 +69,7 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
             )
         return (
             changed,
-            attrs.evolve(instrument, lateral_stiffness=values.get("lateral_stiffness", instrument.lateral_stiffness)),
+            attrs.evolve(instrument, lateral_stiffness=values.get("lateral_stiffness", instrument.stiffness)),
         )
 
     return section, model, start
@@ -84,7 +84,7 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
     if name == "lateral_stiffness":
         if instrument.rigid:
             raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
-        return instrument.lateral_stiffness
+        return instrument.stiffness
     if name == "height_scale":
         if ensemble.curves is not None:
             raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")

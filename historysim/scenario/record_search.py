@@ -71,7 +71,7 @@ def loops(
     with _opened(record) as (channels, scenario):
         if isinstance(channels, xr.Dataset):
             return loops_of_history(channels, **options)
-        stiffness = RIGID.lateral_stiffness if scenario is None else scenario.instrument.lateral_stiffness
+        stiffness = RIGID.stiffness if scenario is None else scenario.instrument.stiffness
         found = loops_of_measurement(channels, lateral_stiffness=stiffness, **options)
         return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 

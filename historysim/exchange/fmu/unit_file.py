@@ -253,7 +253,7 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
     return {
         "NORMAL_CONTROL": kind[controls.normal],
         "TANGENTIAL_CONTROL": kind[controls.tangential],
-        "COMPLIANCE": (1.0 / job.instrument.lateral_stiffness).hex(),
+        "COMPLIANCE": (1.0 / job.instrument.stiffness).hex(),
         "TOLERANCE": job.ensemble.tolerance.hex(),
         "SATURATE": str(int(controls.saturate)),
         "LARGEST_SIZE": LARGEST.hex(),

@@ -92,7 +92,7 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     axes.plot(response.displacement[order] * length, modelled[order] * force, label="model", **line)
     if not comparison.instrument.rigid:
-        stiffness = comparison.instrument.lateral_stiffness
+        stiffness = comparison.instrument.stiffness
         contact = observation.displacement - load / stiffness
         dots["color"] = CORRECTED
         axes.plot(contact[shown] * length, load[shown] * force, label="measured, of the contact", **dots)
