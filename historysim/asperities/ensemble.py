@@ -495,15 +495,15 @@ class Ensemble:
         # it steps in place: what a signal stopped in the midst would be of no use
         return Stepper(state, self._driven(saturate, instrument, heeds=False), self.curves, walk)
 
-    def load_state(self, path: str | Path) -> EnsembleState | PlanarState:
-        """Return a state of this ensemble from a file of `EnsembleState.save`; any other one is an InputError."""
+    def load_state(self, path: str | Path) -> Any:
+        """Return a state of this ensemble from a file of `save` of either kind; any other one is an InputError."""
         try:
             return self.state_from(Path(path).read_bytes())
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
-    def state_from(self, content: bytes) -> EnsembleState | PlanarState:
-        """Return a state of this ensemble from the bytes of one; any other bytes are an InputError."""
+    def state_from(self, content: bytes) -> Any:
+        """Return the `EnsembleState` or `PlanarState` of its bytes; those of another ensemble are an InputError."""
         start = self.initial_state()
         if is_planar(content):
             return PlanarState.from_bytes(content, self.in_plane(start))
@@ -633,7 +633,7 @@ class Ensemble:
         state of another ensemble, or friction of patches that changes along a path.
         """
         columns = np.asarray(asperities, dtype=np.int64)
-        if isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH:
+        if isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or (rows is not None and rows.vectors):
             if friction is not None:
                 raise InputError(
                     "friction that runs along goes with one tangential direction; expected a change at a time"

@@ -132,7 +132,7 @@ def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
 # Converters of attrs fields, named for the unit, since type checkers want a function.
 
 
-def each_of(convert: Callable[[Any], float], value: Any) -> Any:
+def each_of(convert: Callable[[Any], Any], value: Any) -> Any:
     """Return a number converted, or those of a list, as a tuple; for attrs converters."""
     several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1
     return tuple(map(convert, value)) if several else convert(value)

@@ -18,13 +18,22 @@ from historysim.basics.array_types import Array, Floats
 from historysim.basics.units import duration_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent, NormalLoad, TangentialDisplacement
+from historysim.loads.events import (
+    EVENTS,
+    LOAD_KINDS,
+    Event,
+    LoadEvent,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialEvent,
+)
 
 KINDS = tuple(LOAD_KINDS.values())
 """What a load channel reaches something with, in the order of their numbers in arrays and in logs."""
 LINES_AT_ONCE = 1 << 16
 """Lines of a digest that are in memory together."""
 _CODE = {kind: number for number, kind in enumerate(KINDS)}
+_TANGENTIAL = [number for number, kind in enumerate(KINDS) if kind.channel == "tangential"]
 
 
 class Loads(NamedTuple):
@@ -170,15 +179,15 @@ def loads_of(events: Sequence[Event]) -> Loads | None:
 
 def is_planar(events: Sequence[Event]) -> bool:
     """Return whether events move the contact in two tangential directions."""
-    return _components(events) == {2}
+    return components(events) == {2}
 
 
-def _components(events: Sequence[Event]) -> set[int]:
+def components(events: Sequence[Event]) -> set[int]:
     """Return how many numbers the tangential channel has at its waypoints: 1, 2, or there are both."""
-    if isinstance(events, SampledLoads) or loads_of(events) is not None:
-        return {1}
-    waypoints = (event for event in events if getattr(event, "channel", None) == "tangential")
-    return {2 if isinstance(getattr(event, "value", None), tuple) else 1 for event in waypoints}
+    loads = loads_of(events)
+    if loads is not None or isinstance(events, SampledLoads):
+        return {1} if loads is None or np.isin(loads.kind, _TANGENTIAL).any() else set()
+    return {2 if event.planar else 1 for event in events if isinstance(event, TangentialEvent)}
 
 
 def values_of(events: Sequence[Event], kind: type[LoadEvent]) -> list[float]:
@@ -248,7 +257,12 @@ def check_sequence(events: Sequence[Event]) -> None:
                 "event.time) keeps the order of those at one time)"
             )
         previous = event.time
-    if len(_components(events)) > 1:
+    check_components(components(events))
+
+
+def check_components(found: set[int]) -> None:
+    """Check that tangential waypoints have one number each, or two each; else it is an InputError."""
+    if len(found) > 1:
         raise InputError(
             "some tangential loads or displacements are one number and some are two; expected two in each, in x and y, "
             "such as (5e-9, 0.0)"

@@ -262,6 +262,11 @@ class LoadEvent(Event):
 
     channel: ClassVar[str]
 
+    @property
+    def planar(self) -> bool:
+        """Whether it has two components, in x and y."""
+        return False
+
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
         """Return the event of a cell, which may have a unit."""
@@ -331,9 +336,14 @@ class TangentialEvent(LoadEvent):
     channel = "tangential"
 
     @property
+    def planar(self) -> bool:
+        """Whether it has two components, in x and y."""
+        return isinstance(self.value, tuple)
+
+    @property
     def cell(self) -> str:
         """Its cell in a table of events: ``"1e-08"``, or in two directions ``"[1e-08 5e-09]"``."""
-        return f"[{' '.join(map(repr, self.value))}]" if isinstance(self.value, tuple) else repr(self.value)
+        return f"[{' '.join(map(repr, self.value))}]" if self.planar else repr(self.value)
 
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:

@@ -4,7 +4,7 @@ import hashlib
 import itertools
 import json
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,16 +13,27 @@ from historysim.basics.arguments import workable
 from historysim.basics.array_types import Floats
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import KINDS, Events, Loads, loads_of
-from historysim.loads.events import EVENTS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent
+from historysim.loads.events import (
+    EVENTS,
+    Event,
+    FrictionChange,
+    FrictionRamp,
+    GeometryChange,
+    LoadEvent,
+    TangentialDisplacement,
+    TangentialLoad,
+)
 
 ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
-LISTED: Mapping[int, type[Event]] = {
+LISTED: dict[int, type[Event]] = {
     MANY_COEFFICIENTS + 1: FrictionChange,
     MANY_COEFFICIENTS + 2: FrictionRamp,
     MANY_COEFFICIENTS + 3: GeometryChange,
 }
 """Kinds that stand as lists, by what a log has in their place. Any other has `NAMED`, and its name in front."""
 NAMED = MANY_COEFFICIENTS + 4
+PAIRS: dict[int, type[Event]] = {NAMED + 1: TangentialLoad, NAMED + 2: TangentialDisplacement}
+"""Kinds that stand as lists where they have two components, by what a log has in their place."""
 ABSENT, ALONE = -1, -2
 """In the place of the length of a list: for one that is not given, and for a number that stands for all asperities."""
 LINK = struct.Struct("<qqq")
@@ -54,7 +65,7 @@ def columns_of(events: Sequence[Event]) -> Columns:
 
 def _row(event: Event) -> tuple[int, float, Sequence[float]]:
     """Return the kind of an event, its value, and its further numbers."""
-    if isinstance(event, LoadEvent):
+    if isinstance(event, LoadEvent) and not event.planar:
         return KINDS.index(type(event)), event.value, ()
     if type(event) is FrictionChange and event.asperities is None:
         if isinstance(event.friction, tuple):
@@ -77,7 +88,7 @@ def events_of(columns: Columns) -> Events:
         workable(name, column)
     if (np.diff(times) < 0).any():
         raise InputError("holds times that fall")
-    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= NAMED:
+    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= max(PAIRS):
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
     is_load = kinds < ONE_COEFFICIENT
     if is_load.all():
@@ -102,7 +113,7 @@ def events_of(columns: Columns) -> Events:
 
 def _listed(event: Event) -> tuple[int, list[float]]:
     """Return the code of an event, and what it says as lists of numbers, each with how many there are in front."""
-    code = next((code for code, kind in LISTED.items() if kind is type(event)), NAMED)
+    code = next((code for code, kind in (LISTED | PAIRS).items() if kind is type(event)), NAMED)
     lists = event.contents() if code != NAMED else [_name(event), *event.contents()]
     numbers: list[float] = []
     for each in lists:
@@ -122,7 +133,7 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
         values = tuple(numbers[place : place + (1 if count == ALONE else max(count, 0))])
         lists.append(None if count == ABSENT else values[0] if count == ALONE else values)
         place += len(values)
-    kind = LISTED[code] if code != NAMED else _named(lists.pop(0) if lists else None)
+    kind = (LISTED | PAIRS)[code] if code != NAMED else _named(lists.pop(0) if lists else None)
     try:
         return kind.of(time, lists)
     except (TypeError, ValueError) as error:

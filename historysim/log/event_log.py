@@ -270,7 +270,8 @@ class EventLog:
     def _where(self, kind: type[Any], state: EnsembleState, time: float) -> LoadEvent | FrictionRamp:
         if kind is FrictionRamp:
             return FrictionRamp(time, tuple(state.friction) if np.ptp(state.friction) else state.friction[0])
-        force, displacement = state.tangential_load, state.tangential_displacement
+        force: Any = state.tangential_load
+        displacement: Any = state.tangential_displacement
         reached = {
             NormalLoad: state.normal_load,
             NormalDisplacement: state.approach,

@@ -18,7 +18,7 @@ import numpy as np
 
 from historysim.basics.files import SQLITE, WriterLock, check_replaceable, is_log, kind_text, sync_folder
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_sequence import Events, check_sequence, loads_of, time_text
+from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
 from historysim.loads.events import Event
 from historysim.log import canonical
 from historysim.log.database import (
@@ -255,6 +255,7 @@ def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Ev
             f"{time_text(before[-1].time)}; expected later ones: what a log holds does not change; historysim fork "
             "copies the past up to a time, for another future"
         )
+    check_components(components(before) | components(events))
     count = len(head.ensemble)
     # loads fit any number of asperities
     for index, event in enumerate(events if loads_of(events) is None else ()):

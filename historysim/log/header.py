@@ -14,10 +14,12 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.instrument import Instrument
+from historysim.asperities.planar import Rings
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.array_types import Array
 from historysim.basics.limits import at_most, most
+from historysim.basics.units import each_of
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, MissingPackageError
@@ -36,7 +38,7 @@ OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
     **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
     "seed": int | list | None,
-    "lateral_stiffness": int | float | None,
+    "lateral_stiffness": int | float | list | None,
     "substeps": int,
     "saturate": bool,
     "record": str | list,
@@ -95,10 +97,13 @@ class LogHeader:
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
-            "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+            "lateral_stiffness": each_of(
+                lambda value: None if value == math.inf else value, instrument.lateral_stiffness
+            ),
             **_known(ensemble, instrument),
             **({"metadata": dict(metadata)} if metadata else {}),
             **evolution,
+            **({} if ensemble.rings == Rings() else {"rings": attrs.asdict(ensemble.rings)}),
             "substeps": job.substeps,
             "saturate": bool(job.saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -168,14 +173,15 @@ class LogHeader:
             nominal_area=self.settings.get("nominal_area"),
             tolerance=self.settings["tolerance"],
             follow_sliding=self.settings.get("follow_sliding", False),
+            rings=_rings(self.settings.get("rings", {})),
         )
 
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
-        stiffness = self.settings["lateral_stiffness"]
+        stiffness = each_of(lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"])
         resolutions = {name: self.settings[name] for name in RESOLUTIONS if name in self.settings}
-        return Instrument(math.inf if stiffness is None else stiffness, **resolutions)
+        return Instrument(stiffness, **resolutions)
 
     @property
     def substeps(self) -> int:
@@ -230,6 +236,13 @@ def _form(ensemble: Ensemble, *, evolves: bool) -> int:
     if ensemble.yielding is not None:
         return FORMAT_OF_YIELDING
     return FORMAT_OF_LAWS if evolves else FORMAT
+
+
+def _rings(settings: Mapping[str, Any]) -> Rings:
+    try:
+        return Rings(**settings)
+    except TypeError as error:
+        raise InputError(f"rings are {shown(settings)}; expected height_classes, rings and tolerance") from error
 
 
 def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:

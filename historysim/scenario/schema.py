@@ -239,8 +239,7 @@ def _of_kind(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> o
     if isinstance(value, dict):
         return converter.structure({"time": 0.0, **value} if timed else value, kind)
     if in_turn:
-        array: Any = Annotated[tuple[float, ...], Quantity(unit_in(of) or "1")]
-        return converter.structure(value, array)
+        return array_of(value, lambda item: converter.structure(item, of))
     values = (converter.structure(value, of),)
     return values if timed else kind(*values)
 

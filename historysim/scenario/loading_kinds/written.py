@@ -144,7 +144,9 @@ class _Timeline:
 
 
 def _reached(event: LoadEvent) -> str:
-    return f"{quantity_text(event.value, event.unit)} at {event.time:g} s"
+    value: Any = event.value
+    parts = ", ".join(quantity_text(each, event.unit) for each in (value if event.planar else (value,)))
+    return f"{f'({parts})' if event.planar else parts} at {event.time:g} s"
 
 
 @attrs.frozen(kw_only=True)
@@ -220,7 +222,7 @@ class Each:
 
     after: Time = attrs.field(validator=NOT_NEGATIVE)
     """Time to reach each value."""
-    values: Mapping[str, tuple[float, ...]] = attrs.Factory(dict)
+    values: Mapping[str, tuple[Any, ...]] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
         """Check that there are values, as many of one as of the other."""
