@@ -171,9 +171,7 @@ class EnergyWear(WearLaw):
     kind = "energy"
 
     @classmethod
-    def from_volume(
-        cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated"
-    ) -> Self:
+    def from_volume(cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated") -> Self:
         """Return the law by which a volume [m³] is lost with the energy that friction took [J]: α = V/E.
 
         The energy is the sum over the loops of a record (`hs.loops`), or what a history dissipates. InputError: a

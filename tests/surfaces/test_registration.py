@@ -91,9 +91,7 @@ def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
     moved = resampled(worn.heights, worn.pixel_size, shift=-shift, rotation=-rotation, **sizes)
     noise = 5e-10 * rng.standard_normal((2, *new.shape))
     found = hs.registered(hs.Surface(new.heights + noise[0], PIXEL), hs.Surface(moved + noise[1] + 1e-7, PIXEL))
-    again = law.from_volume(
-        found.worn_volume, normal_load="200 mN", sliding_distance="10 mm", hardness=law.hardness
-    )
+    again = law.from_volume(found.worn_volume, normal_load="200 mN", sliding_distance="10 mm", hardness=law.hardness)
     assert again.coefficient == pytest.approx(law.coefficient, rel=0.01)
     energy = hs.wear.EnergyWear.from_volume(found.worn_volume, dissipated_energy=0.2 * 0.2 * 0.01)
     assert energy.volume_per_energy == pytest.approx(law.coefficient / law.hardness / 0.2, rel=0.01)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 DEEPEST = 99.8
 """Percentile of the heights lost up to which colours reach: a single spike would hide the rest."""
 NOT_THERE = "#d9d9d6"
+SHOWN = ("worn volume", "summits")
+"""Lines of the summary that stand below the picture."""
 
 
 @PICTURES.register
@@ -34,7 +36,7 @@ class BeforeAfterPicture(Titled):
         if beside is not None:
             _draw_section(axes, beside, data)
         canvas.legend(*(each for each in (axes, beside) if each is not None))
-        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label in {"worn volume", "summits"}))
+        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN))
         canvas.heading(self.title)
 
 
