@@ -184,16 +184,14 @@ class Ensemble:
     ) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above.
 
-        Those with a ``slope`` make an `InclinedEnsemble`.
+        Those with a ``slope`` are for `InclinedEnsemble`, else an InputError.
         """
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
-        kind: Any = cls
         if getattr(summits, "slope", None) is not None:
-            from historysim.asperities.inclined import InclinedEnsemble
-
-            options["slope"], kind = summits.slope, InclinedEnsemble
-        made: Self = kind(pair, summits.height, summits.radius, friction, **options)
-        return made
+            if cls is Ensemble:
+                raise InputError("the summits meet on slopes; expected InclinedEnsemble.from_summits")
+            options["slope"] = summits.slope
+        return cls(pair, summits.height, summits.radius, friction, **options)
 
     @staticmethod
     def from_normal_curves(

@@ -10,7 +10,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
-from historysim.basics.array_types import Array, Integers
+from historysim.basics.arguments import Array, Integers
 from historysim.basics.library import lib
 from historysim.memory.binding import DISPLACED, Memory, advanced
 from historysim.memory.rows import Rows
@@ -110,8 +110,8 @@ class Way(NamedTuple):
 
 
 @attrs.frozen(eq=False)
-class Place:
-    """Where a body on facets is, and what each of them remembers there."""
+class Body:
+    """A body on facets: where it is, and what each of them remembers there."""
 
     facets: tuple[Facet, ...]
     memories: tuple[Memory, ...]
@@ -121,10 +121,10 @@ class Place:
     def _each(self) -> Iterator[tuple[Facet, Memory]]:
         return zip(self.facets, self.memories, strict=True)
 
-    def moved(self, approach: float, displacement: float) -> "Place":
-        """Return the place after a straight path."""
+    def moved(self, approach: float, displacement: float) -> "Body":
+        """Return the body after a straight path."""
         memories = tuple(facet.carried(memory, approach, displacement) for facet, memory in self._each())
-        return Place(self.facets, memories, approach, displacement)
+        return Body(self.facets, memories, approach, displacement)
 
     @property
     def loads(self) -> tuple[float, float]:
@@ -145,8 +145,8 @@ class Place:
         """Return the approach of first touch at a displacement [m]."""
         return min(facet.gap - displacement * facet.slope for facet in self.facets)
 
-    def under(self, load: float, displacement: float) -> "Place":
-        """Return the place at the end of a straight path to a displacement at which the body carries a load.
+    def under(self, load: float, displacement: float) -> "Body":
+        """Return the body at the end of a straight path to a displacement at which the body carries a load.
 
         The load rises with the approach, since friction times slope is below 1. Newton's trials stay in a bracket.
         """
@@ -170,7 +170,7 @@ class Place:
             trial = following
         return there
 
-    def normal_stiffness(self, start: "Place") -> float:
+    def normal_stiffness(self, start: "Body") -> float:
         """Return ∂N/∂d at the end of a straight path, its start being what it is [N/m]."""
         found = 0.0
         for facet, memory in self._each():
@@ -179,7 +179,7 @@ class Place:
             found += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
         return found
 
-    def chords(self, way: Way, low: float, high: float, tolerance: float) -> "list[tuple[float, Place]]":
+    def chords(self, way: Way, low: float, high: float, tolerance: float) -> "list[tuple[float, Body]]":
         """Return the ends of chords along a part of a way, each with its share of the way.
 
         Chords end where the body carries the load there. They are halved until approach, tangential load and energy
@@ -194,7 +194,7 @@ class Place:
         ratio = self.facets[0].pair.displacement_ratio
         loss = LEAST_LOSS * load * (ratio * depth + abs(way.last_displacement - way.first_displacement))
 
-        def settled(start: Place, one: Place, other: Place) -> bool:
+        def settled(start: Body, one: Body, other: Body) -> bool:
             taken = one.dissipated - start.dissipated, other.dissipated - start.dissipated
             return (
                 abs(one.approach - other.approach) <= tolerance * depth
@@ -202,7 +202,7 @@ class Place:
                 and abs(taken[0] - taken[1]) <= LOSSES * tolerance * max(*taken, loss)
             )
 
-        def halved(start: Place, low: float, high: float, whole: Place, left: int) -> list[tuple[float, Place]]:
+        def halved(start: Body, low: float, high: float, whole: Body, left: int) -> list[tuple[float, Body]]:
             middle = 0.5 * (low + high)
             half = start.under(*way.at(middle))
             end = half.under(*way.at(high))

@@ -11,12 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.facets import Facet, Place, Way, towards
+from historysim.asperities.facets import Body, Facet, Way, towards
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import channel, path_to
-from historysim.basics.arguments import one_per, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, one_per, scalar
 from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text
 from historysim.contact.materials import MaterialPair
@@ -349,28 +348,28 @@ class InclinedEnsemble(Ensemble):
     def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
         """Return the paths of the body in d and U: as they are, or where a normal load is given their chords."""
         here = state.approach, state.tangential_displacement
-        place = Place(self.facets, tuple(facet.memory for facet in state.facets), *here)
+        body = Body(self.facets, tuple(facet.memory for facet in state.facets), *here)
         loaded = bool((paths["normal_control"] == LOAD).any())
         legs: list[tuple[float, ...]] = []
         for path in paths:
             each = dict(zip(PATH.names or (), path.item(), strict=True))
             begin, parts, lasts = each["begin"], each["parts"], each["end"] - each["begin"]
             share, end = until * each["normal_fraction"], each["normal_target"]
-            there = float(towards(place.displacement, each["tangential_target"], until * each["tangential_fraction"]))
+            there = float(towards(body.displacement, each["tangential_target"], until * each["tangential_fraction"]))
             if each["normal_control"] == DISPLACED:
-                approach = float(towards(place.approach, end, share))
+                approach = float(towards(body.approach, end, share))
                 legs.append((approach, there, parts, each["recorded"], begin, each["end"]))
                 # loads alone ask what is remembered on the way
-                place = place.moved(approach, there) if loaded else Place((), (), approach, there)
+                body = body.moved(approach, there) if loaded else Body((), (), approach, there)
                 continue
-            load = place.loads[0]
-            way = Way(load, float(towards(load, end, share)), place.displacement, there)
+            load = body.loads[0]
+            way = Way(load, float(towards(load, end, share)), body.displacement, there)
             low = 0.0
             for part in range(1, parts + 1):
-                for high, place in place.chords(way, low, part / parts, self.tolerance):  # noqa: B020
+                for high, body in body.chords(way, low, part / parts, self.tolerance):  # noqa: B020
                     recorded = high == part / parts and (part < parts or each["recorded"])
                     times = begin + lasts * low, begin + lasts * high
-                    legs.append((place.approach, place.displacement, 1, recorded, *times))
+                    legs.append((body.approach, body.displacement, 1, recorded, *times))
                     low = high
         columns = np.array(legs).reshape(-1, 6).T
         goals = Goals(DISPLACED, columns[0]), Goals(DISPLACED, columns[1])
