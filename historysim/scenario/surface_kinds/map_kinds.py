@@ -125,6 +125,7 @@ class RandomMap(HeightMap):
     """
 
     kind = "random"
+    also_called = ("rough", "gaussian", "fractal", "self-affine", "generated", "isotropic")
 
     shape: tuple[int, ...]
     """Points, ``[nx, ny]``."""
@@ -176,6 +177,7 @@ class MeasuredMap(HeightMap):
     """
 
     kind = "measured"
+    also_called = ("map", "height map", "heights", "topography", "file", "afm", "profilometer")
 
     file: str
     """Path, relative to the scenario."""

@@ -66,6 +66,7 @@ class GaussianHeights(DistributedSummits):
     """
 
     kind = "statistics"
+    also_called = ("greenwood-williamson", "gw", "statistical", "distribution")
 
     rms_height: Length
     """Standard deviation of the heights."""
