@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, final
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.files import is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
-from historysim.basics.notices import Notify, silent
+from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event

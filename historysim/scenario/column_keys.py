@@ -9,9 +9,8 @@ from cattrs import Converter
 from cattrs.gen import override
 
 from historysim.basics.files import is_file, what_is_there
-from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.schema import table_hook, text
 from historysim.tables import Column, Format, Table, join_tables, read_table
 

@@ -20,11 +20,10 @@ from cattrs.gen import make_dict_structure_fn, override
 
 from historysim.basics.fields import Quantity, unit_in
 from historysim.basics.limits import SIZE, is_workable
-from historysim.basics.places import at, misfit
 from historysim.basics.registry import Registry
 from historysim.basics.units import what_is_expected
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, path_text
+from historysim.errors import InputError, at, misfit, path_text
 
 T = TypeVar("T")
 Place = tuple[str | int, ...]

@@ -19,9 +19,8 @@ from historysim.basics.fields import (
     SurfaceEnergy,
     fields_of,
 )
-from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, is_netcdf, kind_text, what_is_there
-from historysim.basics.places import at, misfit
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -29,7 +28,7 @@ from historysim.tables.columns import (
 from historysim.tables.readers import LineReader, TableReader, reader_of
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats
+    from historysim.basics.arguments import Floats
     from historysim.tables.arrays import Contents
     from historysim.tables.from_text import Opened
     from historysim.tables.head import Heading

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.fields import Key
-from historysim.basics.places import misfit
 from historysim.basics.units import conversion_factor, is_common, is_unit
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats, Integers
+    from historysim.basics.arguments import Floats, Integers
 
 
 def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:

@@ -14,12 +14,11 @@ from typing import IO, Self
 import numpy as np
 from attrs import Factory, define, evolve, frozen
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.tables.blocks import Block, Survey, survey
-from historysim.tables.clocks import clock, from_the_first
+from historysim.tables.blocks import Block, Survey, clock, from_the_first, survey
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
 from historysim.tables.head import Head, Heading, ragged
 from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split

@@ -9,7 +9,7 @@ from historysim.asperities import laws
 from historysim.asperities.wear import WEAR_LAWS, EnergyWear
 from historysim.asperities.yielding import YIELDING_LAWS, KogutEtsion, Thornton
 from historysim.basics.fields import markdown
-from historysim.scenario.scenario_summary import summary
+from historysim.scenario.scenario import summary
 
 SCENARIO = """
 [materials]

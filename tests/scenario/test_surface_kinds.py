@@ -27,7 +27,7 @@ from sections import (
 import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import document, scenario, surface_kinds
-from historysim.scenario.scenario_summary import summary
+from historysim.scenario.scenario import summary
 from historysim.studies.sweep_table import unit_of
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits, textured_summits
 from historysim.surfaces.heights import Surface

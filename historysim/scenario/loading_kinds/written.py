@@ -9,11 +9,9 @@ import attrs
 from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, shown
-from historysim.errors import InputError, path_text
+from historysim.basics.wording import Notify, counted, shown, silent
+from historysim.errors import InputError, at, misfit, path_text
 from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds

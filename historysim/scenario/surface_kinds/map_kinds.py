@@ -9,9 +9,8 @@ import attrs
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at
-from historysim.errors import InputError
+from historysim.basics.wording import Notify, silent
+from historysim.errors import InputError, at
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
