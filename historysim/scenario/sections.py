@@ -1,6 +1,6 @@
 """The sections of a scenario, one class for each: their keys, and what these must be."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -436,7 +436,7 @@ class Sections:
         from historysim.scenario.loading_kinds import LOADINGS
         from historysim.scenario.surface_kinds import SURFACES
 
-        kinds = {
+        kinds: dict[str, Iterable[type]] = {
             "friction": (Coefficients, *LAWS.values()),
             "surface": SURFACES.values(),
             "loading": LOADINGS.values(),

@@ -155,8 +155,8 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
         blocks.append(Block(begin, first, last, rows, above[:_KEPT], heading, row))
         begin = last + 1
     if not blocks:
-        first = next((f"; the first line is {brief(line)}" for line in below if line), "; it is empty")
-        raise InputError(f"has no rows of numbers; expected one line for each sample{first}")
+        seen = next((f"the first line is {brief(line)}" for line in below if line), "it is empty")
+        raise InputError(f"has no rows of numbers; expected one line for each sample; {seen}")
     return Survey(tuple(blocks), tuple(below))
 
 
