@@ -28,13 +28,11 @@ from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
-from historysim.basics.arguments import checked, one_per, scalar, workable
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Floats, Integers, checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import (
@@ -129,6 +127,7 @@ class Ensemble:
     y: Floats | None
     tolerance: float
     curves: NormalCurves | None
+    slope: Floats | None
     nominal_area: float | None
     law: FrictionLaw | None
     wear: WearLaw | None
@@ -175,6 +174,7 @@ class Ensemble:
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
             curves=None,
+            slope=None,
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
             law=friction if isinstance(friction, FrictionLaw) else None,
             wear=wear,
@@ -192,8 +192,15 @@ class Ensemble:
     def from_summits(
         cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike | FrictionLaw", **options: Any
     ) -> Self:
-        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above."""
+        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above.
+
+        Those with a ``slope`` are for `InclinedEnsemble`, else an InputError.
+        """
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
+        if getattr(summits, "slope", None) is not None:
+            if cls is Ensemble:
+                raise InputError("the summits meet on slopes; expected InclinedEnsemble.from_summits")
+            options["slope"] = summits.slope
         return cls(pair, summits.height, summits.radius, friction, **options)
 
     @staticmethod
@@ -507,7 +514,7 @@ class Ensemble:
         start = self.initial_state()
         if is_planar(content):
             return PlanarState.from_bytes(content, self.in_plane(start))
-        return EnsembleState.from_bytes(content, start)
+        return type(start).from_bytes(content, start)
 
     def with_friction(
         self,

@@ -14,7 +14,7 @@ from historysim.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from historysim.basics.array_types import Floats
+    from historysim.basics.arguments import Floats
 
 Values = TypeVar("Values", float, "Floats")
 

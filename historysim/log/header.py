@@ -17,7 +17,7 @@ from historysim.asperities.instrument import Instrument
 from historysim.asperities.planar import Rings
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import each_of
 from historysim.basics.wording import shown
