@@ -99,12 +99,11 @@ class PlanarState:
     like = None
 
     def __repr__(self) -> str:
-        (tx, ty), (ux, uy) = self.tangential_load, self.tangential_displacement
         parts = [
             f"normal load {quantity_text(self.normal_load, 'N')}",
-            f"tangential load ({quantity_text(tx, 'N')}, {quantity_text(ty, 'N')})",
+            f"tangential load {quantity_text(self.tangential_load, 'N')}",
             f"approach {quantity_text(self.approach, 'm')}",
-            f"tangential displacement ({quantity_text(ux, 'm')}, {quantity_text(uy, 'm')})",
+            f"tangential displacement {quantity_text(self.tangential_displacement, 'm')}",
         ]
         return f"<PlanarState: {', '.join(parts)}>"
 

@@ -455,8 +455,13 @@ class QuantityText(str):
     unit: str
 
 
-def quantity_text(value: float, unit: str, digits: int = 4) -> str:
-    """Return a quantity as a string, with the prefix that leaves one to three digits before the point: ``"90 mN"``."""
+def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
+    """Return a quantity as a string, with the prefix that leaves one to three digits before the point: ``"90 mN"``.
+
+    A vector stands in parentheses: ``"(90 mN, 2 mN)"``.
+    """
+    if isinstance(value, tuple) or getattr(value, "ndim", 0) == 1:
+        return f"({', '.join(quantity_text(each, unit, digits) for each in value)})"
     factor, symbol = scaled(value, unit)
     text = QuantityText(f"{value * factor:.{digits}g}{symbol}")
     text.value, text.unit = float(value), unit

@@ -532,3 +532,10 @@ LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
     name: kind for name, kind in EVENTS.own().items() if issubclass(kind, LoadEvent)
 }
 """Those that a load channel reaches something with; how it is controlled is a matter of the core."""
+ACROSS = "_y"
+"""Ends the name of a column that has the second component of a tangential channel."""
+
+
+def load_kind(channel: str) -> type[LoadEvent]:
+    """Return the kind of event that a column of a channel, or of its second component, is of."""
+    return LOAD_KINDS[channel.removesuffix(ACROSS)]

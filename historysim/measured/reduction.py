@@ -19,7 +19,7 @@ from historysim.basics.units import duration_text, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, Events, Loads
-from historysim.loads.events import LOAD_KINDS, Event
+from historysim.loads.events import ACROSS, LOAD_KINDS, Event, load_kind
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -266,7 +266,7 @@ class Measurement:
     def __repr__(self) -> str:
         count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
         channels = [
-            f"{name} {range_text(float(values.min()), float(values.max()), LOAD_KINDS[name].unit)}"
+            f"{name} {range_text(float(values.min()), float(values.max()), load_kind(name).unit)}"
             for name, values in {**self.channels, **self.response}.items()
         ]
         return f"<Measurement: {', '.join([f'{count} over {length}', *channels])}>"
@@ -282,6 +282,20 @@ class Measurement:
     def get(self, name: str) -> Floats | None:
         """Return a channel, or None where it was not measured."""
         return self.channels.get(name, self.response.get(name))
+
+    @property
+    def planar(self) -> bool:
+        """Whether it has two tangential directions."""
+        return any(name.endswith(ACROSS) for name in self.channels)
+
+    @property
+    def vectors(self) -> Mapping[str, Floats]:
+        """The replayed channels, (sample), or (sample, 2) where there is a component along y."""
+        across = {name: self.channels.get(name + ACROSS) for name in self.channels if not name.endswith(ACROSS)}
+        return {
+            name: self.channels[name] if other is None else np.column_stack([self.channels[name], other])
+            for name, other in across.items()
+        }
 
     def kept(self) -> Integers:
         """Return the indices of the samples that are replayed."""
@@ -301,7 +315,7 @@ class Measurement:
     def false_reversals(self) -> str | None:
         """Return a note that noise makes reversals which are replayed; None where it does not."""
         name = next((name for name in TANGENTIAL if name in self.channels), None)
-        if name is None or self.reduced:
+        if name is None or self.reduced or self.planar:
             return None
         values = self.channels[name]
         dead_band = loop_dead_band(values, self.dead_band.get(name))
@@ -320,11 +334,11 @@ class Measurement:
         if "normal_load" in self.channels:
             self.check_pressed()
         kept = self.kept()
-        kinds = [LOAD_KINDS[name] for name in self.channels]
+        kinds = [LOAD_KINDS[name] for name in self.vectors]
         times = self.time[kept]
-        numbers = [values[kept].astype(float) for values in self.channels.values()]
+        numbers = [values[kept].astype(float) for values in self.vectors.values()]
         events: list[Event] = []
-        if all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
+        if not self.planar and all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
             # what each event would check is checked of all of them
             codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
             columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()

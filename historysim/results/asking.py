@@ -6,9 +6,12 @@ import inspect
 import pkgutil
 import re
 from collections.abc import Callable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import attrs
+
+from historysim.errors import InputError
+from historysim.recording.variables import DIRECTION
 
 F = TypeVar("F", bound=Callable[..., Any])
 # modules, and packages of modules, that may declare questions
@@ -54,15 +57,36 @@ class Question:
 _declared: dict[str, Question] = {}
 
 
-def question(*, per_step: bool = False, unit: str = "", table: str | None = "", name: str = "") -> Callable[[F], F]:
-    """Declare a function of a history as a question; the parameters are those of `Question`."""
+def question(
+    *, per_step: bool = False, unit: str = "", table: str | None = "", name: str = "", planar: bool = False
+) -> Callable[[F], F]:
+    """Declare a function of a history as a question; the parameters are those of `Question`.
+
+    One that is not ``planar`` refuses a history with two tangential directions.
+    """
 
     def declare(function: F) -> F:
         called = name or function.__name__
-        _declared[called] = Question(called, function, per_step, unit, table)
-        return function
+
+        @functools.wraps(function)
+        def asked(history: Any, *given: Any, **options: Any) -> Any:
+            check_direction(history, called)
+            return function(history, *given, **options)
+
+        answers: Any = function if planar else asked
+        _declared[called] = Question(called, answers, per_step, unit, table)
+        return cast("F", answers)
 
     return declare
+
+
+def check_direction(history: Any, what: str) -> None:
+    """Check that a history or a measurement moves in one tangential direction; else it is an InputError."""
+    if DIRECTION in getattr(history, "sizes", ()) or getattr(history, "planar", False):
+        raise InputError(
+            f"{what} goes with one tangential direction, and the history has two; expected a history in which loads "
+            "and displacements are one number each"
+        )
 
 
 @functools.cache

@@ -18,6 +18,7 @@ from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
+from historysim.results.asking import check_direction
 from historysim.results.result_files import kind_of, open_result
 from historysim.scenario.scenario import Scenario, load
 from historysim.scenario.schema import given, reported
@@ -74,6 +75,7 @@ def loops(
     }
 
     with _opened(record) as (channels, scenario):
+        check_direction(channels, "a question for loops")
         if isinstance(channels, xr.Dataset):
             return loops_of_history(channels, **options)
         stiffness = RIGID.stiffness if scenario is None else scenario.instrument.stiffness
@@ -104,6 +106,7 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
         Something else, a file that cannot be used, or a record that turns back or never presses.
     """
     with _opened(record) as (channels, _):
+        check_direction(channels, "a question for friction over time")
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)
         return sliding_of_measurement(channels, over=over, windows=windows)

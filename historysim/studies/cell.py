@@ -17,6 +17,7 @@ from historysim.results.analysis.preliminary import (
     preliminary_displacement,
     presliding_work,
 )
+from historysim.results.analysis.recorded import sizes
 from historysim.results.history_drift import branch_drift
 from historysim.scenario.document import files_of
 from historysim.scenario.scenario import Scenario
@@ -67,7 +68,7 @@ def _first(history: "xr.Dataset") -> int:
 SUMMARIES = {
     "peak_normal_load": Summary("N", "greatest normal load", lambda h: h["total_normal_load"].values.max()),
     "peak_tangential_load": Summary(
-        "N", "greatest tangential load, of either sign", lambda h: np.abs(h["total_tangential_load"].values).max()
+        "N", "greatest tangential load, of either sign", lambda h: sizes(h, "total_tangential_load").max()
     ),
     "preliminary_displacement": Summary(
         "m",

@@ -81,7 +81,7 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
     return xr.Dataset(variables, beside)
 
 
-@question(per_step=True, table="elapsed_time,total_normal_load")
+@question(per_step=True, table="elapsed_time,total_normal_load", planar=True)
 def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Dataset":
     """Return a history along its time in place of ``step``: all of it, or of one asperity.
 

@@ -22,7 +22,7 @@ PEAK_OVER_MEAN = 1.5  # greatest over mean pressure of a Hertz contact
 RADIUS = {"onward": "stick_radius", "reversed": "contact_radius"}
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     """Return c/a of each asperity at each step: 1 in full stick, 0 in gross slip, NaN where it does not touch.
 
@@ -37,7 +37,7 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
     return _derived(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the mean pressure of each asperity or patch [Pa], N over its contact area; 0 where it does not touch.
 
@@ -46,7 +46,7 @@ def mean_pressure(history: xr.Dataset) -> xr.DataArray:
     return _pressure(history, "mean_pressure", "mean pressure of the asperity")
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def peak_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the greatest pressure of each asperity [Pa], 3N/(2πa²) in its middle (Hertz); 0 where it does not touch.
 
@@ -56,7 +56,7 @@ def peak_pressure(history: xr.Dataset) -> xr.DataArray:
     return _pressure(history, "peak_pressure", "greatest pressure of the asperity", PEAK_OVER_MEAN)
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     """Return the mean pressure of the whole contact [Pa], N over the real contact area; 0 where nothing touches.
 
@@ -68,7 +68,7 @@ def total_mean_pressure(history: xr.Dataset) -> xr.DataArray:
     return pressure.assign_attrs(units="Pa", long_name="mean pressure of the real contact area")
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def nominal_pressure(history: xr.Dataset, nominal_area: float | None = None) -> xr.DataArray:
     """Return the normal load over the nominal area [Pa]; of an area [m²], by default that of the surface.
 

@@ -10,7 +10,14 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Finding, read_findings
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
-from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, of_patches, present_friction
+from historysim.results.analysis.recorded import (
+    CHANGING_HEIGHT,
+    Recorded,
+    is_complete,
+    of_patches,
+    present_friction,
+    sizes,
+)
 from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
 from historysim.results.asking import question
 
@@ -21,7 +28,7 @@ MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
 NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
-@question(per_step=True, table="name,value")
+@question(per_step=True, table="name,value", planar=True)
 def validity(history: Recorded) -> tuple[Finding, ...]:
     """Return which assumptions of the model did not hold where the asperities were pressed most.
 
@@ -30,7 +37,7 @@ def validity(history: Recorded) -> tuple[Finding, ...]:
     return read_findings(history.attrs.get("validity", "[]"))
 
 
-@question(table="label,text")
+@question(table="label,text", planar=True)
 def summary(history: "Traceable") -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
@@ -46,14 +53,14 @@ def summary(history: "Traceable") -> list[tuple[str, str]]:
         which the tangential load was held at the limit, a warning for each assumption of the model that does not
         hold, and a note where recorded steps are too far apart to show how slip spreads.
     """
-    normal, tangential = history["total_normal_load"].values, history["total_tangential_load"].values
+    normal = history["total_normal_load"].values
     peak = int(normal.argmax())
     time = history["time"].values
     lines = [
         ("steps", f"{time.size:,} over {duration_text(time[-1] - time[0])}"),
         ("asperities touched", _touched(history)),
         ("peak normal load", quantity_text(normal[peak], "N")),
-        ("peak tangential load", quantity_text(np.abs(tangential).max(), "N")),
+        ("peak tangential load", quantity_text(sizes(history, "total_tangential_load").max(), "N")),
     ]
     try:
         displacement, asperity = capacity(history)

@@ -36,7 +36,7 @@ DISPLACEMENTS = {
 }
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
@@ -48,7 +48,7 @@ def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     return _along_steps(history, greatest, "preliminary_displacement", "preliminary displacement of the surface", "m")
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
     """Return the label of the asperity that slides last, with the greatest μ_i δ_i, at each step; -1 without contact.
 
@@ -71,7 +71,7 @@ def drift(history: "xr.Dataset", first: int, second: int) -> float:
     return float(abs(greatest[second] - greatest[first]))
 
 
-@question(per_step=True, table="time,virgin")
+@question(per_step=True, table="time,virgin", planar=True)
 def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
 
@@ -102,7 +102,7 @@ def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
     )
 
 
-@question(per_step=True)
+@question(per_step=True, planar=True)
 def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
 

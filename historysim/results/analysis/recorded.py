@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Floats
 from historysim.errors import InputError
+from historysim.recording.variables import DIRECTION
 
 
 class VariableView(Protocol):
@@ -112,6 +113,14 @@ def shape_of(history: Recorded, name: str, steps: object) -> Floats:
     changing = f"present_{name}"
     values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
     return values
+
+
+def sizes(history: Recorded, name: str, steps: object = ...) -> Floats:
+    """Return the sizes of a load or displacement at steps, of numbers or of vectors in two directions."""
+    found = history[name]
+    values = (found if steps is ... else found.isel(step=steps)).values
+    size: Floats = np.linalg.norm(values, axis=-1) if DIRECTION in found.dims else np.abs(values)
+    return size
 
 
 def position_of(step: object, history: Recorded) -> int:

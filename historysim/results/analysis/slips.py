@@ -12,7 +12,7 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, Recorded, check_recorded, parts
+from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, Recorded, check_recorded, parts, sizes
 from historysim.results.asking import question
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ SHARES = {
 }
 
 
-@question(table="asperity,summit_height")
+@question(table="asperity,summit_height", planar=True)
 def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
@@ -67,7 +67,7 @@ def slide_times(history: Recorded) -> Floats:
     return np.where(found <= last, found, np.nan)
 
 
-@question(table="rank,asperity")
+@question(table="rank,asperity", planar=True)
 def slides_first(history: "xr.Dataset") -> Integers:
     """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
@@ -101,7 +101,7 @@ def _ranks(moment: Floats) -> Integers:
     return np.where(never, NEVER, np.searchsorted(np.sort(moment[~never]), moment))
 
 
-@question(per_step=True, table="time,share_of_contacts")
+@question(per_step=True, table="time,share_of_contacts", planar=True)
 def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
@@ -114,20 +114,20 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     import xarray as xr
 
     patches = "contact_area" in history
-    sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
-    names = ("slip_state", *sizes, "normal_load", "tangential_load")
+    areas = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
+    names = ("slip_state", *areas, "normal_load", "tangential_load")
     check_recorded(history, *names)
     steps = history.sizes["step"]
     shares = np.zeros((len(SHARES), steps, len(STATES)))
     slipping = np.zeros(steps)
     for rows in parts(history):
-        state, area, stick, normal, tangential = (history[name].isel(step=rows).values for name in names)
+        state, area, stick, normal = (history[name].isel(step=rows).values for name in names[:-1])
         if not patches:
             # π cancels in a fraction
             area, stick = area**2, stick**2
         whole = area.sum(axis=1)
         np.divide(whole - stick.sum(axis=1), whole, out=slipping[rows], where=whole > 0)
-        for number, weight in enumerate((state > 0, area, normal, np.abs(tangential))):
+        for number, weight in enumerate((state > 0, area, normal, sizes(history, names[-1], rows))):
             by_state = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
             total = by_state.sum(axis=1, keepdims=True)
             np.divide(by_state, total, out=shares[number, rows], where=total > 0)
@@ -142,7 +142,7 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     )
 
 
-@question()
+@question(planar=True)
 def representative_step(history: "xr.Dataset") -> int:
     """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
 
@@ -178,6 +178,9 @@ def unseen_slip(history: Recorded, substeps: int | None = None) -> str:
     if not all(name in history for name in names):
         return ""
     moved, load, limit = (history[name].values for name in names)
+    if moved.ndim > 1:
+        # a path in the plane has no reversals to look between
+        return ""
     coarse = _coarse(moved, load, limit)
     if not coarse:
         return ""

@@ -9,10 +9,12 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats
 from historysim.errors import InputError
+from historysim.recording.variables import DIRECTION
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
 from historysim.results.analysis.slips import slip_note, slip_shares
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
+from historysim.results.plots.planar_pictures import draw_components, draw_path
 from historysim.results.plots.style import (
     FAINT,
     INK,
@@ -56,16 +58,16 @@ class HistoryPicture(Picture):
 
     panels: tuple[str, ...] | None = None
 
-    kind, alone = "history", True
+    kind, alone, planar = "history", True, True
     caption = "The friction loop, the loads over time, and the slip state of each asperity."
     order, needs = 1, "total_normal_load"
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
         """Return the caption; a history of totals alone has no slip states, and its energy is drawn."""
-        if "slip_state" in history:
-            return cls.caption
-        return "The friction loop, the loads over time, and the dissipated energy."
+        first = "path in the plane" if DIRECTION in history.sizes else "friction loop"
+        last = "slip state of each asperity" if "slip_state" in history else "dissipated energy"
+        return f"The {first}, the loads over time, and the {last}."
 
     def size_of(self, data: xr.Dataset) -> Size:
         """Return the size of its panels."""
@@ -90,7 +92,7 @@ class HistoryPicture(Picture):
         fitting = first if wide else _fitting(shown, canvas.height)
         _draw_panels(canvas, data, thin, fitting, wide=wide)
         canvas.left_out(*(CALLED[name] for name in shown if name not in fitting))
-        if "loop" in fitting:
+        if "loop" in fitting and DIRECTION not in data.sizes:
             canvas.foot(slip_note(data))
         canvas.heading(str(data.attrs.get("title", "")))
 
@@ -161,7 +163,10 @@ def _draw_tangential_load(axes: "Axes", thin: xr.Dataset) -> None:
     for sign, label in ((1, "friction limit"), (-1, None)):
         dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2)), "rasterized": True}
         axes.plot(time, sign * limit * factor, label=label, **dashes)
-    draw_coloured(axes, time, load * factor, time)
+    if load.ndim > 1:
+        draw_components(axes, thin, factor)
+    else:
+        draw_coloured(axes, time, load * factor, time)
     axes.margins(x=0.02)
     axes.set(xlabel="time (s)", ylabel=f"tangential load\n$T$ ({unit})")
 
@@ -216,6 +221,10 @@ class LoopPicture(Picture):
 
 def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
     """Draw the loop of a thinned history into axes, its colour time, with arrows and marks at start and end."""
+    if DIRECTION in thin.sizes:
+        draw_path(axes, thin)
+        axes.set_title("Path in the plane")
+        return
     time = thin["time"].values
     displacement, force = _loop_of(axes, thin)
     draw_coloured(axes, displacement, force, time)
@@ -253,7 +262,7 @@ MOST_COLUMNS, MOST_ROWS = 2_000, 1_000
 class SlipMapPicture(Picture):
     """The slip state of each asperity at each step, the highest asperity on top."""
 
-    kind, size, alone = "slip-map", (TWO_COLUMNS, 75.0), True
+    kind, size, alone, planar = "slip-map", (TWO_COLUMNS, 75.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the map; of a large history every so many-th step and asperity."""

@@ -16,6 +16,8 @@ from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
+from historysim.recording.variables import DIRECTION
+from historysim.results.asking import check_direction
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, canvas_at
 
 PICTURES: Registry[type["Picture"]] = Registry(
@@ -52,6 +54,8 @@ class Picture:
     """Whether several histories can be in it: `draw` then takes a sequence of them, too."""
     alone: ClassVar[bool] = False
     """Whether it fills a figure of its own, and cannot stand beside others."""
+    planar: ClassVar[bool] = False
+    """Whether it can be drawn of a history with two tangential directions."""
 
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw a Dataset, or what else it is of, on a canvas, which is a figure, a part of one, or axes.
@@ -85,7 +89,7 @@ class Picture:
     @classmethod
     def reported(cls, history: xr.Dataset) -> bool:
         """Return whether the report of a history shows it."""
-        return bool(cls.caption) and cls.needs in history
+        return bool(cls.caption) and cls.needs in history and (cls.planar or DIRECTION not in history.sizes)
 
 
 @attrs.frozen(kw_only=True)
@@ -122,6 +126,9 @@ class Panel(Titled):
 def data_for(what: Any, picture: Picture) -> Any:
     """Return what a picture draws of a thing: the thing itself; of a scenario its surface, summits or record."""
     made = getattr(what, "picture_data", None)
+    for each in what if isinstance(what, list | tuple) else (what,):
+        if not picture.planar:
+            check_direction(each, f"the picture {picture.kind}")
     return what if made is None else made(picture.kind)
 
 

@@ -8,7 +8,7 @@ import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.events import LOAD_KINDS
+from historysim.loads.events import load_kind
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import sampling_rate
 from historysim.measured.reduction import Measurement
@@ -202,7 +202,7 @@ class RecordPicture(Titled):
         canvas.left_out(*(["details", "spectra"] if columns == 1 else []), *beyond)
         for row, (name, values) in enumerate([*channels.items()][:rows]):
             read = values + data.removed[name] if name in data.removed else None
-            factor, unit = scale_of(LOAD_KINDS[name].unit, values)
+            factor, unit = scale_of(load_kind(name).unit, values)
             whole = canvas.given or figure.add_subplot(grid[row, 0])
             evenly = np.unique(np.linspace(0, values.size - 1, min(values.size, MOST_SAMPLES)).astype(int))
             _draw_channel(whole, data.time, values, read, evenly, factor)

@@ -188,7 +188,10 @@ def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces:
 
 def thinned(history: "xr.Dataset") -> "xr.Dataset":
     """Return the totals at every n-th step and the last one: no more than a picture can show."""
-    totals = history[[name for name, variable in history.data_vars.items() if variable.dims == ("step",)]].load()
+    of_all = [
+        name for name, each in history.data_vars.items() if each.dims[:1] == ("step",) and "asperity" not in each.dims
+    ]
+    totals = history[of_all].load()
     return totals.isel(step=kept_steps(history.sizes["step"]))
 
 

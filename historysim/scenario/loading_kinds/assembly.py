@@ -15,7 +15,7 @@ from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
 from historysim.errors import InputError, at, misfit
-from historysim.loads.events import LOAD_KINDS, Event
+from historysim.loads.events import ACROSS, LOAD_KINDS, Event
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.column_keys import NumbersFile
@@ -69,7 +69,7 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     removed: dict[str, Floats] = {}
     for (group, key), channel in channels.items():
         with at(group, key), _named(name):
-            dead_band = getattr(section.dead_band, key) or 0.0
+            dead_band = getattr(section.dead_band, key, None) or 0.0
             in_si = _in_si(channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed)
             _check_sizes(in_si, clocked)
             values[group, key] = in_si
@@ -500,6 +500,8 @@ class MeasuredLoading(NumbersFile, Loading):
         if self.start is not None and self.end is not None and self.end < self.start:
             raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
         channels = given(self.columns)
+        if self.reduce and any(key.endswith(ACROSS) for key in channels):
+            raise misfit("goes with one tangential direction; expected reduce = false", "reduce")
         for key, channel in given(self.response).items():
             if key in channels:
                 problem = "is replayed already, by columns; expected a channel that was measured beside it"
@@ -542,7 +544,7 @@ class MeasuredLoading(NumbersFile, Loading):
     def place(self, folder: Path, index: int) -> str:
         """Return the line of the file that has an event."""
         measurement = self.measurement(folder)
-        sample = int(measurement.kept()[index // len(measurement.channels)])
+        sample = int(measurement.kept()[index // len(measurement.vectors)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
 
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:

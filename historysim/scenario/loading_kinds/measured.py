@@ -21,7 +21,7 @@ from historysim.basics.fields import (
 )
 from historysim.basics.wording import shown
 from historysim.errors import InputError, misfit
-from historysim.loads.events import LOAD_KINDS
+from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.scenario.schema import from_table, given
 from historysim.tables import Column
 
@@ -199,12 +199,19 @@ class Channels:
 class LoadColumns(Channels):
     """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s."""
 
+    tangential_load_y: ForceChannel | None = None
+    """In two tangential directions the load along y, where ``tangential_load`` is that along x."""
+    tangential_displacement_y: LengthChannel | None = None
+    """In two tangential directions the displacement along y, where ``tangential_displacement`` is that along x."""
     time: Column | None = None
     """Column of the time; without it rows are 1 s apart, and only their order counts."""
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a load."""
         super().__attrs_post_init__()
+        for along in ("tangential_load", "tangential_displacement"):
+            if getattr(self, along + ACROSS) is not None and getattr(self, along) is None:
+                raise misfit(f"is the component along y; expected {along}, too, which is that along x", along + ACROSS)
         for channel in ("normal", "tangential"):
             if all(getattr(self, f"{channel}_{kind}") is not None for kind in ("load", "displacement")):
                 both = f"{channel}_load and {channel}_displacement together"

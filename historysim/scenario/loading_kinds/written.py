@@ -142,9 +142,7 @@ class _Timeline:
 
 
 def _reached(event: LoadEvent) -> str:
-    value: Any = event.value
-    parts = ", ".join(quantity_text(each, event.unit) for each in (value if event.planar else (value,)))
-    return f"{f'({parts})' if event.planar else parts} at {event.time:g} s"
+    return f"{quantity_text(event.value, event.unit)} at {event.time:g} s"
 
 
 @attrs.frozen(kw_only=True)
