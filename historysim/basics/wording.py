@@ -16,9 +16,12 @@ def nearest(word: str, known: Collection[str]) -> str:
     """Return what to write in place of an unknown word: the nearest known one, else all of them."""
     import difflib
 
-    match = difflib.get_close_matches(word, known, n=1)
+    plain = {each.lower(): each for each in reversed([*known])}
+    match = difflib.get_close_matches(word.lower(), plain, n=1) if len(word) > 1 else []
+    # a word of a name of several, such as "stiffness" of "tangential-stiffness"
+    match = match or [each for each in plain if len(word) > 3 and word.lower() in each]
     if match:
-        return f"did you mean {match[0]!r}?"
+        return f"did you mean {' or '.join(repr(plain[each]) for each in match[:2])}?"
     return f"expected one of {listed(known)}" if known else "none is expected here"
 
 
@@ -40,10 +43,16 @@ def shown(value: object) -> str:
     if isinstance(value, int) and value.bit_length() > 64:
         return f"an integer of {value.bit_length()} bits"
     if isinstance(value, str):
-        return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}…"
+        return repr(value) if len(value) <= 40 else f"{value[:40]!r}…"
     if isinstance(value, dict):
         return "a table"
     return "an array" if isinstance(value, list) else str(value)
+
+
+def brief(value: object) -> str:
+    """Return a value of Python in one line: as it is written where that is short, else its type."""
+    text = repr(value)
+    return text if len(text) <= 120 and "\n" not in text else f"of the type {type(value).__name__}"
 
 
 def counted(count: int, one: str, several: str) -> str:

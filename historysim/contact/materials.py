@@ -183,7 +183,12 @@ class Material:
         for name in ("youngs_modulus", "hardness"):
             value = getattr(self, name)
             if value is not None and not _LEAST_MODULUS <= value <= _LARGEST_MODULUS:
-                warn_unlikely(f"Material: {name} is {quantity_text(value, 'Pa')}", "Pa", stacklevel=3)
+                warn_unlikely(
+                    f"Material: {name} is {quantity_text(value, 'Pa')}",
+                    "Pa",
+                    sample=value if value < _LEAST_MODULUS else 50,
+                    stacklevel=3,
+                )
 
 
 def _key(name: str) -> str:

@@ -134,7 +134,7 @@ def verify(
 
 def _verify_result(output: Path, log: Path | None, *, progress: bool, notify: Notify) -> Verification:
     if not is_netcdf(output):
-        kind = kind_text(output) or "is neither of them"
+        kind = kind_text(output) or "is no result, and no log"
         raise InputError(f"{output}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
     beside = log or log_beside(output)
     there = log is not None or beside.is_file()

@@ -46,7 +46,9 @@ def parsed(source: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}") from error
+        from historysim.scenario.toml_slips import mended
+
+        raise InputError(f"is not TOML: {mended(source, str(error))}") from error
     level: list[Any] = [document]
     for _ in range(parts):
         level = [

@@ -75,7 +75,8 @@ def readable(kind: str) -> Iterator[None]:
             str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
         )
         reason = message or type(error).__name__
-        raise InputError(f"is damaged, or no {kind} file ({reason[:200]})") from error
+        mend = "save it again, or give it the ending of what it is"
+        raise InputError(f"is damaged, or no {kind} file ({reason[:200]}); {mend}") from error
 
 
 def read(

@@ -18,7 +18,7 @@ from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
 from historysim.tables.columns import Format, Part, factor_or_none
 from historysim.tables.head import SEARCHED, Head, Heading
-from historysim.tables.lines import AT_ONCE, fields, like_a_number
+from historysim.tables.lines import AT_ONCE, brief, fields, like_a_number
 
 # so many lines of what stands above a table are kept
 _KEPT = 30
@@ -155,7 +155,8 @@ def survey(lines: Iterable[str], layout: Format) -> Survey:
         blocks.append(Block(begin, first, last, rows, above[:_KEPT], heading, row))
         begin = last + 1
     if not blocks:
-        raise InputError("has no rows of numbers; expected one line for each sample")
+        seen = next((f"the first line is {brief(line)}" for line in below if line), "it is empty")
+        raise InputError(f"has no rows of numbers; expected one line for each sample; {seen}")
     return Survey(tuple(blocks), tuple(below))
 
 

@@ -30,6 +30,7 @@ class Loading(abc.ABC):
 
     registry: ClassVar[Registry[Any]] = LOADINGS
     kind: ClassVar[str]
+    also_called: ClassVar[tuple[str, ...]] = ()
 
     substeps: int = 1
     """Steps that are recorded from one event to the next; they do not change the result."""

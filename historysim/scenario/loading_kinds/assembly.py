@@ -456,6 +456,7 @@ class MeasuredLoading(NumbersFile, Loading):
     """
 
     kind = "file"
+    also_called = ("measured", "record", "csv")
 
     columns: LoadColumns
     """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
@@ -481,6 +482,11 @@ class MeasuredLoading(NumbersFile, Loading):
     with ``reduce``."""
     reduce: bool = False
     """Replays only the samples that the contact remembers, by the dead bands."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: a channel is a column, or a constant."""
+        return f"expected columns.{key} = {{ constant = … }}, or a column of the file" if key in LOAD_KINDS else ""
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""

@@ -12,7 +12,7 @@ from historysim.basics.fields import NOT_NEGATIVE, Time
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
 from historysim.errors import InputError, at, misfit, path_text
-from historysim.loads.events import EVENTS, Event, LoadEvent
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
@@ -151,6 +151,11 @@ class Written(Loading):
 
     hold: bool | None = None
     """Whether a channel stays where it stands at each waypoint that does not name it."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: a channel belongs to a waypoint."""
+        return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
 
     @abc.abstractmethod
     def timeline(self) -> _Timeline:

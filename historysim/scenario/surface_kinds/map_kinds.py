@@ -124,6 +124,7 @@ class RandomMap(HeightMap):
     """
 
     kind = "random"
+    also_called = ("rough", "gaussian", "fractal", "self-affine", "generated", "isotropic")
 
     shape: tuple[int, ...]
     """Points, ``[nx, ny]``."""
@@ -175,6 +176,7 @@ class MeasuredMap(HeightMap):
     """
 
     kind = "measured"
+    also_called = ("map", "height map", "heights", "topography", "file", "afm", "profilometer")
 
     file: str
     """Path, relative to the scenario."""

@@ -34,6 +34,7 @@ class Sphere(SurfaceKind):
     """
 
     kind = "sphere"
+    also_called = ("ball", "asperity", "indenter", "tip", "hertz", "cap")
 
     radius: Length
     """Radius of the ball."""
@@ -57,6 +58,7 @@ class InlineSummits(SurfaceKind):
     """
 
     kind = "summits"
+    also_called = ("asperities", "list", "spheres", "balls", "peaks", "table")
 
     height: Lengths
     """Heights, or one for all."""
@@ -128,6 +130,7 @@ class Textured(SurfaceKind):
     """
 
     kind = "textured"
+    also_called = ("texture", "pattern", "laser", "grid", "bumps", "pillars")
 
     count: tuple[int, ...]
     """Asperities along x and y, ``[nx, ny]``."""
@@ -172,6 +175,7 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
     """A normal curve from a table, such as an indentation."""
 
     kind = "normal_curve"
+    also_called = ("curve", "stiffness", "finite elements", "fem")
 
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
     """Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
@@ -232,6 +236,7 @@ class GaussianHeights(DistributedSummits):
     """
 
     kind = "statistics"
+    also_called = ("greenwood-williamson", "gw", "statistical", "distribution")
 
     rms_height: Length
     """Standard deviation of the heights."""
