@@ -12,6 +12,7 @@ Gaussian surface of this Rq shows.
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -50,7 +51,7 @@ def calculated(seeds: int = 4) -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:
+def drawn(found: xr.Dataset) -> list[Figure]:
     """Return a figure for each order of loads, at the roughness at which summits yield most."""
     return [
         hs.plots.curve(
@@ -58,6 +59,7 @@ def drawn(found: xr.Dataset) -> list[object]:
             quantity="preliminary_displacement",
             over="normal_load",
             each="law",
+            from_zero=True,
             title=f"Fig. {number}, Rq 1 µm: preliminary displacement of each level, the load {word}",
         )
         for number, run, word in (
@@ -69,7 +71,10 @@ def drawn(found: xr.Dataset) -> list[object]:
 
 
 if __name__ == "__main__":
-    mean = calculated().preliminary_displacement.mean("seed") * 1e9
+    result = calculated()
+    mean = result.preliminary_displacement.mean("seed") * 1e9
     for rms in mean.rms_height.values:
         for law in LAWS:
             print(f"Rq {rms * 1e9:g} nm, {law}", mean.sel(rms_height=rms, law=law).to_pandas().round(2), sep="\n")
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_5_17_to_5_26_yielding_{number}.png")

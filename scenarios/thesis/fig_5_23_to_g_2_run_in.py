@@ -16,6 +16,7 @@ that a pass lowers the points of the summits that it meets. What the passes do:
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 from historysim.asperities.running_in import Pass, run_in
@@ -60,7 +61,7 @@ def calculated(seeds: int = 6, passes: int = 8, points: int = 128) -> xr.Dataset
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:
+def drawn(found: xr.Dataset) -> list[Figure]:
     """Return δ over the passes, and the summits of one map before and after."""
     pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
     surface = hs.random_surface((128, 128), 1e-6, RMS_HEIGHT, 20e-6, seed=1)
@@ -71,6 +72,7 @@ def drawn(found: xr.Dataset) -> list[object]:
             quantity="preliminary_displacement",
             over="pass",
             each="normal_load",
+            from_zero=True,
             title="Run in: preliminary displacement before each pass",
         ),
         hs.plots.summits(
@@ -87,3 +89,5 @@ if __name__ == "__main__":
         mean, spread = result[name].mean("seed"), result[name].std("seed")
         print(name, (mean * 1e9).round(1).to_pandas(), (spread / mean).round(3).to_pandas(), sep="\n")
     print("elastic", (result.elastic_displacement.mean("seed") * 1e9).round(1).values, "nm")
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_5_23_to_g_2_run_in_{number}.png")

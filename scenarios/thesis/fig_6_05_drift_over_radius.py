@@ -9,6 +9,7 @@ less than 20 nm at × 100, which holds up to ΔR = 7.6.
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -34,11 +35,13 @@ def calculated() -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> object:
+def drawn(found: xr.Dataset) -> Figure:
     """Return the figure."""
     title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
     return hs.plots.curve(found, quantity="drift", over="change", each="start", logarithmic=False, title=title)
 
 
 if __name__ == "__main__":
-    print((calculated().drift.to_pandas().T * 1e9).round(1))
+    result = calculated()
+    print((result.drift.to_pandas().T * 1e9).round(1))
+    drawn(result).savefig("fig_6_05_drift_over_radius.png")

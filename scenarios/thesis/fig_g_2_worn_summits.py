@@ -10,6 +10,7 @@ lets zirconia's radii rise with the load: the maps themselves are needed. `kind 
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -41,13 +42,16 @@ def calculated() -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:  # noqa: ARG001 - the clouds, and not their means
+def drawn(found: xr.Dataset) -> list[Figure]:  # noqa: ARG001 - the clouds, and not their means
     """Return the four panels."""
     return [
-        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, title=f"Fig. G.2 {name}")
+        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, apart=True, title=f"Fig. G.2 {name}")
         for name, row in PANELS.items()
     ]
 
 
 if __name__ == "__main__":
-    print((calculated().mean_summit_radius.to_pandas() * 1e6).round(2))
+    result = calculated()
+    print((result.mean_summit_radius.to_pandas() * 1e6).round(2))
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_g_2_worn_summits_{number}.png")

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -56,12 +57,15 @@ def rows(found: xr.Dataset) -> list[list[str]]:
     return [*table, ["first to last", "", "", "", "", f"{abs(mean[-1] - mean[0]):.2f}"]]
 
 
-def drawn(found: xr.Dataset) -> object:
+def drawn(found: xr.Dataset) -> Figure:
     """Return δ over the distance."""
     title = "Table 6.2: preliminary displacement along a run with measured friction, 5 N"
-    return hs.plots.curve(found, quantity="preliminary_displacement", over="distance", logarithmic=False, title=title)
+    looks = {"logarithmic": False, "from_zero": True, "title": title}
+    return hs.plots.curve(found, quantity="preliminary_displacement", over="distance", **looks)
 
 
 if __name__ == "__main__":
-    for line in rows(calculated()):
+    result = calculated()
+    for line in rows(result):
         print("  ".join(text.rjust(16) for text in line))
+    drawn(result).savefig("table_6_2_friction_along_a_run.png")
