@@ -2,8 +2,8 @@
 
 The maximum is 3F/2πa² (Eq. 4.4 prints a³) on the contact area of Hertz. The source takes the measured F, which it has
 in a picture alone, and as F ∝ N^0.7 (4.4.1): the maximum then rises with the load, and more slowly at a high load, as
-4.4.3 says. F = τ₀ A on the area of adhesive contact (JKR) gives the opposite order, high at low load and then level,
-as 4.6 says; constant μ lets it rise as N^(1/3). Assumed: all three have the told μ at 50 mN.
+4.4.3 says. F = τ₀A on the area of adhesive contact (JKR) gives the opposite order, high at low load and then level,
+as 4.6 says; constant μ lets it rise as N^(1/3). Assumed: all three have the μ of Fig. 4.1 at 50 mN.
 """
 
 # historysim gallery: example

@@ -1,11 +1,10 @@
 """Figs. 5.17, 5.21 and 5.26, elastic and with summits that yield: δ of each level, from a virgin surface and in a run.
 
-Zirconia on glass, generated surfaces (β = 20 µm), hardness of glass 5.9 GPa, Kogut and Etsion's law. At the printed
-Rq of 24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the
-load stands on flattened summits, δ is some 35 and 60 % less, and the order of loads counts: raised without release
-each level is that of a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26)
-is not what yielding gives. The source's own balls have Rz/Rq of 56 and more: their extreme summits yield, which no
-Gaussian surface of this Rq shows.
+Zirconia on glass, generated surfaces (β = 20 µm), the hardness of glass, Kogut and Etsion's law. At the printed Rq of
+24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the load
+stands on flattened summits, δ is far less, and the order of loads counts: raised without release each level is that of
+a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26) is not what yielding
+gives. The source's own balls have a few far higher summits: these yield, which no Gaussian surface of this Rq shows.
 """
 
 # historysim gallery: example

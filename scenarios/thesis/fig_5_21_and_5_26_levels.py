@@ -1,7 +1,7 @@
 """Figs. 5.21 and 5.26: preliminary displacement of each level of a run without release, zirconia and alumina on glass.
 
-The runs are those of fig_5_21_rising_loads.toml (50, 70, 90 mN) and fig_5_26_falling_loads.toml (90, 70, 50 mN). δ of a
-load has no memory: whatever came before, it is that of Fig. 5.17, .9 and .8 nm more at 90 than at 50 mN.
+The runs are those of fig_5_19_rising_loads.toml (50, 70, 90 mN) and fig_5_24_falling_loads.toml (90, 70, 50 mN). δ of a
+load has no memory: whatever was before, it is that of Fig. 5.17.
 """
 
 # historysim gallery: example

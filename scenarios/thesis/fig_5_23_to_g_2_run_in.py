@@ -5,11 +5,10 @@ Alumina on zirconia, generated maps (Rq 1.18 µm, the sum of the vacuum pair at 
 Archard's with K = 1e-6; what is cut off is lost. The real maps are not published; a contact is smaller than a pixel, so
 that a pass lowers the points of the summits that it meets. What the passes do:
 
-- over 24 maps δ is 458 and 698 nm at 1 and 5 N by Hertz, 117 and 158 in the first pass, 77 and 97 in the last: the
-  direction of Fig. 5.23, "after the test less", not its two orders of magnitude;
-- the radii of the summits that touch double, .78 to 1.5 and .79 to 1.7 µm, where G.2 has them fall with the distance;
-- maps spread less, as the source claims of run-in surfaces: the deviation is 106 and 130 nm elastic (.23 and .19 of δ),
-  13 and 19 nm in the first pass (.11, .12), 8 and 10 nm in the last (.10). Most of it is what yielding does at once.
+- δ is far less in the first pass than by Hertz, and less again in the last: the direction of Fig. 5.23, "after the
+  test less", not its two orders of magnitude;
+- the radii of the summits that touch double, where G.2 has them fall with the distance;
+- maps spread less, as the source claims of run-in surfaces. Most of it is what yielding does at once.
 """
 
 # historysim gallery: example

@@ -1,8 +1,7 @@
 """Fig. 6.5: drift over the relative change of radius, ΔR = (R₂ - R₁)/R₁.
 
-R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (told). Forward with R₁, back with R₂ (from .1 to 3 µm times the
-factor): the drift is the difference of the preliminary displacements, 123, 57 and 26.5 nm at ΔR = 29. The source has
-less than 20 nm at × 100, which holds up to ΔR = 7.6.
+R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (given). Forward with R₁, back with R₂ (from .1 to 3 µm times the
+factor): the drift is the difference of the preliminary displacements. The source has less than 20 nm at × 100.
 """
 
 # historysim gallery: example

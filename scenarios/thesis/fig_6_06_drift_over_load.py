@@ -1,8 +1,8 @@
-"""Fig. 6.6 b: branch drift over the change of the normal load.
+"""Fig. 6.6: (a) the sequence of the normal load, (b) branch drift over its change.
 
-From 50 mN up to 100 and down to 1, from 100 mN up to 150 and down to 50. R = .5 µm, μ = .5 (told). At ± 20 mN 78.0
-and 179.0 nm, from 100 mN 63.6 and 136.1: a falling load drifts 2.3 times as much, and a higher load at the start
-less, as the source says. Its 60 and 140 nm are those of R = 1 µm (61.9, 142.1), as if the diameter had been used.
+From 50 mN up to 100 and down to 1, from 100 mN by 50 mN up and down. R = .5 µm, μ = .5 (given). A falling load
+drifts more, and a higher load at the start less, as the source says. Its numbers are those of R = 1 µm, as if the
+diameter had been used. Assumed: the steps of the sequence.
 """
 
 # historysim gallery: example

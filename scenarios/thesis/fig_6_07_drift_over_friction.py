@@ -1,7 +1,6 @@
-"""Fig. 6.7: drift over the change of the friction coefficient.
+"""Fig. 6.7: drift over the change of the friction coefficient: linear, and the same from any start.
 
-By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (told). Linear, and the same from any start:
-21.21 nm for each .1, 53.0 at .25. From .9 down to .2 it is 148.5 nm.
+By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (given).
 """
 
 # historysim gallery: example

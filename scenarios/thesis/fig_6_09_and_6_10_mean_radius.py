@@ -1,9 +1,9 @@
 """Figs. 6.9 and 6.10: preliminary displacement over the mean summit radius, for each β and each Rq.
 
 Bars along x are mean ± standard deviation of the radii; along y the displacement with all radii one deviation smaller
-and larger, heights as they are (6.2.2). Alumina on zirconia, 50 mN, μ = .5 (told for 6.10, assumed for 6.9). Fig.
-6.9: β of 10 to 80 µm at Rq = 1 µm; bars are 28 nm long at 10 µm and 20 at 80 to either side, but relatively the same,
-.14. Fig. 6.10: Rq of .1 to 5 µm at β = 20 µm; δ rises with Rq, against one sentence of 6.2.2.
+and larger, heights as they are (6.2.2). Alumina on zirconia, 50 mN, μ = .5 (given for 6.10, assumed for 6.9). Fig.
+6.9: β of 10 to 80 µm at Rq = 1 µm; bars are longer at short β, but relatively the same. Fig. 6.10: Rq of .1 to 5 µm at
+β = 20 µm; δ rises with Rq, against one sentence of 6.2.2.
 """
 
 # historysim gallery: example

@@ -2,8 +2,8 @@
 
 Ball and plate, 100 and 1000 m, each at 1 and 5 N, in ambient and vacuum. The measured maps are not published.
 Assumed: one generated surface (β = 20 µm, 256 × 256 points of 1 µm), scaled to the Rq of Table B.3, so that radii go
-as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambient (.89 → 1.84 µm), where the text
-lets zirconia's radii rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
+as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambient, where the text lets zirconia's radii
+rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
 """
 
 # historysim gallery: example

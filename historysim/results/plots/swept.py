@@ -117,7 +117,7 @@ class CurvePicture(Panel):
             axis.set_label_text(name_of(sweep, name) + (f" ({its_unit})" if its_unit else ""))
         axes.margins(0.06, 0.08)
         if self.from_zero:
-            axes.set_ylim(bottom=0.0)
+            axes.set_ylim(0.0, 1.08 * axes.dataLim.y1)
         if axes.get_legend_handles_labels()[1]:
             numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
             # beside the axes: inside, it might lie on a line
