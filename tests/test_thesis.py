@@ -16,7 +16,7 @@ from thesis import FOLDER, NANO, PAGE, calculated, listed, repeats, scenario, sw
 
 import historysim as hs
 from historysim.results import analysis, rebuilt
-from historysim.results.named_states import named_states
+from historysim.results.origin import named_states
 from historysim.results.plots.friction_loops import END
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
