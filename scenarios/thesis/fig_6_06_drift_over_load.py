@@ -56,8 +56,8 @@ def _sequence() -> Figure:
     for first, *ends in zip(FIRST, *ENDS.values(), strict=True):
         for end in ends:
             loads = np.round(np.linspace(first, first + end, 6) * 1e3, 1)
-            style = "-" if end > 0 else "--"
-            axes.step(np.arange(7), [*loads, loads[-1]], style, where="post", label=f"from {first * 1e3:g} mN")
+            style, way = ("-", "up") if end > 0 else ("--", "down")
+            axes.step(np.arange(7), [*loads, loads[-1]], style, where="post", label=f"from {first * 1e3:g} mN {way}")
     axes.set_xticks(np.arange(6) + 0.5, ["there", "back"] * 3)
     axes.set(ylim=(0, None), xlabel="stroke", ylabel="normal load $N$ (mN)")
     axes.set_title("Fig. 6.6 a: sequence of the normal load, rising and falling", fontsize=9)
