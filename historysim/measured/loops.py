@@ -33,7 +33,7 @@ from historysim.measured.loop_values import (
     LoopValues,
     NoLoopError,
 )
-from historysim.measured.notes import instrument_faults, loop_notes
+from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
 from historysim.measured.reduction import (
     channel,
     check_moves,
@@ -85,8 +85,8 @@ class Loops(LoopValues):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Faults of the instrument that change what is read off, with the remedy."""
-        return tuple(instrument_faults(self))
+        """Faults of the instrument, and a drift of friction, with the remedy."""
+        return (*instrument_faults(self), *drift_notes(self))
 
     def _interval(self, quantity: str, unit: str) -> str:
         """Return the interval of a mean, as a string."""
