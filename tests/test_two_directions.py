@@ -1,0 +1,308 @@
+"""Histories in two tangential directions: events, logs, files, scenarios, questions and pictures of them."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError, LoadError
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+HEIGHTS = np.random.default_rng(7).normal(0, 20e-9, 12)
+ENSEMBLE = hs.Ensemble(PAIR, HEIGHTS, 10e-6, 0.2, rings=hs.Rings(height_classes=2, rings=10))
+INSTRUMENT = hs.Instrument(("300 mN/µm", "1 N/µm"))
+VECTORS = ("tangential_displacement", "total_tangential_load", "tangential_load", "drive_displacement")
+
+SCENARIO = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+"""
+
+
+def drawn(seed, count=8, *, by_load=False):
+    """Events: loads that are held, a path in the plane, now and then a change of friction."""
+    rng = np.random.default_rng(seed)
+    events = [hs.NormalLoad(0.0, 20e-3)]
+    for time in np.arange(1.0, count + 1):
+        turn = rng.uniform(0, 2 * np.pi)
+        way = np.array([np.cos(turn), np.sin(turn)])
+        events.append(hs.TangentialLoad(time, 1.5e-3 * way) if by_load else hs.TangentialDisplacement(time, 8e-9 * way))
+        if rng.random() < 0.4:
+            events.append(hs.NormalLoad(time, rng.uniform(15e-3, 25e-3)))
+        if rng.random() < 0.2:
+            events.append(hs.FrictionChange(time, rng.uniform(0.15, 0.3)))
+    return events
+
+
+@pytest.mark.parametrize("by_load", [False, True])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_replay_is_what_steps_by_hand_give(seed, by_load):
+    events = drawn(seed, by_load=by_load)
+    state, normal = ENSEMBLE.initial_state(), 0.0
+    loads = {event.time: event.value for event in events if isinstance(event, hs.NormalLoad)}
+    times = np.array(sorted(loads))
+    for time in sorted({event.time for event in events}):
+        normal = np.interp(time, times, [loads[each] for each in times])
+        there = [event for event in events if event.time == time]
+        moves = {event.name: event.value for event in there if event.channel == "tangential"}
+        state = ENSEMBLE.advance(
+            state, normal_load=normal, **(moves or {"tangential_load": (0.0, 0.0)}), instrument=INSTRUMENT
+        )
+        for change in (event for event in there if isinstance(event, hs.FrictionChange)):
+            state = ENSEMBLE.with_friction(state, change.friction, instrument=INSTRUMENT)
+            state = ENSEMBLE.advance(state, instrument=INSTRUMENT)
+    replayed = hs.Replay(ENSEMBLE, events, instrument=INSTRUMENT).state()
+    assert replayed.tangential_load == pytest.approx(state.tangential_load, rel=1e-9, abs=1e-12)
+    assert replayed.tangential_displacement == pytest.approx(state.tangential_displacement, rel=1e-9, abs=1e-18)
+    assert replayed.dissipated_energy == pytest.approx(state.dissipated_energy, rel=1e-6)
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_along_an_axis_the_bits_are_those_of_one_direction(axis, substeps):
+    one = [
+        hs.NormalLoad(0.0, 20e-3),
+        hs.TangentialDisplacement(1.0, 8e-9),
+        hs.NormalLoad(2.5, 25e-3),
+        hs.TangentialDisplacement(2.0, -6e-9),
+        hs.FrictionChange(2.5, 0.15),
+        hs.TangentialLoad(3.0, 1e-3),
+        hs.NormalDisplacement(4.0, -1e-9),
+        hs.TangentialDisplacement(4.0, 2e-9),
+    ]
+    one.sort(key=lambda event: event.time)
+
+    def turned(event):
+        if event.channel != "tangential":
+            return event
+        return type(event)(event.time, (event.value, 0.0) if axis == 0 else (0.0, event.value))
+
+    expected = hs.replay(ENSEMBLE, one, substeps=substeps, instrument=hs.Instrument(3e5))
+    found = hs.replay(ENSEMBLE, list(map(turned, one)), substeps=substeps, instrument=hs.Instrument(3e5))
+    for name in set(expected) - {"largest_traction_ratio"}:
+        values = found[name].values
+        if name in VECTORS:
+            assert not values[..., 1 - axis].any()
+            values = values[..., axis]
+        np.testing.assert_array_equal(values, expected[name].values, err_msg=name)
+
+
+def test_a_turned_history_turns_its_vectors_alone():
+    events, angle = drawn(3), 0.7
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    turned = [type(one)(one.time, turn @ one.value) if one.channel == "tangential" else one for one in events]
+    a, b = (hs.replay(ENSEMBLE, each, substeps=2) for each in (events, turned))
+    for name in a:
+        expected = a[name].values @ turn.T if name in VECTORS else a[name].values
+        scale = np.nanmax(np.abs(a[name].values.astype(float)))
+        np.testing.assert_allclose(b[name].values, expected, rtol=1e-6, atol=1e-9 * scale, err_msg=name)
+
+
+def test_the_drive_is_reached_behind_two_stiffnesses():
+    history = hs.replay(ENSEMBLE, drawn(4), instrument=INSTRUMENT)
+    reached = history.tangential_displacement + history.total_tangential_load / np.array([3e5, 1e6])
+    np.testing.assert_allclose(history.drive_displacement, reached, rtol=1e-12)
+    asked = np.array([event.value for event in drawn(4) if event.channel == "tangential"])
+    np.testing.assert_allclose(history.drive_displacement[1:], asked, rtol=1e-9, atol=1e-15)
+    # along one line one of the two is the spring
+    with pytest.raises(InputError, match="lateral_stiffness is"):
+        hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-5)], instrument=INSTRUMENT)
+
+
+def test_a_file_holds_what_the_dataset_does(tmp_path):
+    job = hs.Replay(ENSEMBLE, drawn(5), substeps=2, instrument=INSTRUMENT)
+    job.write(tmp_path / "a.nc")
+    expected = job.dataset()
+    with xr.open_dataset(tmp_path / "a.nc") as found:
+        assert found.direction.values.tolist() == ["x", "y"]
+        assert found.tangential_load.dims == ("step", "asperity", "direction")
+        xr.testing.assert_identical(found.drop_attrs().load(), expected.drop_attrs())
+    np.testing.assert_array_equal(
+        expected.total_tangential_load.sel(direction="y"), expected.total_tangential_load.values[:, 1]
+    )
+
+
+def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
+    events = drawn(6)
+    log = hs.EventLog.create(tmp_path / "a.history", ENSEMBLE, events[:4], substeps=2, instrument=INSTRUMENT)
+    log.append(events[4:])
+    assert list(log.events()) == events
+    assert log.ensemble.rings == ENSEMBLE.rings
+    assert log.instrument == INSTRUMENT
+    job = hs.Replay(ENSEMBLE, events, substeps=2, instrument=INSTRUMENT)
+    assert log.state(2.3) == job.state(2.3)
+    log.close()
+    hs.run(tmp_path / "a.history", tmp_path / "a.nc", snapshot_every=3)
+    found = hs.verify(tmp_path / "a.nc")
+    assert found
+    assert hs.verify(tmp_path / "a.history").snapshots > 1
+    log = hs.EventLog(tmp_path / "a.history")
+    # from a snapshot
+    assert log.state(6.4) == job.state(6.4)
+    fork = log.fork(3.5, tmp_path / "b.history")
+    # the waypoint at which it forks breaks a path, whose tolerance is of the friction limit of some 4 mN
+    limit = 0.2 * job.state(3.5).normal_load
+    np.testing.assert_allclose(fork.state().tangential_load, job.state(3.5).tangential_load, atol=1e-3 * limit)
+    with pytest.raises(InputError, match="some tangential loads or displacements are one number"):
+        fork.append(hs.TangentialDisplacement(9.0, 1e-9))
+    assert log.state_dataset(2.5).tangential_load.dims == ("step", "asperity", "direction")
+    log.state().save(tmp_path / "state")
+    assert ENSEMBLE.load_state(tmp_path / "state") == log.state()
+
+
+MIXED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-5), hs.TangentialLoad(2.0, (1e-5, 0.0))]
+MOVED = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, (1e-9, 1e-9))]
+
+
+@pytest.mark.parametrize(
+    ("options", "events", "says"),
+    [
+        ({}, MIXED, "some tangential loads or displacements are one number and some are two"),
+        ({}, [*MOVED, hs.FrictionRamp(2.0, 0.3)], "friction_ramp goes with one tangential direction"),
+        ({}, [*MOVED, hs.GeometryChange(2.0, summit_height=0.0)], "geometry goes with one tangential direction"),
+        ({"follow_sliding": True}, MOVED, "sliding that is followed goes with one tangential direction"),
+        ({"yielding": "thornton"}, MOVED, "yielding goes with one tangential direction"),
+        ({}, [MOVED[0], hs.TangentialLoad(1.0, (1e-3, 1e-3))], "beyond the friction limit"),
+    ],
+)
+def test_what_goes_with_one_direction_is_refused_in_a_sentence(options, events, says):
+    ensemble = hs.Ensemble(PAIR, HEIGHTS, 10e-6, 0.2, **options)
+    with pytest.raises((InputError, LoadError), match=says):
+        hs.replay(ensemble, events)
+
+
+def test_a_load_beyond_the_limit_is_held_at_it_in_its_direction():
+    events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, (3e-4, 4e-4))]
+    held = hs.replay(ENSEMBLE, events, saturate=True).isel(step=-1)
+    # along one line the limit is exact
+    np.testing.assert_allclose(held.total_tangential_load, [1.2e-4, 1.6e-4], rtol=1e-9)
+    assert held.saturated == 1
+
+
+@pytest.mark.parametrize("value", [(1e-9,), (1e-9, 2e-9, 3e-9), (1e-9, np.nan), ("1 nm", "2 N"), [[1e-9, 0.0]]])
+def test_a_pair_has_two_finite_numbers(value):
+    with pytest.raises(InputError, match=r"two, in x and y|not a unit of a length"):
+        hs.TangentialDisplacement(1.0, value)
+
+
+LOADING = """
+[loading]
+substeps = 2
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_displacement = ["10 nm", 0] },
+    { time = 2, tangential_displacement = ["10 nm", "10 nm"] },
+    { time = 3, tangential_displacement = [0, 0] },
+]
+[instrument]
+lateral_stiffness = ["300 mN/µm", "1 N/µm"]
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "plane.toml"
+    path.write_text(SCENARIO + LOADING)
+    return path
+
+
+def test_a_scenario_a_record_and_a_table_of_events_give_the_same(tmp_path, scenario):
+    expected = hs.run(scenario)
+    (tmp_path / "record.csv").write_text("t [s],N [mN],x [nm],y [nm]\n0,50,0,0\n1,50,10,0\n2,50,10,10\n3,50,0,0\n")
+    names = {"time": "t", "normal_load": "N", "tangential_displacement": "x", "tangential_displacement_y": "y"}
+    columns = "\n".join(f'columns.{name} = "{column}"' for name, column in names.items())
+    measured = tmp_path / "measured.toml"
+    instrument = LOADING[LOADING.index("[instrument]") :]
+    measured.write_text(f'{SCENARIO}[loading]\nsubsteps = 2\nfile = "record.csv"\n{columns}\n{instrument}')
+    found = hs.run(measured)
+    np.testing.assert_allclose(found.total_tangential_load, expected.total_tangential_load, rtol=1e-9, atol=1e-12)
+    run = CliRunner().invoke(main, ["run", str(scenario), "-o", str(tmp_path / "a.nc")])
+    assert run.exit_code == 0, run.output
+    assert "peak tangential load" in run.output
+    log = tmp_path / "a.history"
+    assert CliRunner().invoke(main, ["log", str(log), "--csv", str(tmp_path / "e.csv")]).exit_code == 0
+    again = hs.EventLog.create(tmp_path / "b.history", hs.load(scenario).ensemble(), instrument=INSTRUMENT)
+    again.close()
+    appended = CliRunner().invoke(main, ["append", str(tmp_path / "b.history"), str(tmp_path / "e.csv")])
+    assert appended.exit_code == 0, appended.output
+    assert list(hs.EventLog(tmp_path / "b.history").events()) == list(hs.EventLog(log).events())
+
+
+def test_a_column_along_y_needs_that_along_x(tmp_path):
+    (tmp_path / "record.csv").write_text("t [s],N [mN],y [nm]\n0,50,0\n1,50,10\n")
+    path = tmp_path / "measured.toml"
+    path.write_text(
+        f'{SCENARIO}[loading]\nfile = "record.csv"\ncolumns.time = "t"\ncolumns.normal_load = "N"\n'
+        'columns.tangential_displacement_y = "y"\n'
+    )
+    with pytest.raises(InputError, match="expected tangential_displacement, too"):
+        hs.load(path)
+
+
+def test_blocks_reach_pairs_in_turn(tmp_path):
+    path = tmp_path / "blocks.toml"
+    path.write_text(
+        SCENARIO
+        + """[[loading.blocks]]
+waypoints = [{ after = "1 s", normal_load = "50 mN" }]
+[[loading.blocks]]
+each = { after = "1 s", tangential_displacement = [["5 nm", 0], [0, "5 nm"]] }
+waypoints = [{ after = "1 s", tangential_displacement = [0, 0] }]
+"""
+    )
+    values = [event.value for event in hs.load(path).events() if event.channel == "tangential"]
+    assert list(dict.fromkeys(values)) == [(5e-9, 0.0), (0.0, 0.0), (0.0, 5e-9)]
+
+
+COMMANDS = {
+    "show {nc}": 0,
+    "verify {nc}": 0,
+    "state {log} --at 1.5": 0,
+    "table {nc} time-series -o {out}.csv": 0,
+    "table {nc} slip-shares -o {out}.csv": 0,
+    "table {nc} first-slips -o {out}.csv": 0,
+    "plot {nc} -o {out}.png": 0,
+    "plot {nc} --picture hodograph --with drive=true -o {out}.png": 0,
+    "report {nc} -o {out}.html": 0,
+    "loops {nc}": "goes with one tangential direction",
+    "table {nc} cycle-drift -o {out}.csv": "cycle_drift goes with one tangential direction",
+    "plot {nc} --picture loop -o {out}.png": "the picture loop goes with one tangential direction",
+    "fmu {toml} -o {out}.fmu": "one tangential direction",
+    "reduce {toml} -o {out}.json": "one tangential direction",
+}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_every_command_answers_or_says_that_it_goes_with_one_direction(tmp_path, scenario):
+    hs.run(scenario, tmp_path / "plane.nc")
+    places = {"nc": tmp_path / "plane.nc", "log": tmp_path / "plane.history", "toml": scenario}
+    for number, (command, expected) in enumerate(COMMANDS.items()):
+        words = [word.format(out=tmp_path / f"out{number}", **places) for word in command.split()]
+        found = CliRunner().invoke(main, words)
+        if expected == 0:
+            assert found.exit_code == 0, (command, found.output)
+        else:
+            assert found.exit_code != 0
+            assert expected in " ".join(found.output.split()), (command, found.output)
+            assert "Traceback" not in found.output
+
+
+def test_a_hodograph_needs_two_directions():
+    history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 1e-9)])
+    with pytest.raises(InputError, match="the history has one tangential direction"):
+        hs.plot(history, picture="hodograph")
+
+
+def test_a_sweep_takes_the_size_of_vectors(scenario):
+    found = hs.sweep(scenario, {"friction.coefficient": [0.1, 0.2]}, outputs=["peak_tangential_load"])
+    history = hs.run(scenario)
+    expected = np.linalg.norm(history.total_tangential_load, axis=-1).max()
+    assert found.peak_tangential_load.values[1] == expected
