@@ -18,6 +18,8 @@ ArrayLike = npt.ArrayLike
 Booleans = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+DIRECTION = "direction"
+"""The last dimension of a load or displacement in two tangential directions."""
 
 
 class FrozenArrays:

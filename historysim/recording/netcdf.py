@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, Self, final
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Array
+from historysim.basics.arguments import DIRECTION, Array
 from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
 from historysim.errors import InputError
 from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
 from historysim.recording import recorder
 from historysim.recording.recorder import Recorder, coordinates_of
-from historysim.recording.variables import COMPONENTS, COORDINATES, DIRECTION, OF_DIRECTION, SLIDE_TIME, Variable
+from historysim.recording.variables import COMPONENTS, COORDINATES, OF_DIRECTION, SLIDE_TIME, Variable
 
 if TYPE_CHECKING:
     import netCDF4

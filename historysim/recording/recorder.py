@@ -9,7 +9,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import Array, Floats, Integers
+from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import is_planar, values_of
 from historysim.loads.events import Event, FrictionRamp, GeometryChange, NormalDisplacement, NormalLoad
@@ -18,7 +18,6 @@ from historysim.memory.rows import PROJECTED, Rows, blank_rows
 from historysim.recording.variables import (
     COMPONENTS,
     COORDINATES,
-    DIRECTION,
     OF_DIRECTION,
     SLIDE_TIME,
     Changes,

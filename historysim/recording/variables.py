@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Array
+from historysim.basics.arguments import DIRECTION, Array
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from historysim.memory.rows import Rows
 
 
-DIRECTION, COMPONENTS = "direction", ("x", "y")
-"""The dimension of vectors in two tangential directions, and its labels."""
+COMPONENTS = ("x", "y")
+"""Labels of the dimension of vectors in two tangential directions."""
 OF_DIRECTION = "component of a vector"
 
 

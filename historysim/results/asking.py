@@ -10,8 +10,8 @@ from typing import Any, TypeVar, cast
 
 import attrs
 
+from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
-from historysim.recording.variables import DIRECTION
 
 F = TypeVar("F", bound=Callable[..., Any])
 # modules, and packages of modules, that may declare questions

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
 
-from historysim.basics.arguments import Array
+from historysim.basics.arguments import DIRECTION, Array
 from historysim.basics.files import is_log, is_netcdf, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, DIRECTION, VARIABLES, Changes, recorded
+from historysim.recording.variables import COORDINATES, VARIABLES, Changes, recorded
 
 if TYPE_CHECKING:
     import netCDF4

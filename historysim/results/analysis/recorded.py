@@ -6,9 +6,8 @@ from typing import Any, Protocol
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Array, Floats
+from historysim.basics.arguments import DIRECTION, Array, Floats
 from historysim.errors import InputError
-from historysim.recording.variables import DIRECTION
 
 
 class VariableView(Protocol):

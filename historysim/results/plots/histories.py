@@ -7,9 +7,8 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.arguments import Floats
+from historysim.basics.arguments import DIRECTION, Floats
 from historysim.errors import InputError
-from historysim.recording.variables import DIRECTION
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
 from historysim.results.analysis.slips import slip_note, slip_shares
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, WIDE, Canvas, Size

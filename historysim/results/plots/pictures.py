@@ -12,11 +12,11 @@ from typing import Annotated, Any, ClassVar, get_args, get_origin
 import attrs
 import xarray as xr
 
+from historysim.basics.arguments import DIRECTION
 from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
-from historysim.recording.variables import DIRECTION
 from historysim.results.asking import check_direction
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, canvas_at
 

@@ -6,8 +6,8 @@ import attrs
 import numpy as np
 import xarray as xr
 
+from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
-from historysim.recording.variables import DIRECTION
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.plots.canvas import TWO_COLUMNS, Canvas
 from historysim.results.plots.pictures import PICTURES, Picture
