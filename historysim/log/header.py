@@ -28,7 +28,7 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES = 1, 3, 4, 5, 7
-"""Forms of a log: plain, with asperities that evolve, with patches of normal curves, with summits that yield, and inclined."""
+"""Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes."""
 FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."

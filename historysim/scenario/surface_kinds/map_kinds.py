@@ -10,8 +10,8 @@ import numpy as np
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
-from historysim.basics.wording import Notify, silent
-from historysim.errors import InputError, at
+from historysim.basics.wording import Notify, shown, silent
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
