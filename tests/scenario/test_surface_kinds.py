@@ -519,7 +519,7 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
     ("kind", "said"),
     [
         ("Sphere", "surface.kind: 'Sphere'; did you mean 'sphere'?"),
-        (["sphere"], "surface.kind: an array; expected one of measured, normal_curve, random, sphere"),
+        (["sphere"], "surface.kind: an array; expected one of measured, meeting, normal_curve, random, sphere"),
         (7, "surface.kind: 7; expected one of measured"),
     ],
 )
