@@ -47,7 +47,7 @@ class Summits(FrozenArrays):
         y: "ArrayLike | None" = None,
         *,
         nominal_area: float | None = None,
-        slope: "npt.ArrayLike | None" = None,
+        slope: "ArrayLike | None" = None,
     ) -> None:
         heights = workable("height", one_per("summit", "summits", "height", height))
         radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
