@@ -11,16 +11,14 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.comparison import Observation, observe, passed
 from historysim.measured.holds import Rest, end_of, quiet, rests_of, start_of
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import estimated_noise, loop_dead_band, noise_of
+from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, noise_of
 
 FEWEST_HOLDS = 3
 """Holds from which on their scatter is known."""

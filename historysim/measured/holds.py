@@ -3,11 +3,10 @@
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.measured.comparison import load_steps
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import estimated_noise, loop_dead_band, turning_points
+from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, turning_points
 
 WITHIN, BEFORE = 4.0, 12.0
 """Deviations of the noise within which a displacement rests, and from which on its way to rest is timed."""

@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.measured.creep import creep_of
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 
 RECORDS = {
     "plain": {},

@@ -5,7 +5,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.loads.event_sequence import SampledLoads
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 STIFF = hs.Instrument(334e3)

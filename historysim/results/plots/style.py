@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
     from matplotlib.image import AxesImage
     from matplotlib.patches import Patch
+
 
 Extent = tuple[float, float, float, float]
 """Ends of an image: left, right, bottom and top."""
