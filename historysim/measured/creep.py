@@ -64,7 +64,7 @@ class Hold:
 
 
 @attrs.frozen
-class Estimate:
+class WithInterval:
     """A number with its interval of 95 %."""
 
     value: float
@@ -82,13 +82,13 @@ class Creep:
     """What the holds of a record show: the contact creeps by c ln(1 + t/τ) against its load, beside its memory."""
 
     holds: tuple[Hold, ...]
-    per_decade: Estimate
+    per_decade: WithInterval
     """By how much the contact creeps in each decade of time, c ln 10 [m]."""
-    relaxation: Estimate
+    relaxation: WithInterval
     """Share of the tangential load that this takes in each decade of time, while the drive rests [1]."""
     onset: float
     """τ [s]; NaN where the record does not say."""
-    sensor_drift: Estimate
+    sensor_drift: WithInterval
     """Drift of the zero of the load [N/s]."""
     unknown: str = ""
     """Why the record does not say how the load relaxes; empty where it does."""
@@ -181,7 +181,7 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
     return Creep(
         holds=tuple(held),
         per_decade=law.per_decade,
-        relaxation=Estimate(*(share * each for each in attrs.astuple(law.per_decade))),
+        relaxation=WithInterval(*(share * each for each in attrs.astuple(law.per_decade))),
         onset=math.nan if why else law.onset,
         sensor_drift=law.drift,
         unknown=why,
@@ -246,8 +246,8 @@ class _Law:
 
     creep: float
     onset: float
-    per_decade: Estimate
-    drift: Estimate
+    per_decade: WithInterval
+    drift: WithInterval
     unknown: str = ""
 
 
@@ -324,7 +324,7 @@ def _creeping(model: _Model, load: Floats) -> _Law:
     """
     from scipy import stats
 
-    nothing, count = Estimate(math.nan, math.nan, math.nan), len(model.rests)
+    nothing, count = WithInterval(math.nan, math.nan, math.nan), len(model.rests)
     if count < FEWEST_HOLDS:
         short = f"it has {counted(count, 'hold', 'holds')}; expected {FEWEST_HOLDS} or more, for an interval"
         return _Law(math.nan, math.nan, nothing, nothing, short)
@@ -343,9 +343,9 @@ def _creeping(model: _Model, load: Floats) -> _Law:
     variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
     reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
 
-    def estimate(which: int, unit: float) -> Estimate:
+    def estimate(which: int, unit: float) -> WithInterval:
         value, far = float(found.x[which]) * unit, float(reach[which]) * unit
-        return Estimate(value, value - far, value + far)
+        return WithInterval(value, value - far, value + far)
 
     per_decade, drift = estimate(0, search.unit * math.log(10)), estimate(2, search.drift_unit)
     unknown = ""
