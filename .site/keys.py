@@ -18,6 +18,7 @@ from numpydoc.docscrape import NumpyDocString
 
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import LAWS
+from historysim.asperities.planar import Rings
 from historysim.asperities.wear import WEAR_LAWS
 from historysim.asperities.yielding import YIELDING_LAWS
 from historysim.basics.fields import OneOf, Quantity, markdown
@@ -73,6 +74,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
     "`[loading]`": ("Exactly one of `waypoints`, `blocks`, `file`.", (LOADINGS,)),
     "`[wear]`": ("What sliding takes from the asperities: `law` with the keys of the law.", (WEAR_LAWS,)),
     "`[instrument]`": ("", (Instrument,)),
+    "`[rings]`": ("", (Rings,)),
     "`[adhesion]`": ("", (sections.AdhesionSection,)),
     "`[record]`": ("", (sections.RecordSection,)),
     "`[fit]`": ("", (sections.FitSection,)),
@@ -108,6 +110,7 @@ TITLES: dict[type, str] = {
 
 EXAMPLES: dict[type, str] = {
     Material: 'second = { name = "my glass", youngs_modulus = "64 GPa", poissons_ratio = 0.2 }',
+    Rings: "[rings]\nheight_classes = 1\nrings = 20",
     Instrument: '[instrument]\nlateral_stiffness = "334 mN/µm"\ndisplacement_resolution = "1 nm"',
 }
 """Of classes whose docstrings show them in Python."""

@@ -112,3 +112,17 @@ def test_5_a_stage_drifts_once_and_its_unit_moves_as_in_python(typed):
     ]
     again = hs.replay(names["ensemble"], events, record="totals").total_tangential_load.to_numpy()
     np.testing.assert_allclose(names["forces"], again[-times.size :], rtol=1e-9, atol=1e-12)
+
+
+def test_6_a_load_along_y_lets_x_creep(typed):
+    """The creep is that of twice the rings and classes, at a tenth of the tolerance."""
+    names, _ = typed("6_two_directions.md")
+    scenario = hs.load("plane.toml")
+    summits = scenario.ensemble()
+    fine = hs.Ensemble(
+        summits.pair, summits.summit_height, summits.summit_radius, 0.2, rings=hs.Rings(16, 60, tolerance=1e-4)
+    )
+    x = hs.replay(fine, scenario.events(), record="totals").tangential_displacement.sel(direction="x").values
+    # 1e-3 of μN over a stiffness of some 1 mN/nm
+    assert names["x"] == pytest.approx(x * 1e9, abs=0.05)
+    assert (np.diff(names["x"][1::3]) > 0).all()

@@ -16,6 +16,7 @@ from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, 
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import Law
 from historysim.asperities.planar import (
+    RINGS,
     PlanarState,
     Rings,
     compliances,
@@ -149,7 +150,7 @@ class Ensemble:
         wear: WearLaw | None = None,
         follow_sliding: bool = False,
         yielding: "YieldingLaw | str | None" = None,
-        rings: Rings = Rings(),  # noqa: B008 # a frozen value
+        rings: Rings = RINGS,
     ) -> None:
         check_pair(pair)
         if wear is not None:
@@ -451,6 +452,8 @@ class Ensemble:
         kinds = ("wear", self.wear), ("yielding", self.yielding), ("a friction law", self.law if self.slides else None)
         if self.curves is not None:
             return "patches that press on one another, or a normal curve"
+        if self.slope is not None:
+            return "summits that meet on slopes"
         return next((name for name, there in kinds if there is not None), "sliding that is followed" * self.slides)
 
     def in_plane(self, state: EnsembleState | PlanarState) -> PlanarState:
@@ -459,7 +462,7 @@ class Ensemble:
         Raises InputError: a state of another ensemble, or of one that moves in one direction alone.
         """
         if self.confined:
-            raise InputError(f"{self.confined} goes with one tangential direction; expected one number, not a pair")
+            raise InputError(f"one tangential direction goes with {self.confined}; expected one number, not a pair")
         memory = self._line_of(state)
         return state if isinstance(state, PlanarState) else PlanarState(planar_memory(memory, self.rings))
 

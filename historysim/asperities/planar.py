@@ -54,6 +54,9 @@ class Rings:
     tolerance: float = attrs.field(default=1e-3, validator=_below_1)
 
 
+RINGS = Rings()
+
+
 def _vector(name: str, unit: str, doc: str) -> Any:
     def value(state: "PlanarState") -> Floats:
         found, scale = getattr(state.memory, name), getattr(state.memory.line.contact.units, unit)

@@ -1,13 +1,11 @@
 """Contacts for other programs: a unit of co-simulation (FMU), and models of few springs that slide, with a bound."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import is_planar
-from historysim.loads.events import Event
 from historysim.replaying import Replay
 from historysim.scenario.run import Source, source_of
 from historysim.scenario.scenario import Scenario
@@ -31,14 +29,14 @@ class Exported(NamedTuple):
 def exported(given: Exportable, notify: Notify = silent) -> Exported:
     """Return what is exported; InputError where it cannot be used as it is, or moves in two tangential directions."""
     if isinstance(given, Replay):
-        _check_directions(given.events)
-        return Exported(given, "contact", "", ())
-    source = source_of(given)
-    header, events, _ = source.content(notify)
-    _check_directions(events)
-    return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)
-
-
-def _check_directions(events: Sequence[Event]) -> None:
-    if is_planar(events):
+        found = Exported(given, "contact", "", ())
+    else:
+        source = source_of(given)
+        header, events, _ = source.content(notify)
+        title = str(header.settings.get("title", ""))
+        found = Exported(header.replay(events), source.files[0].stem, title, source.files)
+    if is_planar(found.replay.events):
         raise InputError("other programs get a contact in one tangential direction; expected events with one, not two")
+    if found.replay.ensemble.slope is not None:
+        raise InputError("the asperities are inclined, which no export follows; expected level ones")
+    return found

@@ -8,6 +8,7 @@ import attrs
 from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.planar import RINGS, Rings
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     Force,
@@ -420,6 +421,7 @@ class Sections:
     wear: AnyWearLaw | None = None
     adhesion: AdhesionSection | None = None
     instrument: Instrument = RIGID
+    rings: Rings = RINGS
     record: RecordSection = RecordSection()
     fit: FitSection | None = None
     metadata: MetadataSection = MetadataSection()
@@ -442,6 +444,7 @@ class Sections:
             "loading": LOADINGS.values(),
             "record": (RecordSection,),
             "instrument": (Instrument,),
+            "rings": (Rings,),
             "materials": (MaterialsSection,),
         }
         homes = [name for name, of in kinds.items() if any(key == each.name for kind in of for each in fields_of(kind))]
