@@ -121,7 +121,7 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, ti
         # one summit has no distribution
         axes = canvas.axes()
     else:
-        axes, beside = canvas.two("asperity distribution", 1.25, stacked=1.6)
+        axes, beside = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
     if axes is not None and has_map and 1 in surface["height"].shape:
         _draw_profile(axes, surface, contact)
     elif axes is not None:
@@ -129,7 +129,7 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, ti
     if beside is not None:
         draw_distribution(beside, contact)
     elif count <= 1:
-        canvas.foot(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
+        canvas.notice(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
     canvas.legend(handles=legend_handles(surface, contact, flat=beside is not None))
     canvas.heading(title, contact.caption)
 

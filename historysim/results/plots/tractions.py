@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 ACROSS = ("radius", "diameter")
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
-LINES, MOST_LINES = 24, 200
+LINES, MOST_LINES, MOST_TICKS = 24, 200, 8
 POINTS = 401
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
 """Dashes of the limits of one friction coefficient, and of the next."""
@@ -244,11 +244,11 @@ class SlipFrontsPicture(Picture):
                 inside = np.abs(across) <= float(found[radius].values[row]) * factor
                 if found[radius].values[row] > 0:
                     axes.plot(across[inside], line[inside], solid_capstyle="butt", label=name, **looks[name])
-        ticks = np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), 7)).round().astype(int))
+        ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
         labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit})", ylabel="step, time")
-        canvas.legend(axes, extra=f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next")
+        canvas.legend(axes, extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
 
 
 def _chosen(
