@@ -49,6 +49,25 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
 
 
+def test_two_maps_of_one_place_show_what_was_lost(tmp_path):
+    before = hs.random_surface((64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
+    after = np.minimum(before.heights, 1e-6)
+    for name, heights in (("before", before.heights), ("after", after)):
+        np.save(tmp_path / f"{name}.npy", heights)
+    paths = [tmp_path / "before.npy", tmp_path / "after.npy"]
+    reading = {"pixel_size": "1 µm", "height_unit": "m"}
+    lines = dict(hs.show(paths, **reading))
+    assert float(lines["worn volume"].split()[0]) == pytest.approx((before.heights - after).sum() * 1e6, rel=0.05)
+    drawn = hs.plot(paths, **reading)
+    assert drawn.axes[0].get_title(loc="left") == "Height lost"
+    assert lines["worn volume"] in drawn.texts[-1].get_text()
+    alone = "; expected one, or two height maps of one place"
+    with pytest.raises(InputError, match=f"3 files or maps are given{alone}"):
+        hs.show([before] * 3)
+    with pytest.raises(InputError, match=f"2 files or maps are given; 5 is none{alone}"):
+        hs.show([before, 5])
+
+
 def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
     heights = np.random.default_rng(1).normal(size=(64, 64))
     reading = {"pixel_size": "1 µm", "height_unit": "nm"}

@@ -28,6 +28,7 @@ _KINDS = {
     "N m-1": ("a stiffness", "mN/µm"),
     "rad": ("an angle", "degree"),
     "m2": ("an area", "mm2"),
+    "m3": ("a volume", "µm3"),
     "m3 J-1": ("a volume per energy", "mm3 J-1"),
     "m-2": ("a number per area", "mm-2"),
     "kg": ("a mass", "g"),
@@ -42,7 +43,9 @@ _NAMES = {
         "height x y r pitch cutoff height_deviation mean_height height_scatter separation shift distance dead_band"
     ),
     "s": "sample_time duration dt until at t_span",
-    "Pa": "contact_modulus shear_modulus",
+    "Pa": "contact_modulus shear_modulus hardness",
+    "J": "dissipated_energy",
+    "m3": "worn_volume",
     "N m-1": "lateral_stiffness",
     "J m-2": "work_of_adhesion",
     "m2": "nominal_area area",
