@@ -1,5 +1,6 @@
 """What a picture is drawn on: a new figure of a size in millimetres, or a figure or axes of the caller."""
 
+import math
 import re
 import textwrap
 import warnings
@@ -46,8 +47,8 @@ MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
 UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?<=\$) (?=\()"
 """Spaces at which no line is broken: before a unit, and beside an equals sign."""
 NO_BREAK = "\N{NO-BREAK SPACE}"
-HYPHEN = re.compile(r"(?<![\w.-])-(?=\.?\d)")
-"""A hyphen that stands for a minus sign."""
+HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
+"""A hyphen that stands for a minus sign, and that sign."""
 UNIT = re.compile(r"([fpnµmkMGT]?)(m|N|J|Pa|N/m)")
 """A unit that may have another prefix."""
 PREFIXES = ("f", "p", "n", "µ", "m", "", "k", "M", "G", "T")
@@ -210,7 +211,7 @@ class Canvas:
         whole: Any = self.figure if self.given is None else self.given
         for text in whole.findobj(Text):
             if HYPHEN.search(text.get_text()):
-                text.set_text(HYPHEN.sub("\N{MINUS SIGN}", text.get_text()))
+                text.set_text(HYPHEN.sub(MINUS, text.get_text()))
         own: Any = self.figure
         # what was given is laid out by whoever gave it
         fits = own.figure is not own or self.given is not None or _fit(own)
@@ -341,7 +342,8 @@ def _label_offset(axis: Any) -> None:
     if not any(label.get_visible() and label.get_text() for label in axis.get_ticklabels()):
         return
     quantity, _, unit = axis.get_label_text().rpartition(" (")
-    unit, offset, power = unit.removesuffix(")"), float(formatter.offset), 3 * (int(formatter.orderOfMagnitude) // 3)
+    unit, offset = unit.removesuffix(")"), float(formatter.offset)
+    power = 3 * math.floor(math.log10(max(abs(end - offset) for end in axis.get_view_interval())) / 3)
     scale = UNIT.fullmatch(unit)
     place = PREFIXES.index(scale[1]) + power // 3 if scale else -1
     if scale and 0 <= place < len(PREFIXES):
@@ -349,7 +351,7 @@ def _label_offset(axis: Any) -> None:
     else:
         ticks = " ".join(filter(None, [f"$10^{{{power}}}$" if power else "", unit]))
     text = f"{quantity} ({ticks})" if ticks and quantity else quantity or ticks or axis.get_label_text()
-    axis.set_label_text(text + (f", from {offset:.10g} {unit}".rstrip() if offset else ""))
+    axis.set_label_text(text + (f", from {offset:.10g} {unit}".rstrip().replace("-", MINUS) if offset else ""))
     # as many ticks as there may be in another size, they keep what the label says
     if offset:
         formatter.set_useOffset(offset)

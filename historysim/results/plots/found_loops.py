@@ -199,7 +199,8 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops, length: float, force
     if np.isfinite(way):
         middle, reached = bottom + 0.3 * (top - bottom), left + way * length
         axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
-        axes.plot([left, reached, reached], [middle, middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)))
+        axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
+        axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
         canvas.label(axes, quantity_text(way, "m", 3), (reached, middle))
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):

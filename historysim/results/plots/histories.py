@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.array_types import Floats
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
 from historysim.results.analysis.slips import slip_shares
@@ -60,7 +61,7 @@ class HistoryPicture(Picture):
 
     kind, alone = "history", True
     caption = "The friction loop, the loads over time, and the slip state of each asperity."
-    order, needs = 1, "total_normal_load"
+    order, needs, found = 1, "total_normal_load", ("peak normal load", "peak tangential load", "dissipated energy")
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
@@ -189,6 +190,7 @@ class LoopPicture(Picture):
     colour: str = "slip"
 
     kind, size, alone, order = "loop", (COLUMN, 75.0), True, 3
+    found = ("preliminary displacement", "first to slide")
     caption = "The friction loop, coloured by the share of the contact area that slips."
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
@@ -330,6 +332,12 @@ class StiffnessPicture(Picture):
     caption = "The tangential load over the displacement, and the tangential stiffness."
     order, needs = 4, "total_normal_load"
 
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with the greatest stiffness."""
+        greatest = float(np.nanmax(history["tangential_stiffness"].values, initial=0.0))
+        return f"{cls.caption.removesuffix('.')}, up to {quantity_text(greatest, 'N/m', 3)}."
+
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw both."""
         check_recorded(data, "tangential_stiffness")
@@ -361,7 +369,7 @@ class WearPicture(Picture):
 
     kind, size, alone = "wear", (TWO_COLUMNS, 75.0), True
     caption = "The volume that the asperities lose, and their summits before and after."
-    order, needs = 8, "worn_volume"
+    order, needs, found = 8, "worn_volume", ("worn volume",)
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the volume over time, and the summits."""
@@ -439,6 +447,12 @@ class YieldingPicture(Picture):
     kind, size, alone = "yielding", (TWO_COLUMNS, 75.0), True
     caption = "First loading and unloading, and the summits that yielded, before and after."
     order, needs = 7, "yielded_depth"
+
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with how many summits yielded."""
+        yielded = history["yielding_load"].isel(step=-1).values > 0
+        return f"{cls.caption.removesuffix('.')}: {np.count_nonzero(yielded)} of {yielded.size} asperities."
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the normal load over the approach, where summits yield and where they do not, and the summits."""

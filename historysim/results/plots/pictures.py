@@ -45,6 +45,8 @@ class Picture:
     """Width and height [mm] where no other is asked for."""
     caption: ClassVar[str] = ""
     """What stands below it in the report of a history, which leaves out what has none; see `caption_of`."""
+    found: ClassVar[tuple[str, ...]] = ()
+    """Lines of the summary of a history that the caption ends with."""
     needs: ClassVar[str] = "slip_state"
     """The variable of a history without which the report leaves it out."""
     order: ClassVar[int] = 100

@@ -68,9 +68,16 @@ class TractionPicture(Panel):
     change_from: str | None = None
 
     kind, size, several = "traction", (COLUMN, 85.0), True
-    caption = "The traction over the radius of the asperity that carries most, step by step from a reversal."
+    caption = "The traction over the radius of the asperity that carries most, step by step from a reversal"
     # a patch has no radius to draw over
     order, needs = 5, "stick_radius"
+
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with the asperity and its load."""
+        asperity, _ = _chosen(history, None, None, STATES_IN_ONE)
+        load = float(history["normal_load"].sel(asperity=asperity).max())
+        return f"{cls.caption}: asperity {asperity}, up to {quantity_text(load, 'N', 3)}."
 
     def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
         """Draw the states of one history, or of several one after the other."""

@@ -9,9 +9,8 @@ from historysim._version import __version__
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.history_summary import readable_attributes
-from historysim.results.analysis.unseen_slip import slip_note
 from historysim.results.plots.pictures import PICTURES, draw
-from historysim.results.report.page import Section, code, folded, page, paragraph, picture, table
+from historysim.results.report.page import Section, code, folded, numbered, page, paragraph, picture, table
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
@@ -92,10 +91,11 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
             names += [name for name in ("yielding", "wear") if PICTURES[name].reported(history)]
-    parts = []
+    parts, lines = [], analysis.summary(history)
     for name in names:
+        kind = PICTURES[name]
         try:
-            parts.append(picture(draw(history, name), PICTURES[name].caption_of(history)))
+            parts.append(picture(draw(history, name), numbered(kind.caption_of(history), lines, kind.found)))
         except InputError as error:
             parts.append(paragraph(f"No picture {name}: {error}", "note"))
     return parts
@@ -104,9 +104,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
     names.sort(key=lambda name: PICTURES[name].order)
-    note = slip_note(history)
-    parts = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
-    parts += [*figures, *history_pictures(history, names)]
+    parts = [*figures, *history_pictures(history, names)]
     if history.sizes.get("asperity") == 1:
         parts.append(paragraph("No contact map: one asperity is a point in it.", "note"))
     return Section("Pictures", tuple(parts))

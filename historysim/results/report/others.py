@@ -13,9 +13,20 @@ from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
-from historysim.results.plots.swept import CurvePicture
+from historysim.results.plots.swept import CurvePicture, readable
 from historysim.results.report.history_report import history_page
-from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
+from historysim.results.report.page import (
+    EXPECTED,
+    Section,
+    code,
+    folded,
+    numbered,
+    page,
+    page_of,
+    paragraph,
+    picture,
+    table,
+)
 from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary
 
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
@@ -34,12 +45,16 @@ def loops_page(loops: xr.Dataset) -> str:
     if loops.attrs["content"] == LOOPS:
         means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
+        caption = numbered(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
         figure = LoopTrendsPicture().figure(loops)
     else:
         along = "normal load" if "level" in loops.dims else "amplitude"
         means = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
         rows = table(*_by_group(lines[:split]))
         caption = f"Over the {along}; bars are the standard deviation of one loop."
+        if "friction_line_slope" in loops.attrs:
+            slope, low, high = (loops.attrs[f"friction_line_slope{end}"] for end in ("", "_low", "_high"))
+            caption += f" The friction force rises by {slope:.3g} of the load (95 %: {low:.3g} to {high:.3g})."
         figure = LoopLevelsPicture().figure(loops)
     return page(
         str(loops.attrs.get("title") or "Friction loops"),
@@ -71,11 +86,12 @@ def sliding_page(sliding: Sliding) -> str:
         for middle, mean, deviation, count in zip(*windows, strict=True)
     ]
     heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
-    caption = "The friction coefficient, its windows, the static peak and the approach to the steady value."
+    caption, lines = "The friction coefficient, its windows and the approach to the steady value.", sliding.summary()
+    caption = numbered(caption, lines, ("friction coefficient", "static peak", "steady value"))
     return page(
         f"Friction over {sliding.over}",
         [
-            Section("Summary", (table(sliding.summary()),)),
+            Section("Summary", (table(lines),)),
             Section("Pictures", (picture(SlidingPicture().figure(sliding), caption),)),
             Section("Windows", _first_rows(rows, heading, "windows.")),
         ],
@@ -155,7 +171,9 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
         # a label is no number
         known = values.dtype.kind == "f" and name not in LABELS
         if known and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
-            label = str(values.attrs.get("long_name", name))
+            factor, unit = readable(values)
+            ends = " to ".join(f"{float(end) * factor:.3g}" for end in (values.min(), values.max()))
+            label = f"{values.attrs.get('long_name', name)}: {ends} {unit}".rstrip()
             pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
     return pictures
 
@@ -177,7 +195,7 @@ def comparison_page(
     found = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    caption = "Measured loops and loads, and those of the model."
+    caption = numbered("Measured loops and loads, and those of the model.", comparison.summary(), ("rms difference",))
     texts = [folded("the scenario", scenario)]
     if result:
         texts.append(folded("the scenario with the fitted values", result))
