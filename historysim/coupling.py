@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError, LoadError
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 
-from historysim.basics.display import Lines
 from historysim.basics.files import is_netcdf
+from historysim.basics.wording import Lines
 from historysim.errors import InputError
 from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
 
@@ -212,7 +212,7 @@ def _lines(what: Any) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a
 
     from historysim.results import tables
     from historysim.scenario.scenario import Scenario
-    from historysim.scenario.scenario_summary import summary as of_scenario
+    from historysim.scenario.scenario import summary as of_scenario
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.inspection import summary as of_surface
 
@@ -387,8 +387,8 @@ def _page(what: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
-    from historysim.results.report.others import dataset_page
     from historysim.results.report.page import EXPECTED, page_of, paragraph, picture
+    from historysim.results.report.reports import dataset_page
     from historysim.scenario.scenario import Scenario
 
     if isinstance(what, xr.Dataset):
@@ -408,8 +408,8 @@ def _page(what: object, name: str) -> str:
 
 
 def _page_of_scenario(scenario: "Scenario") -> str:
-    from historysim.results.report.others import comparison_page
     from historysim.results.report.page import page_of
+    from historysim.results.report.reports import comparison_page
     from historysim.scenario.fit import compare, fit
 
     if scenario.sections.fit is not None:
@@ -452,7 +452,7 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
     """
     import xarray as xr
 
-    from historysim.results.report.history_report import interactive_page
+    from historysim.results.report.reports import interactive_page
 
     if isinstance(history, str | Path):
         with opened(history) as content:

@@ -15,7 +15,7 @@ from scipy import optimize
 
 import historysim as hs
 from historysim.results import analysis, rebuilt
-from historysim.results.named_states import named_states
+from historysim.results.origin import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
 mpl.use("Agg")

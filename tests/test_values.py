@@ -16,9 +16,9 @@ import xarray as xr
 import historysim as hs
 from historysim import errors
 from historysim.asperities import laws, wear
-from historysim.basics.findings import Finding
-from historysim.basics.places import misfit
+from historysim.basics.wording import Finding
 from historysim.contact import adhesion
+from historysim.errors import misfit
 from historysim.loads import schedule
 from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse

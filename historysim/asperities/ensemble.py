@@ -20,13 +20,11 @@ from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
-from historysim.basics.arguments import checked, one_per, scalar, workable
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Floats, Integers, checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import (

@@ -6,8 +6,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.law import Law
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, scalar
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry

@@ -1,4 +1,4 @@
-"""Arguments of functions that take numbers in SI, checked, with messages that name them."""
+"""Types of arrays, and arguments of functions that take numbers in SI, checked, with messages that name them."""
 
 import math
 from collections.abc import Iterator
@@ -8,11 +8,32 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import UNIT_OF, has_unit, in_si
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+
+Array = npt.NDArray[Any]
+Booleans = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class FrozenArrays:
+    """A frozen attrs class with slots and read-only arrays, also after pickling and copying.
+
+    numpy forgets on the way that an array is read-only. The class is made with ``getstate_setstate=False``, since attrs
+    would else put its own method in the place of this one.
+    """
+
+    __slots__ = ()
+
+    def __setstate__(self, state: tuple[None, dict[str, Any]]) -> None:
+        for name, value in state[1].items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
 
 NUMBERS = "iufO"
 """Kinds of arrays that may hold numbers; of objects, fractions and the like."""

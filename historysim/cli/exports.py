@@ -120,7 +120,7 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.model_files import form_of, output_of
+    from historysim.exchange.reduced.reduced_model import form_of, output_of
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}

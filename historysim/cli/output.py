@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from historysim.basics.display import columns, printable, two_columns
 from historysim.basics.files import replacing
 from historysim.basics.targets import OutputFormat, csv_table, netcdf
+from historysim.basics.wording import columns, printable, two_columns
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.results.plots.printed import PrintedFigure
+    from historysim.results.plots.style import PrintedFigure
 
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),

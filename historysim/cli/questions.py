@@ -106,7 +106,7 @@ def table(
             # a row for each radius
             dataset = dataset.isel(step=0)
         if kinds == (VTU,):
-            from historysim.results.point_maps import write_vtk
+            from historysim.results.rebuilt import write_vtk
 
             write_vtk(dataset, output)
         else:

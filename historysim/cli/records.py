@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
     from historysim.measured.loops import Loops
     from historysim.results.plots.canvas import Place
-    from historysim.scenario.each_run import Run
     from historysim.scenario.fit import Fit
+    from historysim.scenario.record_search import Run
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
@@ -128,7 +128,7 @@ def loops(
 
     from historysim.measured.branches import DEFAULT
     from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
-    from historysim.scenario.each_run import loop_rows
+    from historysim.scenario.record_search import loop_rows
     from historysim.scenario.record_search import loops as find_loops
 
     shares = {"load_share": load_share, "amplitude_share": amplitude_share}
@@ -200,8 +200,8 @@ def sliding(
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.record_pictures import SlidingPicture
-    from historysim.scenario.each_run import sliding_rows
     from historysim.scenario.record_search import sliding as find_sliding
+    from historysim.scenario.record_search import sliding_rows
 
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     record, measured = _record(file, values, outputs, force=force)
@@ -276,8 +276,8 @@ def fit(
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
     from historysim.results.plots.record_pictures import ComparisonPicture
-    from historysim.scenario.each_run import fit_rows
     from historysim.scenario.fit import fit as fit_scenario
+    from historysim.scenario.record_search import fit_rows
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
@@ -344,7 +344,7 @@ def _write_runs(
     quiet: bool = False,
 ) -> None:
     """Print a table with a row for each run of a scenario's file, and why others cannot be used."""
-    from historysim.scenario.each_run import each_run
+    from historysim.scenario.record_search import each_run
 
     runs = each_run(scenario, find)
     files = write(runs)

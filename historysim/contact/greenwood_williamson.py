@@ -16,8 +16,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import gamma, hyp1f1
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 

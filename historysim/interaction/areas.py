@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 from scipy import special
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.notices import Notify, silent
+from historysim.basics.arguments import Floats, checked, scalar
 from historysim.basics.units import pascals
+from historysim.basics.wording import Notify, silent
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError

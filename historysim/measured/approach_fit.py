@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 

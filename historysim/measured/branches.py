@@ -9,8 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.reduction import FEWEST_SAMPLES

@@ -13,15 +13,14 @@ import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.loads.event_sequence import SampledLoads
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import check_moves, loop_dead_band, noise_of, turning_points
+from historysim.measured.reduction import Measurement, check_moves, loop_dead_band, noise_of, turning_points
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay
 

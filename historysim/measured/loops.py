@@ -10,11 +10,9 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text, scaled
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.branches import (
     DEFAULT,
@@ -50,7 +48,7 @@ from historysim.measured.reduction import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.measured.measurement import Measurement
+    from historysim.measured.reduction import Measurement
 
 WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""

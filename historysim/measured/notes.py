@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter

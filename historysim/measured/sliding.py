@@ -10,11 +10,9 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.approach_fit import Approach, approach
 from historysim.measured.reduction import (
@@ -34,7 +32,7 @@ from historysim.measured.reduction import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.measured.measurement import Measurement
+    from historysim.measured.reduction import Measurement
 
 Over = Literal["time", "distance"]
 Kind = TypeVar("Kind", bound="attrs.AttrsInstance")

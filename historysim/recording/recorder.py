@@ -9,7 +9,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Array, Floats, Integers
+from historysim.basics.arguments import Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad

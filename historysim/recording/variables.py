@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble

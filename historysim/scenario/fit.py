@@ -11,13 +11,11 @@ import tomlkit
 
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
-from historysim.basics.display import html_table
 from historysim.basics.files import replacing
-from historysim.basics.notices import progress_bar
-from historysim.basics.places import at
 from historysim.basics.targets import FITTED, Output, check_outputs
+from historysim.basics.wording import html_table, progress_bar
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, at
 from historysim.measured.comparison import Comparison, Observation, observe, passed
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.results.plots.pictures import figure_of
@@ -282,7 +280,7 @@ def _figure(fit: Fit, *, place: "Place", **_: object) -> "FigureOrAxes":
 
 @page_of.register(Fit)
 def _page(fit: Fit) -> str:
-    from historysim.results.report.others import comparison_page
+    from historysim.results.report.reports import comparison_page
 
     scenario = fit.scenario
     return comparison_page(

@@ -10,7 +10,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError

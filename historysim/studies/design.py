@@ -9,14 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.display import Lines
-from historysim.basics.notices import Notify, progress_bar, silent
-from historysim.basics.places import at
+from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
-from historysim.basics.wording import counted, nearest
-from historysim.errors import HistorySimError, InputError
+from historysim.basics.wording import Lines, Notify, counted, nearest, progress_bar, silent
+from historysim.errors import HistorySimError, InputError, at
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, progress_bar, silent
-from historysim.basics.places import at
-from historysim.errors import HistorySimError, InputError
+from historysim.basics.wording import Notify, progress_bar, silent
+from historysim.errors import HistorySimError, InputError, at
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported

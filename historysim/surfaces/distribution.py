@@ -18,8 +18,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.special import ndtri
 
-from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Floats, FrozenArrays
+from historysim.basics.arguments import Floats, FrozenArrays, checked, per_axis, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 

@@ -7,13 +7,11 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Booleans, Floats, FrozenArrays
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Booleans, Floats, FrozenArrays, checked, per_axis, scalar
 from historysim.basics.units import in_si, quantity_text, range_text
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
-from historysim.surfaces.filters import gaussian_mean
-from historysim.surfaces.form import Form, fit_form
+from historysim.surfaces.filters import Form, fit_form, gaussian_mean
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.summits import Summits, find_summits
 from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics

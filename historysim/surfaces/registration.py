@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage, spatial
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface

@@ -6,8 +6,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.arguments import Booleans, Floats, checked, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 

@@ -7,8 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import one_per, scalar, workable
-from historysim.basics.array_types import Array, Floats, FrozenArrays, Integers
+from historysim.basics.arguments import Array, Floats, FrozenArrays, Integers, one_per, scalar, workable
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import range_text

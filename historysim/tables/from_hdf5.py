@@ -1,10 +1,15 @@
-"""HDF5 and netCDF: arrays by their paths, with units from their attributes.
+"""HDF5, netCDF and MATLAB: arrays by their paths, with units from their attributes.
 
 HDF5 is read by h5py: netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset
-without a space, and ends the process at a group that holds itself.
+without a space, and ends the process at a group that holds itself. MATLAB of version 7.3 is HDF5. Its version 5 is read
+here, and not through scipy: its reader ends the process at files that are damaged in one of many ways. The format is
+that of "MAT-File Format", The MathWorks, R2023b.
 """
 
-from collections.abc import Iterator
+import math
+import struct
+import zlib
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from historysim.basics.hdf5 import check_contained
+from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
@@ -120,3 +126,150 @@ class NetCDFReader(TableReader):
             check_contained(path)
             with netCDF4.Dataset(path) as dataset:
                 yield Contents(list(_variables(dataset, "")))
+
+
+_HEADER = 128
+# types of elements
+_MATRIX, _COMPRESSED = 14, 15
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+# classes of matrices, and flags beside them
+_STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
+_LOGICAL, _COMPLEX = 0x200, 0x800
+
+
+# -- version 5 -------------------------------------------------------------------------------------
+
+
+def _contents_5(content: bytes, order: str) -> Contents:
+    contents = Contents([])
+    for kind, element in _decompressed(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
+        if kind == _MATRIX:
+            _gather(contents, None, element, order)
+    return contents
+
+
+def _decompressed(
+    elements: Iterator[tuple[int, memoryview]], order: str, packed: int
+) -> Iterator[tuple[int, memoryview]]:
+    unpacked = 0
+    for kind, element in elements:
+        if kind == _COMPRESSED:
+            stream = zlib.decompressobj()
+            tag = stream.decompress(element, 8)
+            (length,) = struct.unpack_from(f"{order}I", tag, 4)
+            unpacked += 8 + length
+            check_unpacked(unpacked, packed)
+            # a little more, so that the end is met
+            content = tag + stream.decompress(stream.unconsumed_tail, length + 8)
+            if not stream.eof:
+                raise InputError("is cut short, or damaged")
+            yield from _elements(memoryview(content), order)
+        else:
+            yield kind, element
+
+
+def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
+    """Yield the type and the bytes of each element."""
+    start = 0
+    while start < len(content):
+        (tag,) = struct.unpack_from(f"{order}I", content, start)
+        if tag >> 16:  # a small one: its length and four bytes stand in the tag itself
+            kind, length, first, following = tag & 0xFFFF, min(tag >> 16, 4), start + 4, start + 8
+        else:
+            kind, length, first = tag, struct.unpack_from(f"{order}I", content, start + 4)[0], start + 8
+            following = first + length + (0 if kind == _COMPRESSED else -length % 8)
+        if first + length > len(content):
+            raise InputError("is cut short, or damaged")
+        yield kind, content[first : first + length]
+        start = following
+
+
+def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str) -> None:
+    """Add a variable, or the fields of a structure."""
+    if not matrix:
+        return
+    (_, flags), (_, sizes), (_, own_name), *parts = _elements(matrix, order)
+    (flag,) = struct.unpack_from(f"{order}I", flags)
+    shape = tuple(int(size) for size in np.frombuffer(sizes, f"{order}i4"))
+    name = bytes(own_name).decode("latin-1") if name is None else name
+    if min(shape) < 0 or len(shape) < 2:
+        raise InputError(f"is damaged: {name!r} has the shape {shape}")
+    kind = flag & 0xFF
+    if kind == _STRUCTURE and math.prod(shape) == 1:
+        (_, width), (_, names), *values = parts
+        size = int(np.frombuffer(width, f"{order}i4")[0])
+        fields = [bytes(names[start : start + size]).partition(b"\0")[0] for start in range(0, len(names), size)]
+        for field, (_, value) in zip(fields, values, strict=True):
+            _gather(contents, f"{name}.{field.decode('latin-1')}", value, order)
+    elif kind == _TEXT and shape[0] == 1:
+        contents.texts[name] = _text(*parts[0], order)
+    elif kind in _NUMERIC and not flag & (_LOGICAL | _COMPLEX):
+        contents.arrays.append(_array(name, shape, *parts[0], order))
+
+
+def _text(kind: int, content: memoryview, order: str) -> str:
+    encoding = _TEXTS[kind]
+    if encoding.startswith(("utf-16", "utf-32")):
+        encoding += "-le" if order == "<" else "-be"
+    return bytes(content).decode(encoding, "replace")
+
+
+def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, order: str) -> Array:
+    values = np.frombuffer(content, f"{order}{_NUMBERS[kind]}")
+    if len(values) != math.prod(shape):
+        raise InputError(f"is damaged: {name!r} of the shape {shape} has {len(values)} values")
+    values = values.reshape(shape, order="F")
+    return Array(name, shape, lambda selection: values[selection])
+
+
+# -- version 7.3 -----------------------------------------------------------------------------------
+
+
+def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
+    contents = Contents([])
+    for path, dataset in by_path.items():
+        name = path.replace("/", ".")
+        if (
+            path.startswith("#")
+            or dataset.shape is None
+            or attribute(dataset.parent, "MATLAB_class") not in {"", "struct"}
+        ):
+            continue
+        kind = attribute(dataset, "MATLAB_class")
+        if "MATLAB_empty" in dataset.attrs:
+            contents.arrays.append(Array(name, (0,), lambda _: []))
+        elif kind == "char":
+            contents.texts[name] = "".join(map(chr, dataset[()].ravel()))
+        elif dataset.dtype.kind in "fiu" and kind != "logical":
+            contents.arrays.append(Array(name, dataset.shape[::-1], _reader(dataset)))
+    return contents
+
+
+def _reader(dataset: "h5py.Dataset") -> Callable[[Selection], Any]:
+    # HDF5 has the dimensions in the other order
+    return lambda selection: dataset[selection[::-1]]
+
+
+@READERS.register
+class MatlabReader(TableReader):
+    """MATLAB, of version 7.3 and before."""
+
+    kind, endings = "matlab", (".mat",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
+        with path.open("rb") as stream:
+            header = stream.read(_HEADER)
+        order = {b"IM": "<", b"MI": ">"}.get(header[126:])
+        version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
+        if version == 0x0200:
+            with datasets(path, "MATLAB") as by_path, readable("MATLAB"):
+                yield _contents_7(by_path)
+        elif order and version == 0x0100:
+            with readable("MATLAB"):
+                contents = _contents_5(path.read_bytes(), order)
+            yield contents
+        else:
+            raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")

@@ -10,8 +10,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.comparison import observe, passed
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import noise_of
+from historysim.measured.reduction import Measurement, noise_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)

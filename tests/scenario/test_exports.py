@@ -11,8 +11,7 @@ from click.testing import CliRunner
 
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.scenario.scenario import load
-from historysim.scenario.scenario_summary import summary
+from historysim.scenario.scenario import load, summary
 from historysim.scenario.suggestion import suggested_loading
 from historysim.tables import Format, describe, what_is_seen
 

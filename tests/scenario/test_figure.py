@@ -8,7 +8,7 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.results.named_states import named_states
+from historysim.results.origin import named_states
 from historysim.results.tables import sweep_rows
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
@@ -143,13 +143,13 @@ seed = 1""",
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[picture]\nkind = "lops"\n', "picture.kind: the text 'lops'; did you mean 'loops'"),
+        ('[picture]\nkind = "lops"\n', "picture.kind: 'lops'; did you mean 'loops'"),
         ("[picture]\nwork = true\n", "picture.kind: missing; expected one of adhesion-map, bars, contact-map"),
         ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
         ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
             '[picture]\nkind = "bars"\nquantity = "drift"\ngroups = { a = "b" }\n',
-            "picture.groups.a: the text 'b'; expected an array",
+            "picture.groups.a: 'b'; expected an array",
         ),
         ("picture = 3\n", "picture: 3; expected a table"),
     ],
@@ -165,9 +165,9 @@ def test_what_is_no_picture_is_told_with_its_place(write, text, message):
     [
         (
             'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
-            r"waypoints\[1\].name: the text 'K' stands before",
+            r"waypoints\[1\].name: 'K' stands before",
         ),
-        ('waypoints = [{time=0, normal_load=1, name=" "}]', r"waypoints\[0\].name: the text ' '; expected a string"),
+        ('waypoints = [{time=0, normal_load=1, name=" "}]', r"waypoints\[0\].name: ' '; expected a string"),
         (
             '[[loading.blocks]]\nwaypoints = [{after=1, normal_load=1, name="K"}]',
             r"blocks\[0\].waypoints\[0\].name: a block may run several times",

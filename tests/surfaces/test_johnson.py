@@ -8,7 +8,7 @@ from scipy.integrate import quad
 from scipy.stats import johnsonsb, johnsonsu, norm
 
 from historysim.errors import InputError
-from historysim.surfaces.johnson import MOST_KURTOSIS, Translation, translation
+from historysim.surfaces.random import MOST_KURTOSIS, Translation, translation
 
 Z = np.linspace(-4, 4, 33)
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import johnsonsb, johnsonsu, norm
 
 from historysim.errors import InputError, UnlikelyValueWarning
-from historysim.surfaces.johnson import translation
-from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface
+from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface, translation
 
 EPS = np.finfo(float).eps
 

@@ -6,8 +6,7 @@ import pytest
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
-from historysim.tables.blocks import start_time
-from historysim.tables.clocks import one_clock
+from historysim.tables.blocks import one_clock, start_time
 from historysim.tables.columns import Part
 
 UNITS = {"time": "s", "normal": "N", "friction": "N", "stroke": "m"}

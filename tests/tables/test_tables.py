@@ -171,7 +171,12 @@ def test_missing_values_are_nan_when_asked_for_and_errors_otherwise(file, word):
         ("0x10", ""),
         ("1.5.2", ""),
         ("1,5", '; if it has a decimal comma, say decimal = ","'),
-        ("1,500.2", ""),
+        ("1,500.2", "; export it without separators between thousands"),
+        ("1.5 mN", "; export it without 'mN': a unit stands in the header, or as unit of the column"),
+        (
+            "1/2/2024 10:00",
+            ', or a clock: hh:mm:ss, alone or behind yyyy-mm-dd or dd.mm.yyyy; broken = "drop" leaves such rows out',
+        ),
     ],
 )
 def test_anything_else_is_an_error_with_line_and_column(file, word, hint, missing):

@@ -20,8 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked
 from historysim.errors import InputError
 
 LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12

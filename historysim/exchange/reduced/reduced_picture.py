@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.exchange.reduced.springs import Springs
 from historysim.results.plots.canvas import COLUMN, Canvas

@@ -7,8 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked, scalar
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 

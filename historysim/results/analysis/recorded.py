@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.errors import InputError
 
 

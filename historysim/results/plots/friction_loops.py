@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.fields import Quantity
 from historysim.basics.units import newtons, quantity_text
 from historysim.basics.wording import counted
@@ -16,8 +16,7 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import is_complete
-from historysim.results.named_states import named_states, state_label, step_of
-from historysim.results.origin import dense
+from historysim.results.origin import dense, named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
 from historysim.results.plots.style import (

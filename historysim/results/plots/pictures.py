@@ -12,10 +12,9 @@ from typing import Annotated, Any, ClassVar, get_args, get_origin
 import attrs
 import xarray as xr
 
-from historysim.basics import findings
 from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
-from historysim.basics.wording import nearest
+from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
 
@@ -316,7 +315,7 @@ def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: 
 
 def _beyond(what: xr.Dataset) -> str:
     """Return in a line which of the model's assumptions do not hold, empty where all do."""
-    names = [each.name for each in findings.read(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
+    names = [each.name for each in read_findings(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
     return f"beyond the model's assumptions: {', '.join(BEYOND[name] for name in names)}" if names else ""
 
 

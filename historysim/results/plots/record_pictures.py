@@ -6,13 +6,13 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.wording import listed
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import sampling_rate
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.basics.arguments import representable
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, representable
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError

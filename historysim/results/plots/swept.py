@@ -9,11 +9,10 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats
-from historysim.basics.places import misfit
+from historysim.basics.arguments import Floats
 from historysim.basics.units import prefixed, quantity
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
 from historysim.results.plots.style import FAINT, INK, LINES, by_factors, set_beside

@@ -9,13 +9,13 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.slips import representative_step
-from historysim.results.named_states import named_states, state_label, step_of
+from historysim.results.origin import named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, line_colours, scale_of, scaled, swings, zero_lines

@@ -9,18 +9,15 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.fields import POSITIVE, Time
 from historysim.basics.limits import LARGEST, SIZE
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, shown
-from historysim.errors import InputError
+from historysim.basics.wording import Notify, counted, shown, silent
+from historysim.errors import InputError, at, misfit
 from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured import correction, reduction
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import check_order
+from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
@@ -34,7 +31,7 @@ from historysim.scenario.loading_kinds.measured import (
 )
 from historysim.scenario.schema import given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
-from historysim.tables.clocks import one_clock
+from historysim.tables.blocks import one_clock
 from historysim.tables.columns import fitting
 
 MOST_SAMPLES = 10_000_000
@@ -459,6 +456,7 @@ class MeasuredLoading(NumbersFile, Loading):
     """
 
     kind = "file"
+    also_called = ("measured", "record", "csv")
 
     columns: LoadColumns
     """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
@@ -484,6 +482,11 @@ class MeasuredLoading(NumbersFile, Loading):
     with ``reduce``."""
     reduce: bool = False
     """Replays only the samples that the contact remembers, by the dead bands."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: a channel is a column, or a constant."""
+        return f"expected columns.{key} = {{ constant = … }}, or a column of the file" if key in LOAD_KINDS else ""
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""

@@ -19,9 +19,8 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
-from historysim.basics.places import misfit
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.loads.events import LOAD_KINDS
 from historysim.scenario.schema import from_table, given
 from historysim.tables import Column
@@ -29,7 +28,7 @@ from historysim.tables import Column
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from historysim.basics.array_types import Floats
+    from historysim.basics.arguments import Floats
 
 COMBINED = ("sum", "mean", "difference")
 """Keys that make one channel of several columns."""
