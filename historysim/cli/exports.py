@@ -124,6 +124,7 @@ def reduce(
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
+    options.check_drawn(size, [picture])
     targets = [output_of(path, form) for path, form in forms.items()]
     if picture is not None:
         targets.append(Output(picture, (PICTURE,)))

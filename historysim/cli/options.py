@@ -3,7 +3,7 @@
 import functools
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -93,6 +93,14 @@ size_option = click.option(
     metavar="WIDTHxHEIGHT",
     help="Of the picture, in millimetres, as 90x70; panels for which there is no room are left out, and named.",
 )
+
+
+def check_drawn(size: object, drawn: Iterable[Path | None]) -> None:
+    """Check that something is drawn where a size is given for it."""
+    if size is not None and not any(path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in drawn):
+        raise InputError("--size: nothing is drawn; expected the file of a picture, as -o loops.pdf")
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one object of JSON, with numbers in SI.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
 workers_option = click.option(

@@ -119,6 +119,7 @@ def loops(
     FILE is a result, or a scenario with a measured record. At several normal loads a table has a row for each load.
     """
     pictures = [path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path]
+    options.check_drawn(size, [*pictures, output, levels])
     outputs = [
         *([Output(output, (*TABLES_OF_LOOPS, PICTURE))] if output else []),
         *([Output(levels, (*TABLES_OF_LEVELS, PICTURE))] if levels else []),
@@ -203,6 +204,7 @@ def sliding(
     from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.record_search import sliding_rows
 
+    options.check_drawn(size, [output])
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     record, measured = _record(file, values, outputs, force=force)
     if _is_each(record):
