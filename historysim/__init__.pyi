@@ -11,6 +11,7 @@ from historysim.asperities.asperity import Asperity as Asperity
 from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch
 from historysim.asperities.ensemble import Ensemble as Ensemble
+from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.planar import PlanarState as PlanarState
 from historysim.asperities.planar import Rings as Rings

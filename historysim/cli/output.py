@@ -14,7 +14,7 @@ from historysim.basics.wording import columns, printable, two_columns
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.results.plots.style import PrintedFigure
+    from historysim.results.plots.printed import PrintedFigure
 
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),

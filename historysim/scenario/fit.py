@@ -217,7 +217,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness))
+    between = passed(ensemble, instrument, observation)
+    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness, between))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:

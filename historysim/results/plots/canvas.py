@@ -12,13 +12,15 @@ import attrs
 
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.results.plots.style import STYLE, PrintedFigure, plain
+from historysim.results.plots.style import STYLE, plain
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
     from matplotlib.text import Annotation, Text
+
+    from historysim.results.plots.printed import PrintedFigure
 
 Size = tuple[float, float]
 """Width and height [mm]."""
@@ -264,9 +266,10 @@ def _drawn_anew(size: Size | None, default: Size, draw: Callable[[Canvas], None]
 
 
 @contextmanager
-def new_figure(size: Size | None, default: Size) -> Iterator[PrintedFigure]:
+def new_figure(size: Size | None, default: Size) -> "Iterator[PrintedFigure]":
     """Yield an empty figure, to be drawn in the style of all pictures; InputError for what is no size."""
     from historysim.basics.arguments import checked
+    from historysim.results.plots.printed import PrintedFigure
 
     sides = checked("size", default if size is None else size, above=0)
     if sides.shape != (2,) or not LEAST_SIDE <= min(sides) <= max(sides) <= MOST_SIDE:
