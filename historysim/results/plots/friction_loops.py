@@ -117,7 +117,7 @@ class LoopsPicture(Panel):
             # of a load loops repeat, and lie on one another
             self._draw_loop(axes, loop, length, force, looks | ({"linestyle": "-"} if self.by_load else {}))
         if self.delta:
-            _name_ends(axes)
+            _name_ends(canvas, axes)
         if self.drift:
             _mark_drift(canvas, axes, smooth, length, force)
         # on several loops letters lie on one another, unless they are asked for
@@ -180,14 +180,13 @@ def _reach(loop: "Cell", own: Floats, row: int) -> float:
     return loop.reach + (float(own[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
 
 
-def _name_ends(axes: "Axes") -> None:
+def _name_ends(canvas: Canvas, axes: "Axes") -> None:
     """Name the marks of δ where they are one or two; of more the legend alone does."""
     marks = [line for line in axes.get_lines() if line.get_gid() == END]
     for number, mark in enumerate(marks if len(marks) < 3 else []):
         symbol = r"$\delta$" if len(marks) == 1 else rf"$\delta_{number + 1}$"
-        looks: dict[str, Any] = {"fontsize": 8, "zorder": 6, "textcoords": "offset points"}
         x, y = (float(each) for each in np.asarray(mark.get_xydata())[0])
-        axes.annotate(symbol, (x, y), (-2, 4) if number == 0 else (3, 4), ha="center", **looks)
+        canvas.label(axes, symbol, (x, y), fontsize=8)
 
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
