@@ -390,7 +390,7 @@ class CreepPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Creep) -> None:
         """Draw what memory and sensor leave of the load, and the parts."""
-        axes, beside = canvas.two("parts of the change", 1.1)
+        axes, beside = canvas.two(("relaxation", "parts of the change"), 1.1)
         for there, colour, marker, name in (
             (data.forward, STATE_COLOURS[1], "o", "held forward"),
             (~data.forward, STATE_COLOURS[2], "s", "held backward"),
@@ -408,8 +408,9 @@ class CreepPicture(Titled):
         if beside is not None:
             _draw_parts(beside, data)
         canvas.legend(*(each for each in (axes, beside) if each is not None))
-        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation"))
-        canvas.heading(self.title)
+        canvas.heading(
+            self.title, "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
+        )
 
 
 def _draw_parts(axes: "Axes", data: Creep) -> None:
