@@ -11,11 +11,10 @@ from collections.abc import Iterator
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import Floats, Integers
+from historysim.basics.arguments import ArrayLike, Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
@@ -166,7 +165,7 @@ class ModelResponse:
 
 
 def passed(
-    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()
+    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: ArrayLike = ()
 ) -> ModelResponse:
     """Return what a model does along an observation.
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Booleans, Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
@@ -224,10 +223,10 @@ def loops_of_measurement(
 
 
 def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
-    time: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
+    time: ArrayLike,
+    displacement: ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike | None = None,
     *,
     dead_band: float | None = None,
     skip: int = 0,
@@ -288,7 +287,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 
 
 def _trace(
-    time: npt.ArrayLike, displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike | None
+    time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
 ) -> Trace:
     """Return the channels, checked."""
     moved = channel("displacement", displacement)
