@@ -44,6 +44,7 @@ from historysim.results import plots as plots
 from historysim.results.tables import write_csv as write_csv
 from historysim.results.tables import write_netcdf as write_netcdf
 from historysim.scenario.fit import compare as compare
+from historysim.scenario.fit import creep as creep
 from historysim.scenario.fit import fit as fit
 from historysim.scenario.record_search import loops as loops
 from historysim.scenario.record_search import sliding as sliding

@@ -34,7 +34,7 @@ CONTRACT = {
     ),
     *("drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
-    *("compare", "fit", "loops", "sliding", "sweep", "design", "get_include"),
+    *("compare", "creep", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 

@@ -107,7 +107,10 @@ def energy_between(history, start, end):
 
 
 def test_they_are_numbered():
-    assert [path.stem[:2] for path in SCENARIOS] == [f"{number:02}" for number in range(1, len(SCENARIOS) + 1)]
+    numbers = [
+        path.name[:2] for path in sorted((ROOT / "scenarios").glob("[0-9]*.*")) if path.suffix in {".toml", ".py"}
+    ]
+    assert numbers == [f"{number:02}" for number in range(1, len(numbers) + 1)]
 
 
 @pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
@@ -116,6 +119,8 @@ def test_each_says_what_it_shows_and_balances(path, histories):
     history = histories[path.stem]
     assert history.attrs["title"]
     force = history.tangential_load
+    if "slope" in history.coords:
+        force = (force + history.normal_load * history.slope) / np.hypot(1.0, history.slope)
     # a patch has its share of a table
     error = 1e-3 * float(history.friction_limit.max()) if path.stem == INTERACTING else 1e-14
     assert force.sum("asperity").values == pytest.approx(history.total_tangential_load.values, abs=error)
@@ -379,6 +384,22 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
     assert float(history.yielded_load_share[-1]) > 0.95
 
 
+def test_29_slopes_make_a_loop_that_is_not_symmetric(histories):
+    history = histories["29_summits_that_meet"]
+    load, slope = history.normal_load.values, history.slope.values
+    uphill, downhill = (int(np.flatnonzero(history.time.values == time)[0]) for time in (1.0, 3.0))
+    for step, way in ((uphill, 1), (downhill, -1)):
+        # all of them slide
+        angle = np.arctan(slope)
+        expected = load[step] * (way * FRICTION * np.cos(angle) + np.sin(angle))
+        assert float(history.total_tangential_load[step]) == pytest.approx(expected.sum(), rel=1e-9)
+        carried = load[step] * (np.cos(angle) - way * FRICTION * np.sin(angle))
+        assert carried.sum() == pytest.approx(4e-3, rel=1e-9)
+    limits = history.total_tangential_load.values[[uphill, downhill]]
+    assert limits == pytest.approx([867.4e-6, -747.2e-6], rel=1e-3)
+    assert float(history.separation[uphill] - history.separation[downhill]) == pytest.approx(1.77e-9, rel=0.01)
+
+
 def test_the_data_are_made_again_byte_for_byte(tmp_path):
     for name in ("make_sequences.py", "make_heights.py", "make_loops.py"):
         script = tmp_path / name
@@ -388,3 +409,17 @@ def test_the_data_are_made_again_byte_for_byte(tmp_path):
     kept = {path.name: path.read_bytes() for path in (ROOT / "data").iterdir() if path.suffix in {".csv", ".txt"}}
     assert made == kept
     assert all(len(content) < 300_000 for content in made.values())
+
+
+def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
+    """T = μ [P(d) - P(d + U/(θμ))]: the places of 8 mN under 100 and 65 mN, by bisection."""
+    history = histories["28_drift_of_a_stage"]
+    ensemble = hs.load(next(path for path in SCENARIOS if path.stem == "28_drift_of_a_stage")).ensemble()
+    height, radius = ensemble.summit_height, np.broadcast_to(ensemble.summit_radius, ensemble.summit_height.shape)
+    moved = []
+    for load in (0.1, 0.065):
+        (whole, _), (stuck, _) = (approaches(part, height, radius) for part in (load, load - 8e-3 / FRICTION))
+        moved.append(RATIO * FRICTION * (whole.max() - stuck.max()))
+    ends = history.tangential_displacement.to_numpy()[::20]
+    # moved, held, unloaded, loaded, unloaded, loaded
+    np.testing.assert_allclose(ends[1:], np.repeat(moved, [2, 4]), rtol=1e-9)

@@ -125,7 +125,7 @@ def observe(
         # without a whole loop the samples can still be compared
         loops = None
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
-    nodes = np.union1d(turns, _load_steps(normal))
+    nodes = np.union1d(turns, load_steps(normal))
     half_step, offset = _half_step(displacement), np.zeros(displacement.size)
     offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
     return Observation(
@@ -218,7 +218,7 @@ def _half_step(displacement: Floats) -> Floats:
     return half
 
 
-def _load_steps(normal_load: Floats) -> Integers:
+def load_steps(normal_load: Floats) -> Integers:
     """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
     # the last step of a digitiser is none, though a load that rests on it seems to be free of noise

@@ -17,6 +17,7 @@ from historysim.basics.wording import html_table, progress_bar
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, at
 from historysim.measured.comparison import Comparison, Observation, observe, passed
+from historysim.measured.creep import Creep, creep_of
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
@@ -42,6 +43,8 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
             if ensemble.evolves or ensemble.law is not None:
                 raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
+            if ensemble.slope is not None:
+                raise InputError("the asperities are inclined; expected level ones for a fit")
             start = {name: _start(name, ensemble, instrument) for name in section.parameters}
 
     height = ensemble.summit_height
@@ -175,6 +178,35 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     ensemble = scenario.ensemble()
     response = passed(ensemble, scenario.instrument, observation)
     return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
+
+
+def creep(scenario: Scenario | str | Path) -> Creep:
+    """Return what the holds at reversals of a measured record show: relaxation over log time beside the memory.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario with a measured loading that has tangential displacement, tangential load and normal load. Its model
+        says what the contact's memory makes of displacement and normal load in the holds.
+
+    Returns
+    -------
+    Creep
+        The share of the load that relaxes in a decade of time, with its interval, or why the record does not say; the
+        drift of the sensor; the parts of the change in each hold.
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used, or a record without holds.
+    LoadError
+        A normal load that the contact cannot carry.
+    """
+    scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
+    measurement, ensemble = scenario.measurement(), scenario.ensemble()
+    with reported(scenario.path.name), at("loading"):
+        return creep_of(measurement, ensemble, scenario.instrument)
 
 
 def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
