@@ -497,10 +497,19 @@ def test_what_was_begun_is_named(folder, entry, said):
     assert refusal(folder, entry).splitlines()[0].startswith(f"s.toml: {said}")
 
 
+WRONG_VALUES = (True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg")
+KEYS_OF_SECTIONS = [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+
+
 @pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-@pytest.mark.parametrize("value", [True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg"])
 @pytest.mark.parametrize(
-    ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+    ("name", "key", "value"),
+    [
+        # a fifth of them at every change: each key with two values, each value at a fifth of the keys
+        pytest.param(name, key, value, marks=pytest.mark.slow if (place + number) % 5 else ())
+        for place, (name, key) in enumerate(KEYS_OF_SECTIONS)
+        for number, value in enumerate(WRONG_VALUES)
+    ],
 )
 def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, key, value):
     entry = {**SECTIONS[name], key: value}
