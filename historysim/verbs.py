@@ -153,6 +153,8 @@ def _no_map(path: Path) -> str:
 
     if (kind := kind_text(path)) == "is a picture":
         return f"{path}: {kind}; expected a scenario, a result, a log, a sweep or a height map"
+    if is_netcdf(path):
+        return ""
     with contextlib.suppress(InputError):
         listings = describe(path)
         names = [each.column for each in listings]

@@ -84,7 +84,7 @@ def said(*words):
         ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which stands in the header"),
         (
             'validate m.toml --set loading.columns.normal_load="50 mN"',
-            'a value that does not change is { constant =',
+            "a value that does not change is { constant =",
         ),
         ("validate m.toml --set loading.columns.time=\"'1'\"", "a position has no quotes, as { column = 1 }"),
         (

@@ -26,7 +26,7 @@ from historysim.basics.units import (
     quantity_text,
     warn_unlikely,
 )
-from historysim.basics.wording import html_table
+from historysim.basics.wording import html_table, nearest
 from historysim.errors import InputError
 
 
