@@ -127,7 +127,7 @@ def reduce(
     for path, name in forms.items():
         model.write(path, form=name, force=force)
     if picture is not None:
-        from historysim.exchange.reduced.reduced_picture import ReducedPicture
+        from historysim.exchange.reduced.reduced_model import ReducedPicture
 
         save(ReducedPicture().figure(model), picture)
     files = [*outputs, *([] if picture is None else [picture])]

@@ -94,6 +94,9 @@ def table(
         given.setdefault(asks.step, -1 if step is None else step)
     elif step is not None:
         raise InputError(f"{shown}: takes no --step")
+    if question == "time_series" and asperity is None and output.suffix.lower() == ".csv":
+        # a spreadsheet has no room for the columns of all asperities
+        given.setdefault("form", "totals")
     from historysim.results.accessor import answer
     from historysim.results.result_files import open_result
 

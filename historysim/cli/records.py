@@ -1,4 +1,4 @@
-"""Commands that read records of an instrument: columns, loops, sliding, compare, fit."""
+"""Commands that read records of an instrument: columns, loops, sliding, compare, creep, fit."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -243,6 +243,29 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
     comparison = compare_scenario(loaded, skip=skip)
     save(ComparisonPicture(title=loaded.title).figure(comparison), output)
     write_answer(Answer(comparison.summary(), [comparison.rows()], [output]), as_json=as_json)
+
+
+@click.command()
+@options.scenario_argument
+@options.output_option("The picture. [default: SCENARIO's name with _creep.png]")
+@options.json_option
+@options.force_option
+@options.set_option
+def creep(scenario: Path, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
+    """Separate creep from memory in the holds of SCENARIO's measured record.
+
+    Relaxation over log time, drift of the sensor, and the parts of the change in each hold.
+    """
+    output = output or Path(f"{scenario.stem}_creep.png")
+    from historysim.results.plots.record_pictures import CreepPicture
+    from historysim.scenario.fit import creep as found
+    from historysim.scenario.scenario import load
+
+    loaded = load(scenario, values)
+    check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
+    shown = found(loaded)
+    save(CreepPicture(title=loaded.title).figure(shown), output)
+    write_answer(Answer(shown.summary(), [shown.rows()], [output]), as_json=as_json)
 
 
 @click.command()

@@ -9,10 +9,9 @@ from typing import Annotated, Any, Final, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 from attrs.converters import optional
 
-from historysim.basics.arguments import Floats, checked
+from historysim.basics.arguments import ArrayLike, Floats, checked
 from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import (
@@ -243,7 +242,7 @@ def material(name: str) -> Material:
     )
 
 
-def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Floats:
+def work_of_adhesion(first: ArrayLike, second: ArrayLike, interfacial: ArrayLike | None = None) -> Floats:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
 
     γ1, γ2 > 0 [J/m²] are surface energies, γ12 that of the interface (Dupré). Where it is not known, the geometric mean

@@ -9,13 +9,12 @@ import zipfile
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Booleans, Floats, Integers, scalar
+from historysim.basics.arguments import Array, Booleans, Floats, Integers, scalar
 from historysim.basics.files import replacing
 from historysim.basics.limits import check_archive
 from historysim.basics.wording import Notify, counted, progress_bar, silent
@@ -64,7 +63,7 @@ def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str,
     return found
 
 
-def _digest(arrays: Iterable[tuple[object, npt.NDArray[Any]]]) -> str:
+def _digest(arrays: Iterable[tuple[object, Array]]) -> str:
     found = hashlib.sha256(FORM)
     for name, array in arrays:
         found.update(repr((name, array.shape, array.dtype.str)).encode() + array.tobytes())

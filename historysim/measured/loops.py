@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Booleans, Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
@@ -34,7 +33,7 @@ from historysim.measured.loop_values import (
     LoopValues,
     NoLoopError,
 )
-from historysim.measured.notes import instrument_faults, loop_notes
+from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
 from historysim.measured.reduction import (
     channel,
     check_moves,
@@ -86,8 +85,8 @@ class Loops(LoopValues):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Faults of the instrument that change what is read off, with the remedy."""
-        return tuple(instrument_faults(self))
+        """Faults of the instrument, and a drift of friction, with the remedy."""
+        return (*instrument_faults(self), *drift_notes(self))
 
     def _interval(self, quantity: str, unit: str) -> str:
         """Return the interval of a mean, as a string."""
@@ -226,10 +225,10 @@ def loops_of_measurement(
 
 
 def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
-    time: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
+    time: ArrayLike,
+    displacement: ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike | None = None,
     *,
     dead_band: float | None = None,
     skip: int = 0,
@@ -290,7 +289,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 
 
 def _trace(
-    time: npt.ArrayLike, displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike | None
+    time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
 ) -> Trace:
     """Return the channels, checked."""
     moved = channel("displacement", displacement)

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Booleans, Floats, Integers, checked, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, scalar
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import LARGEST
 from historysim.basics.units import duration_text, range_text
@@ -39,7 +38,7 @@ FEWEST_SPIKES = 3
 """Spikes below which a record has none that is worth a line."""
 
 
-def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats:
+def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
     """Return the samples of one channel as floats; anything but a row of finite numbers is an InputError."""
     samples = np.asarray(values)
     if samples.dtype.kind == "f" and np.isnan(samples).any():
@@ -65,7 +64,7 @@ def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Flo
     return time, displacement, tangential_load, normal_load
 
 
-def clock(time: npt.ArrayLike, size: int | None = None) -> Floats:
+def clock(time: ArrayLike, size: int | None = None) -> Floats:
     """Return the times of samples [s], which rise from each to the next."""
     samples = channel("time", time, size)
     check_order(samples, lambda sample: f"time[{sample}]", rising=True)
@@ -87,7 +86,7 @@ def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = Fal
 # -- noise -----------------------------------------------------------------------------------------
 
 
-def noise_of(values: npt.ArrayLike) -> float:
+def noise_of(values: ArrayLike) -> float:
     """Return the standard deviation of white noise on a smooth record; 0 for fewer than three samples."""
     samples = checked("values", values)
     if samples.size < 3:
@@ -117,7 +116,7 @@ def count_of_spikes(values: Floats, usual: float) -> int:
     return int(np.count_nonzero(alone > least)) if least > 0 else 0
 
 
-def loop_dead_band(displacement: npt.ArrayLike, given: float | None = None, noise: float | None = None) -> float:
+def loop_dead_band(displacement: ArrayLike, given: float | None = None, noise: float | None = None) -> float:
     """Return the dead band of loops [m]: the one given, else 5 % of the range, or six deviations of the noise."""
     if given is not None:
         return scalar("dead_band", given, least=0)
@@ -125,7 +124,7 @@ def loop_dead_band(displacement: npt.ArrayLike, given: float | None = None, nois
     return max(DEAD_BAND_SHARE * float(np.ptp(samples)), REVERSAL * estimated_noise(samples, noise))
 
 
-def check_moves(displacement: npt.ArrayLike, dead_band: float | None = None) -> None:
+def check_moves(displacement: ArrayLike, dead_band: float | None = None) -> None:
     """Check that a displacement has strokes; with a given dead band, or few samples, any stroke will do."""
     samples = channel("displacement", displacement)
     noise, length = estimated_noise(samples), float(np.ptp(samples))
@@ -142,7 +141,7 @@ def check_moves(displacement: npt.ArrayLike, dead_band: float | None = None) -> 
 # -- reversals -------------------------------------------------------------------------------------
 
 
-def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
+def turning_points(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the samples at which a channel truly reverses, ascending, with the first and the last sample.
 
     A sample is a turning point if it is the extreme since the turning point before it, and the channel then comes back
@@ -157,7 +156,7 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     return kept[:count].copy()
 
 
-def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
+def reversals(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the turning points with a swing of the dead band or more on both sides."""
     kept = turning_points(values, dead_band)
     swings = np.abs(np.diff(np.asarray(values, dtype=np.float64)[kept]))
@@ -166,8 +165,8 @@ def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
 
 
 def kept_points(
-    tangential: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
+    tangential: ArrayLike,
+    normal_load: ArrayLike | None = None,
     *,
     dead_band: float = 0.0,
     normal_dead_band: float = 0.0,

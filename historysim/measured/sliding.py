@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
@@ -221,10 +220,10 @@ def sliding_of_history(history: "xr.Dataset", *, over: Over | None = None, windo
 
 
 def sliding_of_channels(
-    time: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    displacement: npt.ArrayLike | None = None,
+    time: ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike,
+    displacement: ArrayLike | None = None,
     *,
     over: Over | None = None,
     windows: int = WINDOWS,

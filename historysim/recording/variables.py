@@ -125,6 +125,7 @@ COORDINATES = (
     Variable("summit_height", _ASPERITY, "m", "height of the summit"),
     Variable("summit_radius", _ASPERITY, "m", "radius of the summit"),
     Variable("friction", _ASPERITY, "1", "friction coefficient at the start"),
+    Variable("slope", _ASPERITY, "1", "slope of the contact plane in the direction of motion"),
     Variable("x", _ASPERITY, "m", "position of the summit along x"),
     Variable("y", _ASPERITY, "m", "position of the summit along y"),
 )

@@ -17,13 +17,16 @@ import xarray as xr
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
-from historysim.basics.arguments import Floats
+from historysim.basics.arguments import Floats, scalar
 from historysim.basics.files import replacing
+from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.loads.events import NormalDisplacement
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
+from historysim.replaying import Replay
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
 from historysim.results.asking import question
 from historysim.results.origin import Origin, ask_origin
@@ -288,3 +291,80 @@ def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
     mesh = meshio.Mesh(corners, [("quad", squares)], cell_data=values)
     with replacing(Path(path)) as unfinished:
         meshio.write(unfinished, mesh, file_format="vtu")
+
+
+FEWEST_OF_GREENWOOD_WILLIAMSON = 20  # summits, below which a deviation of their heights says little
+CURVES = {"normal_load": ("N", "normal load"), "contact_area": ("m2", "real contact area")} | {
+    "normal_stiffness": ("N m-1", "normal stiffness")
+}
+
+
+@question(table="approach,normal_load")
+def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
+    """Return normal load, real contact area and normal stiffness over the approach, on first loading.
+
+    ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and ``contact_count`` along
+    ``approach`` [m] of the highest summit from first touch, evenly up to that at the greatest load of the history; the
+    area is left out where it is not known. Beside them stand ``theory_normal_load`` and so on: of 20 summits or more
+    the integrals of Greenwood and Williamson with the mean radius, and the mean and deviation of the heights, of all
+    summits; of fewer the highest one alone, after Hertz. The attribute ``theory`` names it; patches have none.
+
+    Raises
+    ------
+    InputError
+        A history without its file or replay, without a normal load, or fewer than two points.
+    """
+    check_recorded(history)
+    count, largest = int(scalar("points", points, least=2)), float(history["total_normal_load"].values.max(initial=0.0))
+    if largest == 0:
+        raise InputError("the history has no normal load, so it has no approach; expected one that presses")
+
+    def curve(origin: Origin) -> xr.Dataset:
+        ensemble = origin.ensemble
+        state = ensemble.initial_state()
+        approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
+        events = [NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())]
+        rows = Replay(ensemble, events, record="totals").dataset()
+        columns = {"normal_load": rows["total_normal_load"].values}
+        if "real_contact_area" in rows:
+            columns["contact_area"] = rows["real_contact_area"].values
+        stiffness = np.zeros(count)
+        for step, depth in enumerate(approach[1:].tolist(), start=1):
+            state = ensemble.advance(state, normal_displacement=depth)
+            stiffness[step] = state.normal_stiffness
+        columns["normal_stiffness"] = stiffness
+        theory, beside = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
+        data: dict[str, Any] = {
+            f"{prefix}{name}": ("approach", values, {"units": CURVES[name][0], "long_name": CURVES[name][1] + by})
+            for prefix, of, by in (("", columns, ""), ("theory_", beside, f", {theory}"))
+            for name, values in of.items()
+            if name in columns
+        }
+        data["contact_count"] = ("approach", rows["contact_count"].values, {"long_name": "asperities in contact"})
+        along = ("approach", approach, {"units": "m", "long_name": "approach of the highest summit from first touch"})
+        attributes = {"title": history.attrs.get("title", ""), "theory": theory}
+        return xr.Dataset(data, {"approach": along}, attributes)
+
+    found = ask_origin(history, curve)
+    if found is None:
+        raise InputError(
+            "the load curve needs the contact itself: pass the file that historysim run has written, or what hs.run or "
+            "hs.replay has returned"
+        )
+    return found
+
+
+def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats]]:
+    """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
+    height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
+    radius = np.broadcast_to(ensemble.summit_radius, height.shape)
+    if height.size < FEWEST_OF_GREENWOOD_WILLIAMSON or np.ptp(height) == 0:
+        highest = height == height.max()
+        found = summit_contact(height[highest], radius[highest], height.max() - approach, contact_modulus=modulus)
+        name = "the highest summit alone, after Hertz" if height.size > 1 else "Hertz"
+        return name, {key: getattr(found, key) for key in CURVES}
+    whole = GreenwoodWilliamson(
+        modulus, float(radius.mean()), float(height.std()), height.size, 1.0, float(height.mean())
+    )
+    separation = height.max() - approach
+    return "Greenwood and Williamson", {key: getattr(whole, key)(separation) for key in CURVES}

@@ -10,16 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
-import numpy as np
 
 from historysim.asperities.instrument import Instrument
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Notify, brief, counted, html_table, silent
 from historysim.errors import InputError, LoadError, at, misfit
-from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
-from historysim.recording.provenance import validity_findings
 from historysim.scenario.document import files_of, parsed, read_sections, sections_of
 from historysim.scenario.grid import with_values
 from historysim.scenario.schema import given, reported
@@ -374,6 +371,8 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     LoadError
         Loads that were walked, and that the contact cannot carry.
     """
+    from historysim.recording.provenance import validity_findings
+
     surface = scenario.surface()
     notices = list(surface.notices)
     built = scenario.build(notices.append, surface)
@@ -401,6 +400,8 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
 
 
 def _walked_line(reached: float, seconds: float) -> str:
+    from historysim.loads.event_sequence import time_text
+
     return (
         f"the loads were walked up to t = {time_text(reached)} within {seconds:g} s, and not beyond; the environment "
         "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
@@ -415,6 +416,8 @@ def _sweep_line(sweep: SweepSection) -> str:
 
 def _map_line(built: BuiltSurface) -> str:
     """Return the statistics of a map and its summits in a line."""
+    import numpy as np
+
     surface, summits = built.surface, built.summits
     if surface is None or summits is None:
         return "none"

@@ -6,10 +6,10 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim._version import __version__
+from historysim.basics.arguments import Array
 from historysim.basics.fields import unit_in
 from historysim.basics.units import quantity
 from historysim.basics.wording import Finding, brief, counted, nearest, read_findings, written_findings
@@ -135,7 +135,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     return coordinates
 
 
-def _column(values: list[Any]) -> npt.NDArray[Any]:
+def _column(values: list[Any]) -> Array:
     """Return the values of a coordinate: numbers, or else strings."""
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return np.array(values)

@@ -9,9 +9,8 @@ from collections.abc import Iterator, Mapping
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Booleans, Floats, scalar
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, scalar
 from historysim.errors import InputError
 
 ALPHA = math.sqrt(math.log(2) / math.pi)
@@ -256,7 +255,7 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
     return form
 
 
-def _centred(present: npt.ArrayLike) -> tuple[Floats, float]:
+def _centred(present: ArrayLike) -> tuple[Floats, float]:
     """Return the indices counted from the middle of the present ones, and how far these reach from it.
 
     Counted from the middle of the map, a small piece that alone is present would cost the form its digits.

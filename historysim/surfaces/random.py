@@ -20,10 +20,9 @@ from typing import Final, SupportsIndex
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import scipy.fft
 
-from historysim.basics.arguments import Floats, checked, per_axis, scalar
+from historysim.basics.arguments import ArrayLike, Floats, checked, per_axis, scalar
 from historysim.basics.units import as_float, quantity_text, warn_unlikely
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
@@ -205,9 +204,9 @@ _BLOCK: Final = 2**16
 
 def random_surface(
     shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex],
-    pixel_size: "npt.ArrayLike",
+    pixel_size: "ArrayLike",
     rms_height: float,
-    autocorrelation_length: "npt.ArrayLike",
+    autocorrelation_length: "ArrayLike",
     *,
     seed: SupportsIndex,
     autocorrelation: str = "exponential",
@@ -310,7 +309,7 @@ def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple
 
 
 def _in_pixels(
-    points: tuple[int, int], pixel_size: tuple[float, float], autocorrelation_length: npt.ArrayLike
+    points: tuple[int, int], pixel_size: tuple[float, float], autocorrelation_length: ArrayLike
 ) -> tuple[float, float]:
     """Return β in pixels; 1 on a side of one pixel, where it does not matter."""
     lengths = per_axis("autocorrelation_length", autocorrelation_length)

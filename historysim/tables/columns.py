@@ -207,6 +207,8 @@ class Listing:
     unit: str
     values: str
     first: str
+    stated: tuple[tuple[str, str], ...] = ()
+    """What lines above the table say of units: (whose, unit), as ``("displacement", "in")``."""
 
 
 @attrs.frozen(eq=False)

@@ -16,6 +16,7 @@ from attrs import Factory, define, evolve, frozen
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.limits import at_most, most
+from historysim.basics.units import is_unit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.tables.blocks import Block, Survey, clock, from_the_first, survey
@@ -28,6 +29,9 @@ Lines = Integers
 Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 
 # where the rows begin with numbers, no row begins with a word
+_STATED = re.compile(
+    r"\W*(?P<of>[^:=\t,;]*?)\s*\b(units?|einheit(en)?)\b[^:=\t,;]*[:=\t,;]+(?P<units>.+)", re.IGNORECASE
+)
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 _LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
 MOST_TOLD = 5
@@ -161,11 +165,20 @@ def describe(lines_of: Opened, layout: Format) -> list[Listing]:
         tables = survey(stream, layout)
     block = tables.blocks[min(layout.block, len(tables.blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
-    rows = str(block.rows)
+    rows, stated = str(block.rows), tuple(_stated_units(block.preamble))
     return [
-        Listing(heading.reference(place), _unit(heading, place, block.row[place]), rows, block.row[place].strip())
+        Listing(
+            heading.reference(place), _unit(heading, place, block.row[place]), rows, block.row[place].strip(), stated
+        )
         for place in range(heading.width)
     ]
+
+
+def _stated_units(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield what lines such as ``Displacement units: in`` say: of what, and the unit."""
+    for match in filter(None, map(_STATED.match, lines)):
+        units = (unit.strip(" \"'[]()") for unit in re.split(r"[,;\t]", match["units"]))
+        yield from ((match["of"].lower(), unit) for unit in units if unit and is_unit(unit))
 
 
 def _unit(heading: Heading, place: int, first: str) -> str:

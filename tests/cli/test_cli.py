@@ -655,7 +655,7 @@ def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
     assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
 
 
-fuzz = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

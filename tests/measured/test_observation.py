@@ -3,7 +3,7 @@
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -40,7 +40,6 @@ def assert_as_replayed(ensemble, instrument, record):
 loads_and_moves = st.lists(st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30)
 
 
-@settings(max_examples=30)
 @given(path=loads_and_moves, soft=st.booleans())
 def test_free_of_noise_it_is_the_replay(path, soft):
     load, moved = np.array(path).T

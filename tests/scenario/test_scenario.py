@@ -363,7 +363,7 @@ def check_that_it_is_built_or_refused(folder, document):
     assert "Traceback" not in message
 
 
-fuzz = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
-from historysim.basics.arguments import Floats, scalar
+from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, exported
@@ -51,7 +50,7 @@ class VirginCurve:
         reach = self.ensemble.friction * np.maximum(self.rest.approach - gap, 0.0)
         return float(self.ensemble.pair.displacement_ratio * reach.max())
 
-    def at(self, displacement: npt.ArrayLike) -> tuple[Floats, Floats]:
+    def at(self, displacement: ArrayLike) -> tuple[Floats, Floats]:
         """Return tangential loads [N] and stiffnesses [N/m] at displacements ≥ 0 [m], of one shape."""
         asked = np.asarray(displacement, dtype=np.float64)
         load, slope = np.empty(asked.size), np.empty(asked.size)

@@ -13,7 +13,8 @@ from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size, in_style, new_figure
 from historysim.results.plots.contact_maps import draw_zones, zone_handles, zone_shares, zones_at
-from historysim.results.plots.style import FAINT, INK, MADE_BY, STATE_COLOURS, label_loop, thinned
+from historysim.results.plots.printed import MADE_BY
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, label_loop, thinned
 from historysim.results.plots.surfaces import (
     caption_at,
     contact_at,

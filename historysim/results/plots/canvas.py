@@ -226,7 +226,7 @@ def canvas_at(place: Place, default: Size) -> Iterator[Canvas]:
 def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
     """Yield an empty figure, to be drawn in the style of all pictures; size and errors as for `canvas_at`."""
     from historysim.basics.arguments import checked
-    from historysim.results.plots.style import PrintedFigure
+    from historysim.results.plots.printed import PrintedFigure
 
     sides = checked("size", default if size is None else size, above=0)
     if sides.shape != (2,) or not LEAST_SIDE <= min(sides) <= max(sides) <= MOST_SIDE:

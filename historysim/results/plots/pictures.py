@@ -265,8 +265,9 @@ def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, option
         picture = "loops"
     if picture is not None and picture not in what.data_vars and picture in PICTURES:
         return draw(what, picture, place, of=SWEEP, **options)
-    # what a sweep or its spread is mostly about; of others, such as a design, the first number
-    known = [each for each in ("preliminary_displacement", "preliminary_displacement_mean") if each in what]
+    # what was asked for first, else what a sweep is mostly about; of others, such as a design, the first number
+    asked = [*str(what.attrs.get("outputs", "")).split(), "preliminary_displacement"]
+    known = [each for name in asked for each in (name, f"{name}_mean") if each in numbers]
     quantity = picture or (known or [str(next(iter(what.data_vars)))])[0]
     return draw(what, "curve", place, of=SWEEP, quantity=quantity, **options)
 

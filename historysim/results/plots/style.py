@@ -1,25 +1,16 @@
-"""What all pictures share: colours, lines, thinning, numbers with a readable unit, and how a figure is saved.
+"""What all pictures share: colours, lines, thinning, and numbers with a readable unit.
 
 Colours differ for readers with any colour vision and in grey print: lightness rises from stick to slip.
 """
 
-import io
 import itertools
-import re
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
-from os import PathLike
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
-import numpy.typing as npt
-from matplotlib.figure import Figure
 
-from historysim._version import __version__
-from historysim.basics.arguments import Floats, Integers
+from historysim.basics.arguments import ArrayLike, Floats, Integers
 from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
@@ -85,7 +76,7 @@ FEW_DECADES = 30.0
 """Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
 
 
-def scale_of(unit: str, *values: npt.ArrayLike) -> tuple[float, str]:
+def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:
     """Return the factor of a readable SI prefix for the greatest of some values, and the unit with that prefix."""
     known = (each[np.isfinite(each)] for each in map(np.asarray, values))
     factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in known))
@@ -209,45 +200,3 @@ def swings(x: Floats) -> Iterator[tuple[int, int]]:
             start, turn = turn, index
     if threshold > 0:
         yield start, turn
-
-
-# journals reject Type 3 fonts; 42 embeds TrueType
-PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
-NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-DOTS_PER_INCH, NOTEBOOK = 200, 110
-MAKER = {"png": "Software", "pdf": "Creator", "svg": "Creator"}
-"""What the formats call the program that has made a picture."""
-MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
-
-
-class PrintedFigure(Figure):
-    """A figure with files that have their fonts in them, and 200 dots per inch where nothing else is given."""
-
-    def _repr_png_(self) -> bytes:
-        """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""
-        stream = io.BytesIO()
-        self.savefig(stream, format="png", dpi=NOTEBOOK)
-        return stream.getvalue()
-
-    def savefig(self, fname: Any, **options: Any) -> None:
-        """Save the figure; parameters as for matplotlib's figures."""
-        named = isinstance(fname, str | PathLike)
-        kind = (options.get("format") or (Path(fname).suffix.removeprefix(".") if named else "")).lower()
-        given = {"dpi": DOTS_PER_INCH, **options}
-        if kind in MAKER:
-            # by which the program recognises its own pictures, and replaces no others
-            given["metadata"] = {MAKER[kind]: MADE_BY} | (options.get("metadata") or {})
-        with mpl.rc_context(PRINT), warnings.catch_warnings():
-            # a sign that the font does not have is drawn as a box
-            warnings.filterwarnings("ignore", message="Glyph .* missing from")
-            if kind != "svg":
-                super().savefig(fname, **given)
-                return
-            stream = io.StringIO()
-            super().savefig(stream, **given | {"format": "svg"})
-        # comments hold the strings as they are, with what no XML may hold
-        text = NO_XML.sub("\ufffd", stream.getvalue())
-        if named:
-            Path(fname).write_text(text, encoding="utf-8")
-        else:
-            fname.write(text if isinstance(fname, io.TextIOBase) else text.encode())

@@ -1,13 +1,17 @@
-"""HDF5, netCDF and MATLAB: arrays by their paths, with units from their attributes.
+"""Files of named arrays: HDF5, netCDF, MATLAB, TDMS of LabVIEW and JSON; names are paths, units stand beside them.
 
 HDF5 is read by h5py: netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset
 without a space, and ends the process at a group that holds itself. MATLAB of version 7.3 is HDF5. Its version 5 is read
 here, and not through scipy: its reader ends the process at files that are damaged in one of many ways. The format is
-that of "MAT-File Format", The MathWorks, R2023b.
+that of "MAT-File Format", The MathWorks, R2023b. The time of a TDMS channel that was sampled evenly is listed as
+``group/channel/time``. JSON has matrices as lists of lists, and lists of records.
 """
 
+import json
+import logging
 import math
 import struct
+import threading
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -21,10 +25,14 @@ from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
+from historysim.tables.from_text import decoded
 from historysim.tables.readers import READERS, TableReader
 
 if TYPE_CHECKING:
     import h5py
+
+
+# -- HDF5 ------------------------------------------------------------------------------------------
 
 
 @contextmanager
@@ -57,7 +65,7 @@ def attribute(dataset: "h5py.Dataset", name: str) -> str:
     return value if isinstance(value, str) else ""
 
 
-def _arrays(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
+def _arrays_of_dataset(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
     if dataset.shape is None:
         return
     unit = attribute(dataset, "units") or attribute(dataset, "unit")
@@ -93,7 +101,10 @@ class Hdf5Reader(TableReader):
     def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
         with datasets(path, "HDF5") as by_path, readable("HDF5"):
-            yield Contents([array for name, dataset in by_path.items() for array in _arrays(name, dataset)])
+            yield Contents([array for name, dataset in by_path.items() for array in _arrays_of_dataset(name, dataset)])
+
+
+# -- netCDF ----------------------------------------------------------------------------------------
 
 
 def _variables(group: Any, above: str) -> Iterator[Array]:
@@ -138,7 +149,7 @@ _STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
 _LOGICAL, _COMPLEX = 0x200, 0x800
 
 
-# -- version 5 -------------------------------------------------------------------------------------
+# -- MATLAB, version 5 -----------------------------------------------------------------------------
 
 
 def _contents_5(content: bytes, order: str) -> Contents:
@@ -223,7 +234,7 @@ def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, or
     return Array(name, shape, lambda selection: values[selection])
 
 
-# -- version 7.3 -----------------------------------------------------------------------------------
+# -- MATLAB, version 7.3 ---------------------------------------------------------------------------
 
 
 def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
@@ -273,3 +284,158 @@ class MatlabReader(TableReader):
             yield contents
         else:
             raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")
+
+
+# -- TDMS ------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _strict() -> Iterator[None]:
+    """Refuse a file that npTDMS warns of: it goes on with what is left of it."""
+    from nptdms.log import log_manager
+
+    reader = threading.get_ident()
+
+    def refuse(record: logging.LogRecord) -> bool:
+        # what other threads read, in whatever way, is not concerned
+        if threading.get_ident() == reader:
+            raise InputError(f"is damaged ({record.getMessage()[:200]})")
+        return True
+
+    log_manager.console_handler.addFilter(refuse)
+    try:
+        yield
+    finally:
+        log_manager.console_handler.removeFilter(refuse)
+
+
+def _arrays_of_channel(channel: Any) -> Iterator[Array]:
+    name, length = f"{channel.group_name}/{channel.name}", (len(channel),)
+    yield Array(name, length, lambda selection: channel[selection[0]], str(channel.properties.get("unit_string", "")))
+    if channel.properties.get("wf_increment"):
+        yield Array(f"{name}/time", length, lambda selection: channel.time_track()[selection[0]], "s")
+
+
+@READERS.register
+class TdmsReader(TableReader):
+    """TDMS of LabVIEW, through npTDMS."""
+
+    kind, endings = "tdms", (".tdms",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
+        try:
+            from nptdms import TdmsFile
+        except ImportError as error:
+            raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
+        with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
+            if file.file_status.incomplete_final_segment:
+                raise InputError("is cut short: its last segment is not complete; save the file again without it")
+            yield Contents(
+                [
+                    array
+                    for group in file.groups()
+                    for channel in group.channels()
+                    for array in _arrays_of_channel(channel)
+                ]
+            )
+
+
+# -- JSON ------------------------------------------------------------------------------------------
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
+    return table
+
+
+def _gather_json(contents: Contents, name: str, value: object) -> None:
+    """Add the arrays and texts below a name to the contents."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _gather_json(contents, f"{name}.{key}" if name else key, item)
+    elif isinstance(value, str):
+        contents.texts[name] = value
+    elif not isinstance(value, list):
+        contents.arrays.append(Array(name, (), lambda _: [value]))
+    elif value and all(isinstance(item, dict) for item in value):
+        for key, values in _by_key(value).items():
+            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, values, len(value)))
+    else:
+        contents.arrays.append(_array_of_lists(name, value))
+
+
+def _by_key(records: list[dict[str, Any]]) -> dict[str, dict[int, Any]]:
+    """Return the values of each key by the number of their record, in a time that grows with the values alone."""
+    by_key: dict[str, dict[int, Any]] = {}
+    for number, record in enumerate(records):
+        for key, value in record.items():
+            by_key.setdefault(key, {})[number] = value
+    return by_key
+
+
+def _of_records(name: str, values: dict[int, Any], count: int) -> Array:
+    """Return the values of one key; a record that has none misses it."""
+    if len(values) == count:
+        return _array_of_lists(name, [*values.values()])
+
+    def read(selection: Selection) -> list[Any]:
+        rows: Any = selection[0]
+        # of a part, as long as the part alone takes
+        chosen: list[Any] = [values.get(number) for number in range(count)[rows]]
+        return chosen
+
+    return Array(name, (count,), read)
+
+
+def _array_of_lists(name: str, values: list[Any]) -> Array:
+    kinds = set(map(type, values))
+    if kinds != {list}:
+        return Array(name, (len(values),), lambda selection: values[selection[0]])
+    width = len(values[0])
+    if set(map(len, values)) != {width}:
+        return Array(name, (len(values),), lambda _: _refuse(name, values))
+
+    def read(selection: Selection) -> list[Any]:
+        rows, columns = selection
+        if isinstance(rows, int):
+            chosen: list[Any] = values[rows][columns]
+            return chosen
+        if isinstance(columns, int):
+            return [row[columns] for row in values[rows]]
+        return [item for row in values[rows] for item in row[columns]]
+
+    return Array(name, (len(values), width), read)
+
+
+def _refuse(name: str, rows: list[list[Any]]) -> None:
+    row = next(row for row, values in enumerate(rows) if len(values) != len(rows[0]))
+    raise InputError(
+        f"column {name!r}: its lists have different lengths: {len(rows[0])} in the first, {len(rows[row])} in number "
+        f"{row + 1}; expected a matrix"
+    )
+
+
+@READERS.register
+class JsonReader(TableReader):
+    """JSON."""
+
+    kind, endings = "json", (".json",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:
+        """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
+        text = decoded(path, layout.encoding or "utf-8")
+        with readable("JSON"):
+            try:
+                document = json.loads(text, object_pairs_hook=_object)
+            except RecursionError:
+                raise InputError("is nested too deeply; expected arrays by their keys") from None
+        contents = Contents([])
+        _gather_json(contents, "", document)
+        yield contents
