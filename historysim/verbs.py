@@ -271,11 +271,12 @@ def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tup
 def _lines_of_history(history: "xr.Dataset | RecordedFile", *, attributes: bool) -> list[tuple[str, str]]:
     from historysim.results.analysis.history_summary import readable_attributes, summary
 
-    lines, found = list(summary(history)), readable_attributes(history)
-    if not attributes:
-        return [("title", found["title"]), *lines] if "title" in found else lines
-    # strings of many lines, such as the scenario, would hide the rest
-    return [*lines, ("", ""), *((name, text) for name, text in found.items() if "\n" not in text.strip())]
+    lines = list(summary(history))
+    if attributes:
+        # strings of many lines, such as the scenario, would hide the rest
+        found = readable_attributes(history)
+        lines += [("", ""), *((name, text) for name, text in found.items() if "\n" not in text.strip())]
+    return lines
 
 
 def plot(
