@@ -14,7 +14,7 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     if (rings->problem && rings->problem->room >= room) return HS_OK;
     room += 8;
     size_t n = (size_t)room + 1, pairs = n * (size_t)room;
-    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (7 * n + 2 * n);
+    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
     hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
     free(rings->problem);
@@ -30,8 +30,8 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     problem->factor = at;
     problem->step = at + 4 * pairs;
     at = problem->step + 2 * n;
-    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found};
-    for (int k = 0; k < 7; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
+    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found, &problem->slope};
+    for (int k = 0; k < 8; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
     problem->basis = (hs_vector *)at;
     problem->ring = (int32_t *)(at + 4 * n);
     return HS_OK;
@@ -58,23 +58,7 @@ void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
             before = next;
         }
     }
-    /* F D = the matrix that sums slopes up, row by row from its end */
-    for (int32_t i = 1; i <= n; ++i)
-        for (int32_t j = i; j >= 1; --j) {
-            double left = r[j] - r[j - 1];
-            for (int32_t k = j + 1; k <= i; ++k) left -= AT(deflection_of, i, k) * AT(traction_of, k, j - 1);
-            AT(deflection_of, i, j) = left / AT(traction_of, j, j - 1);
-        }
-}
-
-static hs_vector traction_at(const hs_ring_problem *problem, const hs_vector *deflection, int32_t i) {
-    const double *r = problem->depth;
-    hs_vector sum = {0.0, 0.0};
-    for (int32_t j = 0; j < i; ++j) {
-        double share = AT(traction_of, i, j) / (r[j + 1] - r[j]);
-        sum = hs_plus(hs_plus(sum, share, deflection[j + 1]), -share, deflection[j]);
-    }
-    return sum;
+    problem->active = problem->solved = 0;
 }
 
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
@@ -98,13 +82,19 @@ static hs_vector shortened(hs_vector vector, double limit) {
 
 /* Have so many rings be unknown. */
 static void activate(hs_ring_problem *problem, int32_t active) {
+    const double *r = problem->depth;
     for (int32_t k = problem->active + 1; k <= active; ++k) {
+        /* F D = the matrix that sums slopes up, row by row from its end */
+        for (int32_t j = k; j >= 1; --j) {
+            double left = r[j] - r[j - 1];
+            for (int32_t i = j + 1; i <= k; ++i) left -= AT(deflection_of, k, i) * AT(traction_of, i, j - 1);
+            AT(deflection_of, k, j) = left / AT(traction_of, j, j - 1);
+        }
         for (int32_t i = 1; i <= k; ++i) AT(matrix, k, i) = 0.0;
-        problem->load[k].x = problem->load[k].y = problem->sum[k] = problem->push[k] = 0.0;
+        problem->sum[k] = problem->push[k] = 0.0;
         for (int32_t i = 1; i <= k; ++i) {
             double share = problem->mass[k] * AT(deflection_of, k, i);
             for (int32_t j = 1; j <= i; ++j) AT(matrix, i, j) += share * AT(deflection_of, k, j);
-            problem->load[i] = hs_plus(problem->load[i], share, problem->trial[k]);
             problem->sum[i] += share;
             problem->push[i] += share * problem->share[k];
         }
@@ -112,6 +102,16 @@ static void activate(hs_ring_problem *problem, int32_t active) {
     for (int32_t i = 1; i <= active; ++i)
         for (int32_t j = 1; j < i; ++j) AT(matrix, j, i) = AT(matrix, i, j);
     problem->active = active;
+}
+
+/* Add what more rings are pulled with. */
+static void pull(hs_ring_problem *problem, int32_t active) {
+    for (int32_t k = problem->solved + 1; k <= active; ++k) {
+        problem->load[k].x = problem->load[k].y = 0.0;
+        for (int32_t i = 1; i <= k; ++i)
+            problem->load[i] = hs_plus(problem->load[i], problem->mass[k] * AT(deflection_of, k, i), problem->trial[k]);
+    }
+    problem->solved = active;
 }
 
 static hs_vector slip_of(const hs_ring_problem *problem, int32_t i) {
@@ -212,39 +212,60 @@ static void newton(hs_ring_problem *problem) {
 
 /* The innermost ring beyond its limit, 0 where there is none; v is known, tractions from a ring on are worked out. */
 static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
+    const double *r = problem->depth;
+    const hs_vector *v = problem->found;
+    hs_vector *slope = problem->slope;
     int32_t found = 0;
+    for (int32_t j = 0; j < problem->rings; ++j) {
+        double width = r[j + 1] - r[j];
+        slope[j].x = (v[j + 1].x - v[j].x) / width;
+        slope[j].y = (v[j + 1].y - v[j].y) / width;
+    }
     for (int32_t i = from; i <= problem->rings; ++i) {
-        problem->traction[i] = traction_at(problem, problem->found, i);
-        if (hs_length(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) found = i;
+        hs_vector sum = {0.0, 0.0};
+        for (int32_t j = 0; j < i; ++j) sum = hs_plus(sum, AT(traction_of, i, j), slope[j]);
+        problem->traction[i] = sum;
+        if (hs_length(sum) > problem->limit[i] * (1.0 + 1e-12)) found = i;
     }
     return found;
+}
+
+/* v of the active rings, from their tractions. */
+static void deflect(hs_ring_problem *problem) {
+    for (int32_t k = 1; k <= problem->active; ++k) {
+        hs_vector sum = {0.0, 0.0};
+        for (int32_t j = 1; j <= k; ++j) sum = hs_plus(sum, AT(deflection_of, k, j), problem->traction[j]);
+        problem->found[k] = sum;
+    }
 }
 
 double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement) {
     const int32_t n = problem->rings;
     const hs_vector none = {0.0, 0.0};
-    problem->active = problem->unknowns = 0;
+    problem->unknowns = problem->solved = 0;
     problem->trial[0] = none;
     for (int32_t k = 1; k <= n; ++k) problem->trial[k] = hs_plus(problem->base[k], problem->share[k], displacement);
     memcpy(problem->found, problem->trial, (size_t)(n + 1) * sizeof *problem->found);
-    int32_t active = innermost_beyond(problem, 1);
-    if (active == 0) return 0.0;
-    while (active > problem->active) {
-        for (int32_t i = problem->active + 1; i <= active; ++i)
-            problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
-        activate(problem, active);
-        for (int round = 0; round < MOST_ROUNDS && sweep(problem) > SETTLED; ++round) newton(problem);
-        for (int32_t k = 1; k <= active; ++k) {
-            problem->found[k] = none;
-            for (int32_t j = 1; j <= k; ++j)
-                problem->found[k] = hs_plus(problem->found[k], AT(deflection_of, k, j), problem->traction[j]);
+    int32_t beyond = innermost_beyond(problem, 1);
+    if (beyond == 0) return 0.0;
+    for (int round = 0; round < MOST_ROUNDS; ++round) {
+        if (beyond) {
+            /* rings that have been unknown stay it, for the sake of their matrix */
+            if (beyond > problem->active) activate(problem, beyond);
+            for (int32_t i = problem->solved + 1; i <= problem->active; ++i)
+                problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
+            pull(problem, problem->active);
         }
-        int32_t beyond = innermost_beyond(problem, active + 1);
+        int settled = sweep(problem) <= SETTLED;
+        if (!settled) newton(problem);
+        deflect(problem);
+        beyond = innermost_beyond(problem, problem->active + 1);
+        if (settled && !beyond) break;
         /* one more ring at once: what slips deeper mostly spreads */
-        if (beyond) active = beyond < n ? beyond + 1 : n;
+        if (beyond && beyond < n) ++beyond;
     }
     double lost = 0.0;
-    for (int32_t i = 1; i <= active; ++i) lost += hs_dot(problem->traction[i], slip_of(problem, i));
+    for (int32_t i = 1; i <= problem->solved; ++i) lost += hs_dot(problem->traction[i], slip_of(problem, i));
     return hs_most(lost, 0.0);
 }
 
@@ -256,10 +277,10 @@ hs_vector hs_ring_force(const hs_ring_problem *problem) {
 
 void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]) {
     double stuck = 0.0;
-    for (int32_t k = problem->active + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
+    for (int32_t k = problem->solved + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
     slopes[0][0] = slopes[1][1] = stuck;
     slopes[0][1] = slopes[1][0] = 0.0;
-    if (problem->active == 0) return;
+    if (problem->solved == 0) return;
     int32_t count = linearise(problem);
     double *x = problem->step;
     for (int axis = 0; axis < 2; ++axis) {
