@@ -14,16 +14,21 @@
  * this share of the way over μ, and grow by a share of their depth; and how many are cut at a time */
 #define LOOKED_AT 6
 #define FINEST 0.125
-#define GROWING 0.35
+#define GROWING 0.25
 #define MOST_CUT 16
-/* change of the tangential load over the friction limit below which a node is not missed */
-#define NOT_MISSED 1e-7
-/* A step is taken as it is where its two stages slide so evenly: the load that differs, over the tolerance of the limit.
- * Otherwise it is halved until the load settles, and so does what is lost, over the tolerance of itself or of the limit times
+/* A node is not missed if the tangential load changes by so little of the friction limit; and by so little of what a step has
+ * changed, that small loops stay. */
+#define NOT_MISSED 1e-5
+#define NOT_MISSED_OF_STEP 1e-3
+#define NEVER_MISSED 1e-7
+/* A step is taken as it is where its two stages slide so evenly: the load that differs, over the tolerance of the limit, and
+ * of the load that has slid, unless it is next to nothing. Otherwise it is halved until the load settles, and so does what is lost, over the tolerance of itself or of the limit times
  * the way. */
-#define EVEN 1.0
+#define EVEN 2.0
+#define EVEN_OF_SLIP 15.0
+#define ALWAYS_EVEN 0.01
 #define SETTLED_LOAD 1.0
-#define SETTLED_LOSS 30.0
+#define SETTLED_LOSS 15.0
 #define SETTLED_WORK 0.05
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
@@ -192,14 +197,17 @@ static void join_cells(hs_class *part, double cell, double change) {
     part->count = kept;
 }
 
-int hs_regrid(hs_class *part, int64_t rings, double limit) {
+int hs_regrid(hs_class *part, int64_t rings, double change) {
     if (part->count < 2) return HS_OK;
     double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
     if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
-    for (double change = NOT_MISSED * limit;; change *= 4.0) {
+    double least = HS_LIMIT_SLACK * part->nodes[0].normal;
+    for (int attempt = 0; attempt < MOST_CUTS; ++attempt) {
         join_cells(part, cell, change);
-        if (part->count <= 3 * rings || change > limit) return HS_OK;
+        if (part->count <= 2 * rings + 2) break;
+        change = hs_most(4.0 * change, least);
     }
+    return HS_OK;
 }
 
 /* Cut cells into which springs would slip first on a way, which changes nothing: nodes then stand as near the front as it
@@ -514,16 +522,15 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
     return HS_OK;
 }
 
-/* How much of the load would be another one, had a class gone on to slide as in the first stage. */
-static double unevenness(const hs_class *part) {
+/* Add by how much of the load a class has slid, and by how much more it would have, had it gone on as in the first stage. */
+static void add_unevenness(hs_body *body, const hs_class *part) {
     const hs_ring_problem *problem = part->problem;
     int32_t left_out = part->count - problem->rings - 1;
-    double sum = 0.0;
     for (int32_t k = 1; k <= problem->rings; ++k) {
-        hs_vector slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
-        sum += problem->mass[k] * hs_length(hs_plus(slid, -1.0, problem->slipped[left_out + k]));
+        hs_vector before = problem->slipped[left_out + k], slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
+        body->uneven += problem->mass[k] * hs_length(hs_plus(slid, -1.0, before));
+        body->slid_load += problem->mass[k] * hs_length(hs_plus(slid, REST, before));
     }
-    return sum;
 }
 
 /* One step of SDIRK2, in place: two problems, the second of which begins with what has slipped in the first. */
@@ -553,19 +560,22 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
                 problem->slipped[before + k] = hs_plus(problem->trial[k], -1.0, problem->found[k]);
         }
     }
-    body->uneven = 0.0;
+    double change = hs_length(hs_plus(force, -1.0, body->tangential_load)), limit = hs_body_limit(body, to->approach);
+    double missed = limit > 0.0 ? hs_most(hs_least(NOT_MISSED_OF_STEP * change / limit, NOT_MISSED), NEVER_MISSED) : 0.0;
+    body->uneven = body->slid_load = 0.0;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         const hs_ring_problem *problem = part->problem;
         if (to->approach <= deepest_of(part)) continue;
-        body->uneven += unevenness(part);
+        add_unevenness(body, part);
         if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         part->count = problem->rings + 1;
         for (int32_t k = 0; k < part->count; ++k) {
             hs_node node = {problem->label[k], problem->normal[k], problem->found[k]};
             part->nodes[k] = node;
         }
-        if (hs_regrid(part, body->rings, body->friction[part->group] * part->nodes[0].normal) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (hs_regrid(part, body->rings, missed * body->friction[part->group] * part->nodes[0].normal) != HS_OK)
+            return HS_OUT_OF_MEMORY;
     }
     body->approach = to->approach;
     body->normal_load = to->normal_load;
@@ -594,6 +604,12 @@ static int settled(const hs_body *body, const hs_body *one, const hs_body *two) 
     double change = fabs(one->dissipated - two->dissipated), lost = two->dissipated - body->dissipated;
     return force <= SETTLED_LOAD * body->tolerance * limit &&
            change <= hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance;
+}
+
+/* Whether a step has slid so evenly that it need not be halved. */
+static int is_even(const hs_body *body, const hs_body *one) {
+    double limit = hs_body_limit(body, one->approach), most = hs_least(EVEN * limit, EVEN_OF_SLIP * one->slid_load);
+    return one->uneven <= hs_most(most, ALWAYS_EVEN * limit) * body->tolerance;
 }
 
 /* Note when asperities first slide as a whole on a settled step: the front goes straight. */
@@ -633,7 +649,7 @@ static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_bo
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
     if (status == HS_OK &&
-        (halvings == 0 || whole->uneven <= EVEN * body->tolerance * hs_body_limit(body, whole->approach))) {
+        (halvings == 0 || is_even(body, whole))) {
         spread_losses(body, body, whole, 1.0);
         note_slides(body, whole);
         status = assign(body, whole);

@@ -186,6 +186,64 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     assert not plane.turned
 
 
+def at_default_and_fine(ensemble, moves):
+    """States along moves, at the default resolution and at three times the rings and a thirtieth of the tolerance."""
+    for rings in (hs.Rings(), hs.Rings(rings=100, tolerance=3e-5)):
+        own = ensemble(rings)
+        state = own.advance(own.initial_state(), normal_displacement=1.0)
+        states = []
+        for move in moves(state.normal_load):
+            state = own.advance(state, **move)
+            states.append([*state.tangential_load, *state.tangential_displacement, state.dissipated_energy])
+        yield np.array(states)
+
+
+def loads_in_the_plane(normal_load):
+    random = np.random.default_rng(5)
+    for angle, share, part in random.uniform((0, 0, 0.5), (7, 0.8, 1), (12, 3)):
+        load = share * 0.25 * part * normal_load
+        yield {
+            "normal_load": part * normal_load,
+            "tangential_load": (load * np.cos(angle), load * np.sin(angle)),
+        }
+
+
+def displacements_and_falls(_):
+    for u in 0.3 * way("circle", 0.7, 4)[:13]:
+        yield {"tangential_displacement": tuple(u)}
+    yield {"friction": np.where(np.arange(12) % 2, 0.17, 0.33)}
+    yield {"friction": np.where(np.arange(12) % 2, 0.1, 0.2)}
+    yield {"tangential_displacement": (0.1, 0.1)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moves", [loads_in_the_plane, displacements_and_falls])
+def test_default_rings_beside_many(moves):
+    """Two coefficients: loads within 1e-3 of μN, displacements within 1e-3 of full slip, energies within 5e-3."""
+    height, radius, _ = many()
+    friction = np.where(np.arange(12) % 2, 0.2, 0.4)
+    coarse, fine = at_default_and_fine(lambda rings: hs.Ensemble(PAIR, height, radius, friction, rings=rings), moves)
+    error = np.abs(coarse - fine)
+    limit = hs.Ensemble(PAIR, height, radius, friction).advance(
+        hs.Ensemble(PAIR, height, radius, friction).initial_state(), normal_displacement=1.0
+    ).normal_load * 0.3  # fmt: skip
+    assert error[:, :2].max() < 1e-3 * limit
+    assert error[:, 2:4].max() < 1e-3 * 0.3
+    assert error[-1, 4] < 5e-3 * fine[-1, 4]
+
+
+def test_small_loops_within_large_ones():
+    """Turns of a hundredth of full slip, after a square, beside many rings: within 1 % of their swing."""
+    square, turns = way("square", 0.7, 3)[:12], 0.01 * way("circle", 1.0, 6)[6:]
+    moves = [{"tangential_displacement": tuple(u)} for u in np.vstack([square, square[-1] + turns])]
+    coarse, fine = (
+        each[12:, :2]
+        for each in at_default_and_fine(lambda rings: hs.Ensemble(PAIR, 0.0, 1.0, 1.0, rings=rings), lambda _: moves)
+    )
+    swing = np.ptp(fine, axis=0).max()
+    assert np.abs((coarse - coarse[0]) - (fine - fine[0])).max() < 1e-2 * swing
+
+
 def random_walk(seed, count=40):
     random = np.random.default_rng(seed)
     return np.cumsum(random.normal(0, 0.15, (count, 2)), axis=0), random.uniform(0.3, 1.0, count)
@@ -264,7 +322,7 @@ def test_a_fall_of_friction():
 
 
 def test_stiffness_by_differences():
-    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-6))
+    ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
     path, approach = random_walk(9, 12)
     state = walked(ensemble, path, approach)[-1]
     for direction in ((1.0, 0.0), (0.0, 1.0), (-0.6, 0.8)):
