@@ -15,7 +15,7 @@ GROUPS = {
     ),
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
     "Surfaces": "Surface Summits random_surface read_surface registered area_laws",
-    "Measured records": "loops sliding compare fit",
+    "Measured records": "loops sliding compare creep fit",
     "Many runs": "sweep spread drift_along design gallery",
     "The event log": "EventLog verify",
     "Errors": "HistorySimError InputError LoadError FrictionLimitError UnlikelyValueWarning",

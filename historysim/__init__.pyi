@@ -11,6 +11,7 @@ from historysim.asperities.asperity import Asperity as Asperity
 from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch
 from historysim.asperities.ensemble import Ensemble as Ensemble
+from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.planar import PlanarState as PlanarState
 from historysim.asperities.planar import Rings as Rings
@@ -43,6 +44,7 @@ from historysim.results import plots as plots
 from historysim.results.tables import write_csv as write_csv
 from historysim.results.tables import write_netcdf as write_netcdf
 from historysim.scenario.fit import compare as compare
+from historysim.scenario.fit import creep as creep
 from historysim.scenario.fit import fit as fit
 from historysim.scenario.record_search import loops as loops
 from historysim.scenario.record_search import sliding as sliding

@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError, LoadError
 
@@ -31,7 +29,7 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Motion = Callable[[float, Floats, "EnsembleState"], npt.ArrayLike]
+Motion = Callable[[float, Floats, "EnsembleState"], ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 
 METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
@@ -72,7 +70,7 @@ class CoupledSolution:
 def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     motion: Motion,
     t_span: tuple[float, float],
-    y0: npt.ArrayLike,
+    y0: ArrayLike,
     ensemble: "Ensemble",
     place: Place,
     *,
@@ -340,24 +338,24 @@ class _SampledContact:
     outputs: tuple[str, ...]
     given: dict[str, Any]
 
-    def output(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
+    def output(self, _time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
         """Return the outputs of a trial from the state at the beginning of the sample."""
         moved = self._moved(self._number(x), u)
         return np.array([float(getattr(moved, name)) for name in self.outputs])
 
-    def update(self, _time: float, x: npt.ArrayLike, u: npt.ArrayLike, _params: object) -> Floats:
+    def update(self, _time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
         """Commit what the inputs of a sample do, and return the number of the next one."""
         number = self._number(x)
         after = self._moved(number, u)
         self.states = {0: self.states[0], number: self.states[number], number + 1: after}
         return np.array([float(number + 1)])
 
-    def _moved(self, number: int, u: npt.ArrayLike) -> "EnsembleState":
+    def _moved(self, number: int, u: ArrayLike) -> "EnsembleState":
         targets: dict[str, Any] = dict(zip(self.inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
         after: EnsembleState = self.ensemble.advance(self.states[number], **targets, **self.given)
         return after
 
-    def _number(self, x: npt.ArrayLike) -> int:
+    def _number(self, x: ArrayLike) -> int:
         number = float(np.atleast_1d(x)[0])
         if number not in self.states:
             raise InputError(

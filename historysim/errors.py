@@ -4,7 +4,8 @@ Errors cross processes whole: pickling makes one again of the arguments that its
 """
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from typing import Self
 
 
@@ -110,3 +111,20 @@ class InstallationError(HistorySimError, ImportError):
 
 class UnlikelyValueWarning(UserWarning):
     """A number is implausible in SI, the unit of plain numbers."""
+
+
+@contextmanager
+def at(*place: str | int) -> Iterator[None]:
+    """Note at an InputError raised inside that it belongs to this place."""
+    try:
+        yield
+    except InputError as error:
+        error.place = (*place, *error.place)
+        raise
+
+
+def misfit(problem: str, *place: str | int) -> InputError:
+    """Return an InputError that belongs to a place inside the value that is being read."""
+    error = InputError(problem)
+    error.place = place
+    return error

@@ -10,12 +10,11 @@ import attrs
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.basics.array_types import Integers
-from historysim.basics.display import FieldsAsHtml
+from historysim.basics.arguments import Integers
 from historysim.basics.files import replacing
-from historysim.basics.notices import progress_bar
 from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
+from historysim.basics.wording import FieldsAsHtml, progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text

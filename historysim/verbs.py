@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 
-from historysim.basics.display import Lines
 from historysim.basics.files import is_netcdf
+from historysim.basics.wording import Lines
 from historysim.errors import InputError
 from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     import xarray as xr
     from matplotlib.axes import Axes
@@ -33,9 +33,10 @@ if TYPE_CHECKING:
     from historysim.scenario.fit import Fit
     from historysim.scenario.scenario import Scenario
     from historysim.surfaces.heights import Surface
+    from historysim.surfaces.registration import Registration
 
     Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
-    Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface
+    Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface | Sequence[str | Path | Surface]
     Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
 
 MAP_ALONE = "expected with the path of a height map alone, which is read with them"
@@ -151,6 +152,7 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, EventLog or Surface
+        Two height maps of one place, or their paths, in a list: what was lost between them (`registered`).
     form : str, optional
         What is taken off the height map of a file first; by default a plane.
     **reading
@@ -175,6 +177,8 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     substeps             1
     recorded asperities  touching
     """
+    if isinstance(what, list | tuple):
+        return Lines(_registration(what, form=form, **reading).summary())
     if not isinstance(what, str | Path):
         if form is not None or reading:
             raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
@@ -189,12 +193,26 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         return Lines(_lines(content))
 
 
+def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  # noqa: ANN401 - as for `opened`
+    """Return what was lost between two height maps, or those of two files."""
+    from historysim.surfaces.heights import Surface
+    from historysim.surfaces.registration import registered
+
+    with contextlib.ExitStack() as files:
+        found = [files.enter_context(opened(one, **reading)) if isinstance(one, str | Path) else one for one in maps]
+    others = [str(one) for one, each in zip(maps, found, strict=True) if not isinstance(each, Surface)]
+    if others or len(found) != 2:
+        which = f"; {others[0] if len(others[0]) < 200 else 'one'} is none" if others else ""
+        raise InputError(f"{len(found)} files or maps are given{which}; expected one, or two height maps of one place")
+    return registered(*found)  # type: ignore[arg-type] # both are surfaces
+
+
 def _lines(what: Any) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
     import xarray as xr
 
     from historysim.results import tables
     from historysim.scenario.scenario import Scenario
-    from historysim.scenario.scenario_summary import summary as of_scenario
+    from historysim.scenario.scenario import summary as of_scenario
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.inspection import summary as of_surface
 
@@ -259,7 +277,7 @@ def plot(
         Of a history: the ``[picture]`` of its scenario, or else the friction loop, the loads, and the slip states. Of
         a scenario or a height map: the surface with its summits. Of a sweep: its ``[picture]``, or else a number of its
         cells over what was swept, or their loops over one another. Several histories, or paths of them: their loops,
-        or tractions, in one picture.
+        or tractions, in one picture. Two height maps of one place: what was lost between them.
     picture : str, optional
         One of ``historysim kinds plots``. Of a sweep also a number of its cells.
     size : (float, float), optional
@@ -291,6 +309,7 @@ def plot(
     """
     import historysim.scenario.figure  # noqa: F401 - registers the picture of a scenario
     from historysim.results.plots.pictures import figure_of
+    from historysim.surfaces.heights import Surface
 
     fields: dict[str, Any] = options
     place: Place = {"size": size, "figure": figure, "ax": ax}
@@ -298,10 +317,14 @@ def plot(
     with contextlib.ExitStack() as files:
         if isinstance(what, str | Path):
             fields, what = {"name": str(what)} | fields, files.enter_context(opened(what, **reading))
+        elif isinstance(what, list | tuple):
+            what = [
+                files.enter_context(opened(each, **reading)) if isinstance(each, str | Path) else each for each in what
+            ]
+            if any(isinstance(each, Surface) for each in what):
+                what = _registration(what)
         elif reading:
             raise InputError(f"{', '.join(reading)}: {MAP_ALONE}")
-        if isinstance(what, list | tuple):
-            what = [files.enter_context(opened(each)) if isinstance(each, str | Path) else each for each in what]
         # whoever asks for something else does not get the picture of the scenario
         if picture is None and not {*fields} - {"name"} and (drawn := _own_picture(what, place)):
             return drawn
@@ -364,8 +387,8 @@ def _page(what: object, name: str) -> str:
     import xarray as xr
 
     from historysim.log.event_log import EventLog
-    from historysim.results.report.others import dataset_page
     from historysim.results.report.page import EXPECTED, page_of, paragraph, picture
+    from historysim.results.report.reports import dataset_page
     from historysim.scenario.scenario import Scenario
 
     if isinstance(what, xr.Dataset):
@@ -385,8 +408,8 @@ def _page(what: object, name: str) -> str:
 
 
 def _page_of_scenario(scenario: "Scenario") -> str:
-    from historysim.results.report.others import comparison_page
     from historysim.results.report.page import page_of
+    from historysim.results.report.reports import comparison_page
     from historysim.scenario.fit import compare, fit
 
     if scenario.sections.fit is not None:
@@ -429,7 +452,7 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
     """
     import xarray as xr
 
-    from historysim.results.report.history_report import interactive_page
+    from historysim.results.report.reports import interactive_page
 
     if isinstance(history, str | Path):
         with opened(history) as content:

@@ -2,5 +2,5 @@ from hypothesis import settings
 
 # the first example of a property may wait for a library to load or for code to be compiled
 settings.register_profile("thorough", deadline=None, max_examples=500)
-settings.register_profile("unhurried", deadline=None, max_examples=50)
+settings.register_profile("unhurried", deadline=None, max_examples=20)
 settings.load_profile("unhurried")

@@ -146,9 +146,9 @@ def test_what_is_missing_is_named(path, site):
     shutil.rmtree(next(site.glob("*.dist-info")))
     with pytest.raises(MissingPackageError, match=r"friction law 'warming' is of stranger 1.2, which is not there"):
         hs.verify("a.nc")
-    with pytest.raises(InputError, match=r"surface.kind: the text 'stairs'; "):
+    with pytest.raises(InputError, match=r"surface.kind: 'stairs'; "):
         hs.load(path)
-    with pytest.raises(InputError, match=r"the scenario in the result: picture: \[0\].kind: the text 'gaps'; expected"):
+    with pytest.raises(InputError, match=r"the scenario in the result: picture: \[0\].kind: 'gaps'; expected"):
         hs.plot("a.nc")
     with pytest.raises(InputError, match="picture is 'gaps'; expected one of"):
         hs.plot(xr.open_dataset("a.nc"), picture="gaps")
@@ -203,7 +203,7 @@ def test_the_rest_of_the_package_is_used(path, tmp_path):
         ('"10 µm"', '"10 µm"\nyielding = { law = "soft", onse = 1 }', "surface.yielding.onse: unknown key; did you"),
         ('colour = "red"', "colour = 3", r"picture\[0\].colour: 3; expected a string"),
         ('"10 µm"', '"10 µm"\nsteps = 3', "surface.steps: unknown key; did you mean 'step'"),
-        ('kind = "strokes"', 'kind = "stroke"', "loading.kind: the text 'stroke'; did you mean 'strokes'"),
+        ('kind = "strokes"', 'kind = "stroke"', "loading.kind: 'stroke'; did you mean 'strokes'"),
     ],
 )
 def test_its_keys_are_checked_as_those_of_the_package(path, before, after, said):

@@ -12,7 +12,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 66
+MOST_NAMES = 67
 NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
@@ -34,7 +34,7 @@ CONTRACT = {
     ),
     *("drift", "events", "Instrument", "EventLog"),
     *("Replay", "replay", "run", "load", "open", "validate", "verify", "show", "plot", "report", "analysis"),
-    *("compare", "fit", "loops", "sliding", "sweep", "design", "get_include"),
+    *("compare", "creep", "fit", "loops", "sliding", "sweep", "design", "get_include"),
     *("HistorySimError", "InputError", "LoadError", "FrictionLimitError", "__version__"),
 }
 

@@ -107,7 +107,10 @@ def energy_between(history, start, end):
 
 
 def test_they_are_numbered():
-    assert [path.stem[:2] for path in SCENARIOS] == [f"{number:02}" for number in range(1, len(SCENARIOS) + 1)]
+    numbers = [
+        path.name[:2] for path in sorted((ROOT / "scenarios").glob("[0-9]*.*")) if path.suffix in {".toml", ".py"}
+    ]
+    assert numbers == [f"{number:02}" for number in range(1, len(numbers) + 1)]
 
 
 @pytest.mark.parametrize("path", SCENARIOS, ids=lambda path: path.stem)
@@ -388,3 +391,17 @@ def test_the_data_are_made_again_byte_for_byte(tmp_path):
     kept = {path.name: path.read_bytes() for path in (ROOT / "data").iterdir() if path.suffix in {".csv", ".txt"}}
     assert made == kept
     assert all(len(content) < 300_000 for content in made.values())
+
+
+def test_28_a_stage_drifts_to_where_less_load_would_have_let_it(histories):
+    """T = μ [P(d) - P(d + U/(θμ))]: the places of 8 mN under 100 and 65 mN, by bisection."""
+    history = histories["28_drift_of_a_stage"]
+    ensemble = hs.load(next(path for path in SCENARIOS if path.stem == "28_drift_of_a_stage")).ensemble()
+    height, radius = ensemble.summit_height, np.broadcast_to(ensemble.summit_radius, ensemble.summit_height.shape)
+    moved = []
+    for load in (0.1, 0.065):
+        (whole, _), (stuck, _) = (approaches(part, height, radius) for part in (load, load - 8e-3 / FRICTION))
+        moved.append(RATIO * FRICTION * (whole.max() - stuck.max()))
+    ends = history.tangential_displacement.to_numpy()[::20]
+    # moved, held, unloaded, loaded, unloaded, loaded
+    np.testing.assert_allclose(ends[1:], np.repeat(moved, [2, 4]), rtol=1e-9)

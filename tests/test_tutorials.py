@@ -96,3 +96,19 @@ def test_4_a_surface_that_was_run_in_is_elastic_up_to_its_largest_load(typed):
     assert (np.diff(energy) == 0).all()
     assert energy[0] > 0
     assert (names["grown"] > 1).all()
+
+
+@pytest.mark.slow
+def test_5_a_stage_drifts_once_and_its_unit_moves_as_in_python(typed):
+    """The unit's force is that of the same places in one replay."""
+    pytest.importorskip("fmpy", reason="needs FMPy: pip install historysim[exchange]")
+    names, _ = typed("5_drift_of_a_stage.md")
+    times = names["STEP"] * np.arange(1, len(names["positions"]) + 1)
+    columns = zip(times.tolist(), names["normal_loads"], names["positions"], strict=True)
+    events = [
+        event
+        for time, load, place in columns
+        for event in (hs.NormalLoad(time, load), hs.TangentialDisplacement(time, place))
+    ]
+    again = hs.replay(names["ensemble"], events, record="totals").total_tangential_load.to_numpy()
+    np.testing.assert_allclose(names["forces"], again[-times.size :], rtol=1e-9, atol=1e-12)

@@ -16,9 +16,9 @@ import xarray as xr
 import historysim as hs
 from historysim import errors
 from historysim.asperities import laws, wear
-from historysim.basics.findings import Finding
-from historysim.basics.places import misfit
+from historysim.basics.wording import Finding
 from historysim.contact import adhesion
+from historysim.errors import misfit
 from historysim.loads import schedule
 from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse
@@ -130,6 +130,7 @@ VALUES = {
         *SOLVED, np.array([np.nan, 1.0]), (4, 5), (1e-6, 1e-6), 2e-8, (0.01, 0.02)
     ),
     "Ensemble": ensemble,
+    "InclinedEnsemble": lambda: hs.InclinedEnsemble(PAIR, [0.0, -1e-8], 1e-4, 0.2, slope=[0.1, -0.1]),
     "EnsembleState": stepped,
     "PlanarState": lambda: ensemble().advance(stepped(), tangential_displacement=(1e-9, 2e-9)),
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),
@@ -152,7 +153,7 @@ VALUES = {
 }
 
 
-OF_ASPERITIES = {"Ensemble", "EnsembleState", "PlanarState", "Start", "Replay", "LogHeader"}
+OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "EnsembleState", "PlanarState", "Start", "Replay", "LogHeader"}
 """Of these, or of what stands in them, it is not asked yet whether arrays stay read-only."""
 NO_VALUES = {"UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
 """They look into an ensemble, change at each step, and hold an open file."""

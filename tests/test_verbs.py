@@ -49,6 +49,25 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
     assert dict(hs.show(tmp_path / "l.nc"))["loops"] == "1"
 
 
+def test_two_maps_of_one_place_show_what_was_lost(tmp_path):
+    before = hs.random_surface((64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
+    after = np.minimum(before.heights, 1e-6)
+    for name, heights in (("before", before.heights), ("after", after)):
+        np.save(tmp_path / f"{name}.npy", heights)
+    paths = [tmp_path / "before.npy", tmp_path / "after.npy"]
+    reading = {"pixel_size": "1 µm", "height_unit": "m"}
+    lines = dict(hs.show(paths, **reading))
+    assert float(lines["worn volume"].split()[0]) == pytest.approx((before.heights - after).sum() * 1e6, rel=0.05)
+    drawn = hs.plot(paths, **reading)
+    assert drawn.axes[0].get_title(loc="left") == "Height lost"
+    assert lines["worn volume"] in drawn.texts[-1].get_text()
+    alone = "; expected one, or two height maps of one place"
+    with pytest.raises(InputError, match=f"3 files or maps are given{alone}"):
+        hs.show([before] * 3)
+    with pytest.raises(InputError, match=f"2 files or maps are given; 5 is none{alone}"):
+        hs.show([before, 5])
+
+
 def test_a_map_in_coarse_steps_is_told_though_a_plane_was_taken_off(tmp_path):
     heights = np.random.default_rng(1).normal(size=(64, 64))
     reading = {"pixel_size": "1 µm", "height_unit": "nm"}
@@ -79,6 +98,23 @@ def test_a_result_is_shown_without_xarray(tmp_path):
     printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     with xr.open_dataset(tmp_path / "r.nc") as history:
         assert printed == f"{hs.show(history)} set()\n"
+
+
+@pytest.mark.parametrize(
+    ("asked", "printed"),
+    [
+        # what draws nothing loads nothing that draws
+        ("hs.run('s.toml').sizes['step'], 'matplotlib' in sys.modules", "2 False"),
+        # pictures are asked for by their names before anything that declares one is imported
+        ("hs.plot('s.toml', picture='surface').axes[0].get_title(loc='left')", "Asperity distribution"),
+        ("len(hs.plot('r.nc', picture='stiffness').axes) > 0", "True"),
+    ],
+)
+def test_what_a_process_is_asked_first_it_answers(tmp_path, asked, printed):
+    hs.Replay(ROUGH, EVENTS).write(tmp_path / "r.nc")
+    (tmp_path / "s.toml").write_text(BALL + LOADING, encoding="utf-8")
+    command = [sys.executable, "-c", f"import sys, historysim as hs; print({asked})"]
+    assert subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path).stdout == f"{printed}\n"
 
 
 SWINGS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.contact import adhesion, hertz
 from historysim.errors import InputError
 

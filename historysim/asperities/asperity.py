@@ -9,8 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Array, Floats
+from historysim.basics.arguments import Array, Floats, checked
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted

@@ -6,8 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.friction import coulomb
-from historysim.basics.arguments import checked, one_per, workable
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked, one_per, workable
 from historysim.basics.library import OneAtATime, ffi, lib, pointer
 from historysim.basics.limits import LARGEST, SMALLEST
 from historysim.contact.materials import MaterialPair

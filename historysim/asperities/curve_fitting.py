@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 
 HALVINGS = 12
 """Rows below the first one of a table, each at half the approach of the next one."""

@@ -17,8 +17,7 @@ from historysim.asperities.curve_fitting import (
     is_convex,
     through,
 )
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Array, Booleans, Floats, Integers
+from historysim.basics.arguments import Array, Booleans, Floats, Integers, checked
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError
 from historysim.memory.binding import LOAD, check, fill

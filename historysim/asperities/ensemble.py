@@ -20,13 +20,11 @@ from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import HELD, Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
-from historysim.basics.arguments import checked, one_per, scalar, workable
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import Floats, Integers, checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import (
@@ -119,6 +117,7 @@ class Ensemble:
     y: Floats | None
     tolerance: float
     curves: NormalCurves | None
+    slope: Floats | None
     nominal_area: float | None
     law: FrictionLaw | None
     wear: WearLaw | None
@@ -165,6 +164,7 @@ class Ensemble:
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
             curves=None,
+            slope=None,
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
             law=friction if isinstance(friction, FrictionLaw) else None,
             wear=wear,
@@ -182,8 +182,15 @@ class Ensemble:
     def from_summits(
         cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike | FrictionLaw", **options: Any
     ) -> Self:
-        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above."""
+        """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above.
+
+        Those with a ``slope`` are for `InclinedEnsemble`, else an InputError.
+        """
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
+        if getattr(summits, "slope", None) is not None:
+            if cls is Ensemble:
+                raise InputError("the summits meet on slopes; expected InclinedEnsemble.from_summits")
+            options["slope"] = summits.slope
         return cls(pair, summits.height, summits.radius, friction, **options)
 
     @staticmethod
@@ -496,7 +503,8 @@ class Ensemble:
     def load_state(self, path: str | Path) -> EnsembleState:
         """Return a state of this ensemble from a file of `EnsembleState.save`; any other one is an InputError."""
         try:
-            return EnsembleState.from_bytes(Path(path).read_bytes(), self.initial_state())
+            start = self.initial_state()
+            return type(start).from_bytes(Path(path).read_bytes(), start)
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 

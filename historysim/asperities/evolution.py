@@ -13,7 +13,7 @@ from historysim.asperities.friction import FrictionGoal, FrictionLaw, Loaded
 from historysim.asperities.law import Law
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.library import ffi, pointer
 from historysim.contact.materials import MaterialPair
 from historysim.errors import HistorySimError, InputError

@@ -7,8 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.law import Law
-from historysim.basics.arguments import checked, workable
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MaterialPair

@@ -11,7 +11,7 @@ from historysim.basics.units import is_number, metres, newtons, newtons_per_metr
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats
+    from historysim.basics.arguments import Floats
 
 Values = TypeVar("Values", float, "Floats")
 

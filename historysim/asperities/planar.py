@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.instrument import Instrument, as_instrument
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.files import replacing
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import is_number, quantity_text

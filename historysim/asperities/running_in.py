@@ -9,8 +9,7 @@ import numpy as np
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError

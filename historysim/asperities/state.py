@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Self
 import attrs
 import numpy.typing as npt
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.files import replacing
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text

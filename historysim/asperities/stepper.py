@@ -10,8 +10,7 @@ import numpy.typing as npt
 
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.state import EnsembleState, WholeContact
-from historysim.basics.arguments import checked, workable
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, checked, workable
 from historysim.basics.library import OneAtATime, ffi, lib
 from historysim.basics.limits import LARGEST
 from historysim.errors import InputError

@@ -12,10 +12,9 @@ from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.yielding import HARDNESS_OF_YIELD
-from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.findings import Finding
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import Finding, counted
 from historysim.contact import hertz
 from historysim.surfaces.summits import detached_summits
 

@@ -1,12 +1,12 @@
 """Wear: how much of a summit is lost, and what shape it has then."""
 
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Self
 
 import attrs
 import numpy as np
 
 from historysim.asperities.law import Law
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, scalar
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
@@ -113,6 +113,25 @@ class ArchardWear(WearLaw):
 
     kind = "archard"
 
+    @classmethod
+    def from_volume(
+        cls,
+        worn_volume: float | str,
+        *,
+        normal_load: float | str,
+        sliding_distance: float | str,
+        hardness: float | str,
+        shape: str = "truncated",
+    ) -> Self:
+        """Return the law by which a volume [m³] is lost under a load [N] over a distance [m]: K = V H/(N s).
+
+        The distance is that of gross slip, back and forth counted. Of `hs.registered` take the worn volume; K then has
+        its relative error. InputError: a volume below 0, or a load or a distance that is not above it.
+        """
+        lost = scalar("worn_volume", worn_volume, least=0)
+        way = scalar("normal_load", normal_load, above=0) * scalar("sliding_distance", sliding_distance, above=0)
+        return cls(coefficient=lost * scalar("hardness", hardness, above=0) / way, hardness=hardness, shape=shape)
+
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""
         return super().core() | {"kind": "HS_ARCHARD", "rate": self.coefficient / self.hardness}
@@ -149,6 +168,16 @@ class EnergyWear(WearLaw):
     )
 
     kind = "energy"
+
+    @classmethod
+    def from_volume(cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated") -> Self:
+        """Return the law by which a volume [m³] is lost with the energy that friction took [J]: α = V/E.
+
+        The energy is the sum over the loops of a record (`hs.loops`), or what a history dissipates. InputError: a
+        volume below 0, or an energy that is not above it.
+        """
+        energy = scalar("dissipated_energy", dissipated_energy, above=0)
+        return cls(volume_per_energy=scalar("worn_volume", worn_volume, least=0) / energy, shape=shape)
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.law import Law
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.fields import Number, Pressure, at_least
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry

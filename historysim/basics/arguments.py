@@ -1,4 +1,4 @@
-"""Arguments of functions that take numbers in SI, checked, with messages that name them."""
+"""Types of arrays, and arguments of functions that take numbers in SI, checked, with messages that name them."""
 
 import math
 from collections.abc import Iterator
@@ -8,17 +8,39 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import UNIT_OF, has_unit, in_si
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 
+Array = npt.NDArray[Any]
+ArrayLike = npt.ArrayLike
+Booleans = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+
+
+class FrozenArrays:
+    """A frozen attrs class with slots and read-only arrays, also after pickling and copying.
+
+    numpy forgets on the way that an array is read-only. The class is made with ``getstate_setstate=False``, since attrs
+    would else put its own method in the place of this one.
+    """
+
+    __slots__ = ()
+
+    def __setstate__(self, state: tuple[None, dict[str, Any]]) -> None:
+        for name, value in state[1].items():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+            object.__setattr__(self, name, value)
+
+
 NUMBERS = "iufO"
 """Kinds of arrays that may hold numbers; of objects, fractions and the like."""
 
 
-def checked(name: str, values: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
+def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
     """Return an argument as finite floats above a number, and of a least one; anything else is an InputError.
 
     Where `UNIT_OF` has the name, strings with units and quantities of pint are converted.
@@ -55,7 +77,7 @@ def _plain(name: str, values: Any) -> Any:
         raise InputError(f"{name}: {error}") from None
 
 
-def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
+def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
     """Return an argument that is one number, as a float. Parameters and errors as in `checked`."""
     number = checked(name, value, above=above, least=least)
     if number.ndim:
@@ -63,7 +85,7 @@ def scalar(name: str, value: npt.ArrayLike, *, above: float = -math.inf, least: 
     return float(number)
 
 
-def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
+def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
     """Return an argument that is a positive number along x and one along y; one number stands for both."""
     numbers = checked(name, values, above=0)
     if numbers.shape not in {(), (1,), (2,)}:
@@ -73,7 +95,7 @@ def per_axis(name: str, values: npt.ArrayLike) -> tuple[float, float]:
 
 
 def one_per(
-    one: str, several: str, name: str, values: npt.ArrayLike, count: int | None = None, *, above: float = -math.inf
+    one: str, several: str, name: str, values: ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Floats:
     """Return an argument with one value for each of several things, as an array of its own that is read-only.
 
@@ -91,7 +113,7 @@ def one_per(
     return array
 
 
-def workable(name: str, values: npt.ArrayLike, *, smallest: float = 0.0) -> Floats:
+def workable(name: str, values: ArrayLike, *, smallest: float = 0.0) -> Floats:
     """Return floats that are small enough, and at least ``smallest``, for their powers to be floats, too."""
     numbers: Floats = np.asarray(values)
     sizes = np.abs(numbers)

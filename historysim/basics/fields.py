@@ -9,10 +9,9 @@ from typing import Annotated, Any, get_args, get_origin
 import attrs
 
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
-from historysim.basics.places import misfit
 from historysim.basics.units import is_number
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 
 
 @attrs.frozen

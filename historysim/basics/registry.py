@@ -103,7 +103,11 @@ class Registry(Mapping[str, T], Generic[T]):
             return found
         # one that is known elsewhere is no slip of the pen
         word = "" if known or not isinstance(name, str) else name
-        raise InputError(f"{shown(name)}; {nearest(word, self.names(among))}")
+        names = self.names(among)
+        meant = [each for each in names if word.lower() in getattr(self[each], "also_called", ())]
+        mend = f"did you mean {meant[0]!r}?" if meant else nearest(word, names)
+        own = f"; one of your own is an entry point of {self.group!r}, see 'How to add' in historysim/README.md"
+        raise InputError(f"{shown(name)}; {mend}{'' if meant or known or mend.startswith('did') else own}")
 
     def provider(self, kind: type) -> Provider | None:
         """Return the package that a class comes from; None of what comes with this one."""

@@ -28,6 +28,7 @@ _KINDS = {
     "N m-1": ("a stiffness", "mN/µm"),
     "rad": ("an angle", "degree"),
     "m2": ("an area", "mm2"),
+    "m3": ("a volume", "µm3"),
     "m3 J-1": ("a volume per energy", "mm3 J-1"),
     "m-2": ("a number per area", "mm-2"),
     "kg": ("a mass", "g"),
@@ -42,7 +43,9 @@ _NAMES = {
         "height x y r pitch cutoff height_deviation mean_height height_scatter separation shift distance dead_band"
     ),
     "s": "sample_time duration dt until at t_span",
-    "Pa": "contact_modulus shear_modulus",
+    "Pa": "contact_modulus shear_modulus hardness",
+    "J": "dissipated_energy",
+    "m3": "worn_volume",
     "N m-1": "lateral_stiffness",
     "J m-2": "work_of_adhesion",
     "m2": "nominal_area area",
@@ -172,11 +175,14 @@ def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
     return as_float(in_si(value, "m3 J-1"))
 
 
-def warn_unlikely(what: str, unit: str, *, stacklevel: int) -> None:
-    """Warn of a number that is implausible in its SI unit; `what` names it, and `stacklevel` is that of `warnings`."""
+def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
+    """Warn of a number that is implausible in its SI unit.
+
+    ``what`` names it, ``sample`` may have been meant, and ``stacklevel`` is that of `warnings`.
+    """
+    meant = f"did you mean a unit, as in '{sample:g} {_kind(unit)[1]}'?"
     warnings.warn(
-        f"{what}, which is implausible: numbers are in {unit}; give another unit with the number, such as "
-        f"'50 {_kind(unit)[1]}'",
+        f"{what}, which is implausible: numbers are in {unit}; {meant}",
         UnlikelyValueWarning,
         stacklevel=stacklevel + 1,
     )
@@ -207,8 +213,9 @@ def quantity(value: float | str, unit: str) -> float:
         return _finite(value, value)
     kind, sample = _kind(unit)
     if unit == "1" or not isinstance(value, str):
+        share = re.fullmatch(rf"\s*({_NUMBER.pattern})\s*%\s*", value, re.ASCII) if isinstance(value, str) else None
         how = (
-            "such as 0.2, without quotes or a unit"
+            f"such as {float(share[1]) / 100 if share else 0.2:g}, without quotes or a unit"
             if unit == "1"
             else f"in {unit}, or as a string such as '50 {sample}'"
         )
@@ -481,6 +488,12 @@ def prefixed(value: float) -> tuple[float, str]:
     exponent = 3 * math.floor(math.log10(magnitude * (1 + 1e-9)) / 3)
     exponent = min(max(exponent, min(_PREFIXES)), max(_PREFIXES))
     return 10.0**-exponent, _PREFIXES[exponent]
+
+
+def what_is_expected(unit: str) -> str:
+    """Return what a key of a scenario in an SI unit takes: ``"a length such as '50 nm'"``."""
+    kind, sample = _kind(unit)
+    return f"{kind} such as 0.2" if unit == "1" else f"{kind} such as '50 {sample}'"
 
 
 def _kind(unit: str) -> tuple[str, str]:

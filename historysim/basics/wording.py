@@ -1,16 +1,27 @@
-"""What messages have in common: what was given, what was meant, and how many."""
+"""What users read: words of messages, notices and progress, findings, and lines and tables of a terminal."""
 
 import itertools
-from collections.abc import Collection
+import json
+import sys
+import threading
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+from unicodedata import category
+
+import attrs
 
 
 def nearest(word: str, known: Collection[str]) -> str:
     """Return what to write in place of an unknown word: the nearest known one, else all of them."""
     import difflib
 
-    match = difflib.get_close_matches(word, known, n=1)
+    plain = {each.lower(): each for each in reversed([*known])}
+    match = difflib.get_close_matches(word.lower(), plain, n=1) if len(word) > 1 else []
+    # a word of a name of several, such as "stiffness" of "tangential-stiffness"
+    match = match or [each for each in plain if len(word) > 3 and word.lower() in each]
     if match:
-        return f"did you mean {match[0]!r}?"
+        return f"did you mean {' or '.join(repr(plain[each]) for each in match[:2])}?"
     return f"expected one of {listed(known)}" if known else "none is expected here"
 
 
@@ -32,12 +43,134 @@ def shown(value: object) -> str:
     if isinstance(value, int) and value.bit_length() > 64:
         return f"an integer of {value.bit_length()} bits"
     if isinstance(value, str):
-        return f"the text {value!r}" if len(value) <= 40 else f"the text {value[:40]!r}…"
+        return repr(value) if len(value) <= 40 else f"{value[:40]!r}…"
     if isinstance(value, dict):
         return "a table"
     return "an array" if isinstance(value, list) else str(value)
 
 
+def brief(value: object) -> str:
+    """Return a value of Python in one line: as it is written where that is short, else its type."""
+    text = repr(value)
+    return text if len(text) <= 120 and "\n" not in text else f"of the type {type(value).__name__}"
+
+
 def counted(count: int, one: str, several: str) -> str:
     """Return a number and what it counts: ``"1 asperity"``, ``"40,000 asperities"``."""
     return f"{count:,} {one if count == 1 else several}"
+
+
+def printable(text: str) -> str:
+    """Return a text with what would steer a terminal, or turn a line round, as Python writes it in a text."""
+    if text.isprintable():
+        return text
+    return "".join(
+        each if each in "\n\t" or category(each) == "Zs" or each.isprintable() else _escaped(each) for each in text
+    )
+
+
+def _escaped(character: str) -> str:
+    return character.encode("unicode_escape").decode()
+
+
+def two_columns(lines: Iterable[tuple[str, str]]) -> str:
+    """Return labels and what belongs to them, one below the other."""
+    lines = [(printable(label), printable(text)) for label, text in lines]
+    width = max((len(label) for label, _ in lines), default=0) + 2
+    return "\n".join(f"{label:<{width}}{text}".rstrip() for label, text in lines)
+
+
+def columns(rows: Sequence[Sequence[str]]) -> str:
+    """Return a table, column under column."""
+    rows = [[printable(text) for text in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return "\n".join(
+        "  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    )
+
+
+def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:
+    """Return a table as HTML; the first text of each row is its label."""
+    head = f"<thead><tr>{_cells('th', heading)}</tr></thead>" if heading else ""
+    body = "".join(f"<tr>{_cells('th', row[:1])}{_cells('td', row[1:])}</tr>" for row in rows)
+    return f"<table>{head}<tbody>{body}</tbody></table>"
+
+
+def _cells(tag: str, texts: Iterable[str]) -> str:
+    from html import escape
+
+    return "".join(f'<{tag} style="text-align: left">{escape(text)}</{tag}>' for text in texts)
+
+
+class Lines(tuple[tuple[str, str], ...]):
+    """Labels and what belongs to them, which print and show themselves in two columns."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return two_columns(self)
+
+    def _repr_html_(self) -> str:
+        return html_table(self)
+
+
+class FieldsAsHtml:
+    """Shows the fields of an attrs class, as its repr does, as a table in a notebook."""
+
+    def _repr_html_(self) -> str:
+        import attrs
+
+        shown: Any = type(self)
+        rows = []
+        for field in attrs.fields(shown):
+            if field.repr:
+                value = getattr(self, field.name)
+                rows.append((field.name.replace("_", " "), field.repr(value) if callable(field.repr) else repr(value)))
+        return html_table(rows)
+
+
+@attrs.frozen
+class Finding:
+    """An assumption of the model that does not hold."""
+
+    name: str
+    """Which one, in a word."""
+    value: float
+    limit: float
+    """The value at which it is no longer assumed to hold."""
+    text: str
+    """Both in a line, with a remedy."""
+
+
+def written_findings(findings: Iterable[Finding]) -> str:
+    """Return findings as JSON, one on each line."""
+    lines = (json.dumps(attrs.asdict(finding), ensure_ascii=False) for finding in findings)
+    return "[\n" + ",\n".join(lines) + "\n]"
+
+
+def read_findings(text: str) -> tuple[Finding, ...]:
+    """Return the findings of what `written_findings` gives."""
+    return tuple(Finding(**entry) for entry in json.loads(text))
+
+
+Notify = Callable[[str], None]
+"""Takes a notice, a sentence for the user."""
+
+
+def silent(_: str) -> None:
+    """Drop a notice."""
+
+
+@contextmanager
+def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
+    """Show a bar of tqdm where standard error is a terminal; yields what counts units, 1 by default."""
+    if not (shown and sys.stderr is not None and sys.stderr.isatty()):
+        yield lambda _=1: None
+        return
+    from tqdm import tqdm
+
+    # tqdm's own lock is shared with forked processes: if one is killed while it has it, all others wait for ever
+    tqdm.set_lock(threading.RLock())
+    tqdm.monitor_interval = 0
+    with tqdm(unit=unit, total=total, **options) as bar:
+        yield bar.update

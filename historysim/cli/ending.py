@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from historysim.basics.display import printable
+from historysim.basics.wording import printable
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
 PLAIN = "historysim.plain"

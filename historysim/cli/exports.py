@@ -115,7 +115,7 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.model_files import form_of, output_of
+    from historysim.exchange.reduced.reduced_model import form_of, output_of
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
@@ -127,7 +127,7 @@ def reduce(
     for path, name in forms.items():
         model.write(path, form=name, force=force)
     if picture is not None:
-        from historysim.exchange.reduced.reduced_picture import ReducedPicture
+        from historysim.exchange.reduced.reduced_model import ReducedPicture
 
         save(ReducedPicture().figure(model), picture)
     files = [*outputs, *([] if picture is None else [picture])]

@@ -154,13 +154,16 @@ def text_options(command: Callable[..., None]) -> Callable[..., None]:
     def with_layout(**others: Any) -> None:
         from historysim.tables import Format
 
+        sheet = others.pop("sheet")
         try:
-            layout = Format(**{name: others.pop(name) for name in ("delimiter", "decimal", "header", "encoding")})
+            given = {name: others.pop(name) for name in ("delimiter", "decimal", "header", "encoding")}
+            layout = Format(**given, sheet=int(sheet) if sheet and sheet.isdigit() else sheet)
         except InputError as error:
             raise InputError(f"--{error}") from error
         command(layout=layout, **others)
 
     for option in (
+        click.option("--sheet", help="The sheet of an Excel file, by name or number. [default: the only one]"),
         click.option("--encoding", help="The encoding of a text file.  [default: found]"),
         click.option("--header", type=int, help="The line of a text file with the column names. [default: found]"),
         click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text file."),

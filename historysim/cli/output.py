@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from historysim.basics.display import columns, printable, two_columns
 from historysim.basics.files import replacing
 from historysim.basics.targets import OutputFormat, csv_table, netcdf
+from historysim.basics.wording import columns, printable, two_columns
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -94,6 +94,9 @@ def table(
         given.setdefault(asks.step, -1 if step is None else step)
     elif step is not None:
         raise InputError(f"{shown}: takes no --step")
+    if question == "time_series" and asperity is None and output.suffix.lower() == ".csv":
+        # a spreadsheet has no room for the columns of all asperities
+        given.setdefault("form", "totals")
     from historysim.results.accessor import answer
     from historysim.results.result_files import open_result
 
@@ -106,7 +109,7 @@ def table(
             # a row for each radius
             dataset = dataset.isel(step=0)
         if kinds == (VTU,):
-            from historysim.results.point_maps import write_vtk
+            from historysim.results.rebuilt import write_vtk
 
             write_vtk(dataset, output)
         else:

@@ -1,4 +1,4 @@
-"""Commands that read records of an instrument: columns, loops, sliding, compare, fit."""
+"""Commands that read records of an instrument: columns, loops, sliding, compare, creep, fit."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from typing import TypeGuard
 
     from historysim.measured.loops import Loops
-    from historysim.scenario.each_run import Run
     from historysim.scenario.fit import Fit
+    from historysim.scenario.record_search import Run
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
@@ -124,7 +124,7 @@ def loops(
 
     from historysim.measured.branches import DEFAULT
     from historysim.results.plots.found_loops import LoopLevelsPicture, MeasuredLoopsPicture
-    from historysim.scenario.each_run import loop_rows
+    from historysim.scenario.record_search import loop_rows
     from historysim.scenario.record_search import loops as find_loops
 
     shares = {"load_share": load_share, "amplitude_share": amplitude_share}
@@ -192,8 +192,8 @@ def sliding(
     Static peak, running-in and steady value. FILE is a result, or a scenario with a measured record.
     """
     from historysim.results.plots.record_pictures import SlidingPicture
-    from historysim.scenario.each_run import sliding_rows
     from historysim.scenario.record_search import sliding as find_sliding
+    from historysim.scenario.record_search import sliding_rows
 
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     record, measured = _record(file, values, outputs, force=force)
@@ -235,6 +235,29 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
 
 @click.command()
 @options.scenario_argument
+@options.output_option("The picture. [default: SCENARIO's name with _creep.png]")
+@options.json_option
+@options.force_option
+@options.set_option
+def creep(scenario: Path, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
+    """Separate creep from memory in the holds of SCENARIO's measured record.
+
+    Relaxation over log time, drift of the sensor, and the parts of the change in each hold.
+    """
+    output = output or Path(f"{scenario.stem}_creep.png")
+    from historysim.results.plots.record_pictures import CreepPicture
+    from historysim.scenario.fit import creep as found
+    from historysim.scenario.scenario import load
+
+    loaded = load(scenario, values)
+    check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
+    shown = found(loaded)
+    save(CreepPicture(title=loaded.title).figure(shown), output)
+    write_answer(Answer(shown.summary(), [shown.rows()], [output]), as_json=as_json)
+
+
+@click.command()
+@options.scenario_argument
 @options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
 @options.path_option("--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]")
 @options.json_option
@@ -255,8 +278,8 @@ def fit(
     output = output or Path(f"{scenario.stem}_fitted.toml")
     picture = picture or output.with_suffix(".png")
     from historysim.results.plots.record_pictures import ComparisonPicture
-    from historysim.scenario.each_run import fit_rows
     from historysim.scenario.fit import fit as fit_scenario
+    from historysim.scenario.record_search import fit_rows
     from historysim.scenario.scenario import load
 
     loaded = load(scenario, values)
@@ -320,7 +343,7 @@ def _write_runs(
     as_json: bool,
 ) -> None:
     """Print a table with a row for each run of a scenario's file, and why others cannot be used."""
-    from historysim.scenario.each_run import each_run
+    from historysim.scenario.record_search import each_run
 
     runs = each_run(scenario, find)
     files = write(runs)

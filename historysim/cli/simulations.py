@@ -64,10 +64,13 @@ def run(
     write(source, output, RunOptions(progress=not quiet, notify=notice, **choices), *outputs)
     if pictures:
         from historysim.results.result_files import open_result
+        from historysim.scenario.figure import drawable
         from historysim.verbs import plot
 
         with open_result(output) as history:
-            drawn = plot(history)
+            # what is drawn of the surface alone needs no result
+            own = getattr(source, "scenario", None)
+            drawn = plot(history if own is None or drawable(history) or not drawable(own) else own)
             for path in pictures:
                 save(drawn, path)
     if not quiet:

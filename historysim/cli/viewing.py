@@ -3,7 +3,7 @@
 import functools
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,6 +11,9 @@ from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outpu
 from historysim.cli import options
 from historysim.cli.output import Answer, notice, save, write_answer
 from historysim.errors import InputError
+
+if TYPE_CHECKING:
+    from historysim.scenario.scenario import Scenario
 
 
 class PictureOption(click.Option):
@@ -85,23 +88,28 @@ def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
+several_files = click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
+
+
 @click.command()
-@options.file_argument
+@several_files
 @options.json_option
 @options.set_option
 @height_map_options
-def show(file: Path, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
+def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **height_map: object) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
-    Also what `loops -o` and `sliding -o` have written.
+    Also what `loops -o` and `sliding -o` have written. Two height maps of one place, before and after: what was lost
+    between them.
     """
     from historysim.verbs import show as shown
 
-    write_answer(Answer(shown(options.scenario_or_file(file, values), **_given(height_map))), as_json=as_json)
+    what = _one(files, values) if len(files) == 1 or values else list(files)
+    write_answer(Answer(shown(what, **_given(height_map))), as_json=as_json)
 
 
 @click.command()
-@click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
+@several_files
 @options.output_option(
     "The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
     "[default: FILE's name with .png]"
@@ -126,8 +134,8 @@ def plot(
     A result: what [picture] of its scenario says, or the friction loop, the loads, and the slip state of the
     asperities; with --step the surface, its summits in contact coloured by their slip state; other pictures by name.
     Several results: their friction loops over one another. A scenario or a height map: the surface with its
-    summits. Friction loops: how they change from one to the next. Friction over time or distance: that. A sweep: a
-    number over what was swept.
+    summits; two height maps of one place: what was lost between them. Friction loops: how they change from one to the
+    next. Friction over time or distance: that. A sweep: a number over what was swept.
     """
     # before a file is opened, which may take long
     millimetres = None if size is None else _millimetres(size)
@@ -139,13 +147,12 @@ def plot(
         # pictures of results stand beside them, others here
         folder = file.parent if kind in {"result", "loops", "sliding", "sweep"} else Path()
         surface = "step" in choices or kind in {"scenario", "height map"}
-        name = picture or ("adhesion" if "adhesion" in choices else "surface" if surface else "")
+        map_name = "before-after" if len(files) > 1 else "surface"
+        name = picture or ("adhesion" if "adhesion" in choices else map_name if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
-    if len(files) > 1 and values:
-        raise InputError("--set: belongs to one scenario; expected one FILE")
-    one = options.scenario_or_file(file, values)
+    one = _one(files, values)
     check_outputs([Output(output, (PICTURE, MOVING))], [*options.files_read(one), *files], force=force)
     what = one if len(files) == 1 else list(files)
     if output.suffix.lower() in MOVING.endings:
@@ -203,6 +210,13 @@ def gallery(folder: Path, output: Path, workers: int, scripts: bool, force: bool
     check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
     written(folder, output, workers=workers, scripts=scripts, progress=True, notify=notice)
     click.echo(output)
+
+
+def _one(files: tuple[Path, ...], values: dict[str, Any]) -> "Scenario | Path":
+    """Return the first file, or its scenario with other values."""
+    if len(files) > 1 and values:
+        raise InputError("--set: belongs to one scenario; expected one FILE")
+    return options.scenario_or_file(files[0], values)
 
 
 def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:

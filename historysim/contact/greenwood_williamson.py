@@ -13,11 +13,9 @@ from typing import Any, NamedTuple, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 from scipy.special import gamma, hyp1f1
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 
@@ -91,23 +89,23 @@ class GreenwoodWilliamson:
             mean_height=float(np.mean(summits.height)),
         )
 
-    def contact_count(self, separation: npt.ArrayLike) -> Floats:
+    def contact_count(self, separation: ArrayLike) -> Floats:
         """Return the expected number of summits in contact [1]: A0 D F_0(h), h = (d - mean height)/σ."""
         return self._summits * self._integral(0, separation)
 
-    def contact_area(self, separation: npt.ArrayLike) -> Floats:
+    def contact_area(self, separation: ArrayLike) -> Floats:
         """Return the real contact area [m²]: A0 π σ R D F_1(h)."""
         return math.pi * self.height_deviation * self.summit_radius * self._summits * self._integral(1, separation)
 
-    def normal_load(self, separation: npt.ArrayLike) -> Floats:
+    def normal_load(self, separation: ArrayLike) -> Floats:
         """Return the normal load N [N]: A0 (4/3) E* √R σ^(3/2) D F_(3/2)(h)."""
         return self._load * self._integral(1.5, separation)
 
-    def normal_stiffness(self, separation: npt.ArrayLike) -> Floats:
+    def normal_stiffness(self, separation: ArrayLike) -> Floats:
         """Return the normal stiffness -dN/dd [N/m]: A0 2 E* √R σ^(1/2) D F_(1/2)(h)."""
         return 1.5 * self._load / self.height_deviation * self._integral(0.5, separation)
 
-    def separation_at(self, normal_load: npt.ArrayLike) -> Floats:
+    def separation_at(self, normal_load: ArrayLike) -> Floats:
         """Return the separation d over the datum of the heights [m] at loads N > 0; there is none without load."""
         target = np.log(checked("normal_load", normal_load, above=0)) - math.log(self._load)
         h = np.zeros_like(target)
@@ -133,7 +131,7 @@ class GreenwoodWilliamson:
         )
         return self._summits * float(one)
 
-    def _integral(self, order: float, separation: npt.ArrayLike) -> Floats:
+    def _integral(self, order: float, separation: ArrayLike) -> Floats:
         over_mean = checked("separation", separation) - self.mean_height
         return height_integral(order, over_mean / self.height_deviation)
 
@@ -152,9 +150,9 @@ class SummitContact(NamedTuple):
 
 
 def summit_contact(
-    summit_height: npt.ArrayLike,
-    summit_radius: npt.ArrayLike,
-    separation: npt.ArrayLike,
+    summit_height: ArrayLike,
+    summit_radius: ArrayLike,
+    separation: ArrayLike,
     *,
     contact_modulus: float,
 ) -> SummitContact:
@@ -189,7 +187,7 @@ def _carried(approach: Floats, summit_radius: Floats, contact_modulus: float) ->
     return approach.size, math.pi * float(np.sum(radius**2)), float(np.sum(load)), float(np.sum(stiffness))
 
 
-def height_integral(order: float, separation: npt.ArrayLike) -> Floats:
+def height_integral(order: float, separation: ArrayLike) -> Floats:
     """Return the height integral F_n(h) = ∫_h^∞ (x - h)^n φ(x) dx [1], with φ the standard normal density.
 
     The order n is from 0 to 10: 0 counts contacts, 1 goes with their area, 3/2 with their load and 1/2 with their

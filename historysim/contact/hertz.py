@@ -12,8 +12,7 @@ Hertz, *J. reine angew. Math.* 92 (1882) 156-171; Johnson, *Contact Mechanics* (
 import numpy as np
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked
 from historysim.errors import InputError
 
 

@@ -9,12 +9,9 @@ from typing import Annotated, Any, Final, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 from attrs.converters import optional
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
-from historysim.basics.display import html_table
+from historysim.basics.arguments import ArrayLike, Floats, checked
 from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import (
@@ -28,6 +25,7 @@ from historysim.basics.units import (
     quantity_text,
     warn_unlikely,
 )
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
 
 
@@ -184,7 +182,12 @@ class Material:
         for name in ("youngs_modulus", "hardness"):
             value = getattr(self, name)
             if value is not None and not _LEAST_MODULUS <= value <= _LARGEST_MODULUS:
-                warn_unlikely(f"Material: {name} is {quantity_text(value, 'Pa')}", "Pa", stacklevel=3)
+                warn_unlikely(
+                    f"Material: {name} is {quantity_text(value, 'Pa')}",
+                    "Pa",
+                    sample=value if value < _LEAST_MODULUS else 50,
+                    stacklevel=3,
+                )
 
 
 def _key(name: str) -> str:
@@ -241,7 +244,7 @@ def material(name: str) -> Material:
     )
 
 
-def work_of_adhesion(first: npt.ArrayLike, second: npt.ArrayLike, interfacial: npt.ArrayLike | None = None) -> Floats:
+def work_of_adhesion(first: ArrayLike, second: ArrayLike, interfacial: ArrayLike | None = None) -> Floats:
     """Return the work of adhesion W [J/m²] of two surfaces: W = γ1 + γ2 - γ12, or 2√(γ1 γ2).
 
     γ1, γ2 > 0 [J/m²] are surface energies, γ12 that of the interface (Dupré). Where it is not known, the geometric mean

@@ -23,8 +23,7 @@ from typing import TypedDict, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked
 from historysim.contact.hertz import half_chord, loaded_contact
 from historysim.errors import InputError
 

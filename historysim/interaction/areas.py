@@ -11,13 +11,11 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from scipy import special
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.notices import Notify, silent
+from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.basics.units import pascals
+from historysim.basics.wording import Notify, silent
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, height_integral, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -42,7 +40,7 @@ HIGHEST = 12.0
 def area_laws(
     surface: Surface,
     pair: MaterialPair,
-    normal_load: "npt.ArrayLike",
+    normal_load: "ArrayLike",
     *,
     hardness: float | None = None,
     rule: int = 9,
@@ -129,12 +127,12 @@ def _of_summits(summits: Summits, loads: Floats, contact_modulus: float) -> Floa
 # -- laws ------------------------------------------------------------------------------------------
 
 
-def bowden_tabor_area(pressure: npt.ArrayLike, hardness: float) -> Floats:
+def bowden_tabor_area(pressure: ArrayLike, hardness: float) -> Floats:
     """Return A/A0 = p/H, at most 1: every contact flows at its hardness [Pa]."""
     return np.minimum(checked("pressure", pressure, least=0) / scalar("hardness", hardness, above=0), 1.0)
 
 
-def persson_area(pressure: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
+def persson_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
     """Return A/A0 = erf(√2 p / (E* h')) by Persson, with the rms slope h' = √(2 m2).
 
     Exact where the contact is complete; at low pressure A/A0 = √(8/π) p/(E* h'), where solutions of whole maps lie
@@ -146,7 +144,7 @@ def persson_area(pressure: npt.ArrayLike, moments: SpectralMoments, contact_modu
 
 
 def bush_gibson_thomas(
-    separation: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float
+    separation: ArrayLike, moments: SpectralMoments, contact_modulus: float
 ) -> tuple[Floats, Floats]:
     """Return nominal pressure [Pa] and A/A0 at separations from the mean plane: independent elliptic summits.
 
@@ -168,7 +166,7 @@ def bush_gibson_thomas(
     return pressure.reshape(shape), np.minimum(area, 1.0).reshape(shape)
 
 
-def bush_gibson_thomas_area(pressure: npt.ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
+def bush_gibson_thomas_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
     """Return A/A0 by Bush, Gibson and Thomas at nominal pressures [Pa]; NaN beyond contact at the mean plane."""
     wanted = checked("pressure", pressure, least=0)
     separations = np.linspace(HIGHEST, 0.0, 241) * math.sqrt(scalar("m0", moments.m0, above=0))

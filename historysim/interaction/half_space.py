@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from historysim.basics.array_types import Array, Booleans, Floats, Integers
+from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 

@@ -1,21 +1,74 @@
-"""`NormalSolutions`: pressures of a rough contact at a row of loads, point by point, and the patches."""
+"""`NormalSolutions`: pressures of a rough contact at a row of loads, point by point, the patches, and their cache."""
 
+import hashlib
 import math
 import os
-from collections.abc import Iterator
+import sys
+import tokenize
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
 from typing import Self
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.notices import Notify, progress_bar, silent
-from historysim.basics.wording import counted
+from historysim.basics.arguments import Array, Booleans, Floats, Integers, scalar
+from historysim.basics.files import replacing
+from historysim.basics.limits import check_archive
+from historysim.basics.wording import Notify, counted, progress_bar, silent
 from historysim.errors import InputError
-from historysim.interaction.cache import kept
 from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
+
+FORM = b"5"
+"""Changes whenever the same arguments are to be computed anew."""
+DIGEST = "digest"
+"""Name of the digest of all other arrays of a file."""
+DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
+
+
+def cache_folder() -> Path:
+    """Return where it is kept: historysim in the system's folder for caches, which may be emptied at any time."""
+    if given := os.environ.get("HISTORYSIM_CACHE"):
+        return Path(given)
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "historysim"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "historysim"
+
+
+def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
+    """Return what is computed from arguments, from the folder where it was before.
+
+    A file that is damaged, or holds anything else than what was computed, is computed again; where none can be written,
+    nothing is kept.
+    """
+    path = cache_folder() / f"{name}_{_digest(enumerate(arguments))[:32]}.npz"
+    try:
+        check_archive(path)
+        with np.load(path, allow_pickle=False) as arrays:
+            found = {key: arrays[key] for key in arrays.files}
+        if str(found.pop(DIGEST, "")) == _digest(found.items()):
+            return found
+    except DAMAGE:
+        pass
+    found = compute()
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with replacing(path) as unfinished, unfinished.open("wb") as stream:
+            np.savez_compressed(stream, allow_pickle=False, **found, **{DIGEST: np.array(_digest(found.items()))})
+    except OSError:
+        pass
+    return found
+
+
+def _digest(arrays: Iterable[tuple[object, Array]]) -> str:
+    found = hashlib.sha256(FORM)
+    for name, array in arrays:
+        found.update(repr((name, array.shape, array.dtype.str)).encode() + array.tobytes())
+    return found.hexdigest()
+
 
 LIGHTEST = 1e-3
 """Lightest load over the largest where more points than a few touch at once."""

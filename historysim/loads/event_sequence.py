@@ -13,8 +13,7 @@ from typing import Any, NamedTuple, Self, overload
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import workable
-from historysim.basics.array_types import Array, Floats
+from historysim.basics.arguments import Array, Floats, workable
 from historysim.basics.units import duration_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError

@@ -7,8 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement
 

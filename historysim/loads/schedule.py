@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.friction import FrictionGoal, coulomb
-from historysim.basics.array_types import Array, Booleans, Floats, Integers
+from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, loads_of

@@ -9,8 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from historysim.basics.arguments import workable
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, workable
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import KINDS, Events, Loads, loads_of
 from historysim.loads.events import EVENTS, Event, FrictionChange, FrictionRamp, GeometryChange, LoadEvent

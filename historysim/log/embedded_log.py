@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.loads.events import Event

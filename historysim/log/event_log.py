@@ -12,8 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
-from historysim.basics.notices import Notify, silent
-from historysim.basics.wording import counted
+from historysim.basics.wording import Notify, counted, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text

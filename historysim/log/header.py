@@ -16,7 +16,7 @@ from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair

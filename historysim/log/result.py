@@ -13,8 +13,8 @@ import attrs
 
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.notices import Notify, silent
 from historysim.basics.system import threads_of
+from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start

@@ -9,7 +9,7 @@ import attrs
 
 from historysim._version import __version__
 from historysim.asperities.state import EnsembleState
-from historysim.basics.notices import Notify, silent
+from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.schedule import Cursor, Start, cursor_at

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, final
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.files import is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
-from historysim.basics.notices import Notify, silent
+from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
@@ -134,7 +134,7 @@ def verify(
 
 def _verify_result(output: Path, log: Path | None, *, progress: bool, notify: Notify) -> Verification:
     if not is_netcdf(output):
-        kind = kind_text(output) or "is neither of them"
+        kind = kind_text(output) or "is no result, and no log"
         raise InputError(f"{output}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
     beside = log or log_beside(output)
     there = log is not None or beside.is_file()

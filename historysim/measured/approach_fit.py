@@ -9,9 +9,8 @@ from collections.abc import Callable, Sequence
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import ArrayLike, Floats
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 
@@ -54,7 +53,7 @@ class Approach:
     settled: bool = attrs.field(converter=bool)
     """Whether the record goes on for two lengths or more; else the steady value lies beyond what was measured."""
 
-    def at(self, place: npt.ArrayLike) -> Floats:
+    def at(self, place: ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""
         way = np.asarray(place, dtype=np.float64) - self.origin
         return _curve(way, self.steady, self.start, self.length)

@@ -7,10 +7,8 @@ import math
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.reduction import FEWEST_SAMPLES
@@ -145,7 +143,7 @@ def _rise(place: float, u: Floats, f: Floats) -> float:
     return slope * float(np.ptp(along)) if slope > CLEAR_SLOPE * error else 0.0
 
 
-def covered(share: npt.ArrayLike) -> Floats:
+def covered(share: ArrayLike) -> Floats:
     """Return z(q), the way from the reversal over that to slip, on a sphere, at shares of the load."""
     way: Floats = 1 - (1 - np.asarray(share, dtype=np.float64)) ** (2 / 3)
     return way

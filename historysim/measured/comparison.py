@@ -4,24 +4,25 @@ The measured displacement is not free of noise, and a contact remembers every re
 samples: from one turning point to the next it passes the measured displacements in their order along the branch.
 """
 
+import functools
 import itertools
 import math
+from collections.abc import Iterator
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import ArrayLike, Floats, Integers
 from historysim.basics.units import quantity_text
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.loads.event_sequence import SampledLoads
+from historysim.measured.advice import FEWEST_OF_BRANCH, BranchSamples, advice
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import check_moves, loop_dead_band, noise_of, turning_points
+from historysim.measured.reduction import Measurement, check_moves, loop_dead_band, noise_of, turning_points
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay
 
@@ -33,6 +34,8 @@ PLACES = 40
 """Places that a branch is divided into."""
 SLIDES = 0.95
 """Load of the model over its friction limit from which on it is along sliding."""
+ONE_LOAD = 0.1
+"""Move of the normal load on a branch, over its greatest value there, up to which it is at one load."""
 SOFTER = 0.5
 """Stiffness at reversals over that of the model below which a compliance in series has a note."""
 
@@ -122,7 +125,7 @@ def observe(
         # without a whole loop the samples can still be compared
         loops = None
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
-    nodes = np.union1d(turns, _load_steps(normal))
+    nodes = np.union1d(turns, load_steps(normal))
     half_step, offset = _half_step(displacement), np.zeros(displacement.size)
     offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
     return Observation(
@@ -162,7 +165,7 @@ class ModelResponse:
 
 
 def passed(
-    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: npt.ArrayLike = ()
+    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: ArrayLike = ()
 ) -> ModelResponse:
     """Return what a model does along an observation.
 
@@ -215,7 +218,7 @@ def _half_step(displacement: Floats) -> Floats:
     return half
 
 
-def _load_steps(normal_load: Floats) -> Integers:
+def load_steps(normal_load: Floats) -> Integers:
     """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
     # the last step of a digitiser is none, though a load that rests on it seems to be free of noise
@@ -320,6 +323,9 @@ class Comparison:
     contact_stiffness: float = math.nan
     """Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not
     known."""
+    between_turns: ModelResponse | None = None
+    """What the model does between the turning points as they were measured, where the response is between fitted ones,
+    which take up what a model lacks."""
 
     @classmethod
     def of(
@@ -328,6 +334,7 @@ class Comparison:
         response: ModelResponse,
         instrument: Instrument = RIGID,
         contact_stiffness: float = math.nan,
+        between_turns: ModelResponse | None = None,
     ) -> "Comparison":
         """Return a model beside a measurement; attributes as for the class."""
         try:
@@ -342,7 +349,7 @@ class Comparison:
         except NoLoopError:
             # without a whole loop the samples can still be compared
             model = None
-        return cls(observation, response, model, instrument, contact_stiffness)
+        return cls(observation, response, model, instrument, contact_stiffness, between_turns)
 
     def __repr__(self) -> str:
         return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -383,10 +390,23 @@ class Comparison:
         """What the model leaves, and where."""
         return residuals_of(self.observation, self.response)
 
-    @property
+    @functools.cached_property
     def notes(self) -> tuple[str, ...]:
-        """Faults of the instrument, and a compliance in series, that the record shows beside the model."""
-        return (*(self.measured.faults if self.measured else ()), *self._compliance())
+        """What the record shows beside the model: faults, drift, a compliance in series, or what its misfit is like."""
+        seen = (*(self.measured.faults if self.measured else ()), *self._compliance())
+        # what moves the load along a branch in its own way is mended first
+        if any(word in note for note in seen for word in ("look", "drift")):
+            return seen
+        return (*seen, *advice(list(self._branches()), float(np.median(self.observation.node_deviation))))
+
+    def _branches(self) -> Iterator[BranchSamples]:
+        """Yield the whole branches at one load that are compared, without the first and the last."""
+        seen, response = self.observation, self.between_turns or self.response
+        channels = (seen.time, response.displacement, seen.tangential_load, response.tangential_load, response.slope)
+        for first, last in itertools.pairwise(seen.turns[1:-1].tolist()):
+            normal = seen.normal_load[first : last + 1]
+            if first >= seen.first and last - first >= FEWEST_OF_BRANCH and np.ptp(normal) <= ONE_LOAD * normal.max():
+                yield BranchSamples.of(*(each[first : last + 1] for each in channels))
 
     def _compliance(self) -> list[str]:
         """Return a note on a record that is much softer than the model."""

@@ -10,7 +10,7 @@ import math
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.errors import InputError
 from historysim.measured.reduction import clock, in_step, reversals, turning_points
 

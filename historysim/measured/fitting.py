@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import UNIT_OF, quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter

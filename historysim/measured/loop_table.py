@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Literal, Self
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import columns, html_table
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text, scaled
-from historysim.basics.wording import counted
+from historysim.basics.wording import columns, counted, html_table
 
 if TYPE_CHECKING:
     import xarray as xr

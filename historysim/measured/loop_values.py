@@ -9,7 +9,7 @@ from typing import Literal, Self
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text, scaled
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.branches import (
     DEFAULT,
@@ -36,7 +33,7 @@ from historysim.measured.loop_values import (
     LoopValues,
     NoLoopError,
 )
-from historysim.measured.notes import instrument_faults, loop_notes
+from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
 from historysim.measured.reduction import (
     channel,
     check_moves,
@@ -50,7 +47,7 @@ from historysim.measured.reduction import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.measured.measurement import Measurement
+    from historysim.measured.reduction import Measurement
 
 WRONG_WAY = -0.05
 """Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
@@ -88,8 +85,8 @@ class Loops(LoopValues):
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """Faults of the instrument that change what is read off, with the remedy."""
-        return tuple(instrument_faults(self))
+        """Faults of the instrument, and a drift of friction, with the remedy."""
+        return (*instrument_faults(self), *drift_notes(self))
 
     def _interval(self, quantity: str, unit: str) -> str:
         """Return the interval of a mean, as a string."""
@@ -226,10 +223,10 @@ def loops_of_measurement(
 
 
 def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of them
-    time: npt.ArrayLike,
-    displacement: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
+    time: ArrayLike,
+    displacement: ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike | None = None,
     *,
     dead_band: float | None = None,
     skip: int = 0,
@@ -290,7 +287,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
 
 
 def _trace(
-    time: npt.ArrayLike, displacement: npt.ArrayLike, tangential_load: npt.ArrayLike, normal_load: npt.ArrayLike | None
+    time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
 ) -> Trace:
     """Return the channels, checked."""
     moved = channel("displacement", displacement)

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
@@ -40,7 +40,7 @@ def loop_notes(loops: LoopValues) -> tuple[str, ...]:
         *_noise(loops),
         *_no_friction(loops),
         *instrument_faults(loops),
-        *_drift(loops),
+        *drift_notes(loops),
         *loops.exclusions,
         *_still_rising(loops),
         *_narrow(loops),
@@ -76,7 +76,7 @@ def _noise(loops: LoopValues) -> Iterator[str]:
         )
 
 
-def _drift(loops: LoopValues) -> Iterator[str]:
+def drift_notes(loops: LoopValues) -> Iterator[str]:
     """Yield what drifts from loop to loop, where all of them are at one load."""
     if len(loops.by_load()) > 1 or loops.no_friction:
         return
@@ -87,11 +87,15 @@ def _drift(loops: LoopValues) -> Iterator[str]:
     wander, mean = loops.wander(quantity), loops.statistics(quantity).mean
     if wander is None or not wander.drifts or abs(wander.rise) < LEAST_DRIFT * abs(mean):
         return
+    times = [quantity_text(time, "s", 4) for time in loops.trace.time[loops.ends[[0, -1], [0, 2]]].tolist()]
+    course = (
+        f"; [friction.course] with time = {times} and these coefficients models it".replace("'", '"') if known else ""
+    )
     start, end = (quantity_text(mean + sign * wander.rise / 2, unit) for sign in (-1, 1))
     low, high = (quantity_text(wander.rise + sign * wander.rise_reach, unit) for sign in (-1, 1))
     yield (
         f"the {label} drifts, from {start} at the start to {end} at the end of the record, by {low} to {high} (95 %); "
-        "its mean and the interval of it are those of the middle"
+        f"its mean and the interval of it are those of the middle{course}"
     )
 
 
@@ -256,10 +260,13 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
                 f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
             )
         else:
-            lag = f", or the load lags by {quantity_text(float(width / speed), 's', 2)}" if speed > 0 else ""
+            late = quantity_text(float(width / speed), "s", 3)
+            lag = f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes' * bool(
+                speed > 0
+            )
             yield (
-                f"the load stays for {of} behind a reversal: it looks like backlash of the drive{lag}; "
-                "energies and displacements hold it (shift at a channel removes a lag)"
+                f"the load stays for {of} behind a reversal: it looks like play of the drive{lag}; energies and "
+                "displacements hold it"
             )
 
 

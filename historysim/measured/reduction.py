@@ -1,23 +1,28 @@
-"""Channels of a record: their clock, noise and reversals, and the samples that a contact remembers.
+"""`Measurement`, a measured load sequence: its clock, noise and reversals, and the samples that a contact remembers.
 
 README.md of this folder, "Reduce a record", says what the reduction changes, and why it changes no more.
 """
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, scalar
 from historysim.basics.library import lib, pointer
+from historysim.basics.limits import LARGEST
+from historysim.basics.units import duration_text, range_text
+from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.loads.event_sequence import KINDS, Events, Loads
+from historysim.loads.events import LOAD_KINDS, Event
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 MEDIAN_OF_NORMAL = 0.6744897501960817
 """Median of |x| over the standard deviation, of a normal distribution."""
@@ -33,7 +38,7 @@ FEWEST_SPIKES = 3
 """Spikes below which a record has none that is worth a line."""
 
 
-def channel(name: str, values: npt.ArrayLike, size: int | None = None) -> Floats:
+def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
     """Return the samples of one channel as floats; anything but a row of finite numbers is an InputError."""
     samples = np.asarray(values)
     if samples.dtype.kind == "f" and np.isnan(samples).any():
@@ -59,7 +64,7 @@ def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Flo
     return time, displacement, tangential_load, normal_load
 
 
-def clock(time: npt.ArrayLike, size: int | None = None) -> Floats:
+def clock(time: ArrayLike, size: int | None = None) -> Floats:
     """Return the times of samples [s], which rise from each to the next."""
     samples = channel("time", time, size)
     check_order(samples, lambda sample: f"time[{sample}]", rising=True)
@@ -81,7 +86,7 @@ def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = Fal
 # -- noise -----------------------------------------------------------------------------------------
 
 
-def noise_of(values: npt.ArrayLike) -> float:
+def noise_of(values: ArrayLike) -> float:
     """Return the standard deviation of white noise on a smooth record; 0 for fewer than three samples."""
     samples = checked("values", values)
     if samples.size < 3:
@@ -111,7 +116,7 @@ def count_of_spikes(values: Floats, usual: float) -> int:
     return int(np.count_nonzero(alone > least)) if least > 0 else 0
 
 
-def loop_dead_band(displacement: npt.ArrayLike, given: float | None = None, noise: float | None = None) -> float:
+def loop_dead_band(displacement: ArrayLike, given: float | None = None, noise: float | None = None) -> float:
     """Return the dead band of loops [m]: the one given, else 5 % of the range, or six deviations of the noise."""
     if given is not None:
         return scalar("dead_band", given, least=0)
@@ -119,7 +124,7 @@ def loop_dead_band(displacement: npt.ArrayLike, given: float | None = None, nois
     return max(DEAD_BAND_SHARE * float(np.ptp(samples)), REVERSAL * estimated_noise(samples, noise))
 
 
-def check_moves(displacement: npt.ArrayLike, dead_band: float | None = None) -> None:
+def check_moves(displacement: ArrayLike, dead_band: float | None = None) -> None:
     """Check that a displacement has strokes; with a given dead band, or few samples, any stroke will do."""
     samples = channel("displacement", displacement)
     noise, length = estimated_noise(samples), float(np.ptp(samples))
@@ -136,7 +141,7 @@ def check_moves(displacement: npt.ArrayLike, dead_band: float | None = None) -> 
 # -- reversals -------------------------------------------------------------------------------------
 
 
-def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
+def turning_points(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the samples at which a channel truly reverses, ascending, with the first and the last sample.
 
     A sample is a turning point if it is the extreme since the turning point before it, and the channel then comes back
@@ -151,7 +156,7 @@ def turning_points(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
     return kept[:count].copy()
 
 
-def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
+def reversals(values: ArrayLike, dead_band: float = 0.0) -> Integers:
     """Return the turning points with a swing of the dead band or more on both sides."""
     kept = turning_points(values, dead_band)
     swings = np.abs(np.diff(np.asarray(values, dtype=np.float64)[kept]))
@@ -160,8 +165,8 @@ def reversals(values: npt.ArrayLike, dead_band: float = 0.0) -> Integers:
 
 
 def kept_points(
-    tangential: npt.ArrayLike,
-    normal_load: npt.ArrayLike | None = None,
+    tangential: ArrayLike,
+    normal_load: ArrayLike | None = None,
     *,
     dead_band: float = 0.0,
     normal_dead_band: float = 0.0,
@@ -227,3 +232,122 @@ def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, 
     after = np.minimum(before + 1, own.size - 1)
     bridged = (own[after] - own[before] <= max_gap) | (onto == own[before])
     return np.where(bridged, result, math.nan)
+
+
+TANGENTIAL = ("tangential_displacement", "tangential_load")
+MANY_MORE = 5
+"""Times more reversals than beyond the dead band, from which on noise is taken for their cause."""
+NORMAL = ("normal_load", "normal_displacement")
+
+
+@attrs.frozen(eq=False)
+class Measurement:
+    """A measured load sequence."""
+
+    time: Floats
+    """(sample) Times, which do not decrease [s]."""
+    channels: Mapping[str, Floats]
+    """(sample) What is replayed [N or m], by the names of the load channels."""
+    response: Mapping[str, Floats] = attrs.field(factory=dict)
+    """(sample) What was measured beside it, to compare with."""
+    dead_band: Mapping[str, float] = attrs.field(factory=dict)
+    """The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
+    replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`)."""
+    reduced: bool = False
+    """Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`)."""
+    remarks: tuple[tuple[str, str], ...] = ()
+    """Lines of (label, text): what was done to the samples on the way here."""
+    removed: Mapping[str, Floats] = attrs.field(factory=dict)
+    """(sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are."""
+    row: Integers | None = None
+    """(sample) Where each sample stood in its file, for messages."""
+
+    def __repr__(self) -> str:
+        count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
+        channels = [
+            f"{name} {range_text(float(values.min()), float(values.max()), LOAD_KINDS[name].unit)}"
+            for name, values in {**self.channels, **self.response}.items()
+        ]
+        return f"<Measurement: {', '.join([f'{count} over {length}', *channels])}>"
+
+    def __getitem__(self, name: str) -> Floats:
+        """Return a channel, replayed or measured beside; one that was not measured is an InputError."""
+        if (found := self.get(name)) is None:
+            raise InputError(
+                f"the record has no {name}; expected a column for it, in loading.columns or loading.response"
+            )
+        return found
+
+    def get(self, name: str) -> Floats | None:
+        """Return a channel, or None where it was not measured."""
+        return self.channels.get(name, self.response.get(name))
+
+    def kept(self) -> Integers:
+        """Return the indices of the samples that are replayed."""
+        if not self.reduced:
+            return np.arange(self.time.size)
+        tangential = next((name for name in TANGENTIAL if name in self.channels), None)
+        normal = next((name for name in NORMAL if name in self.channels), None)
+        first = tangential or normal
+        assert first is not None  # noqa: S101 - a measurement has a channel
+        return kept_points(
+            self.channels[first],
+            None if normal is None or first == normal else self.channels[normal],
+            dead_band=self.dead_band.get(first, 0.0),
+            normal_dead_band=self.dead_band.get(normal or "", 0.0),
+        )
+
+    def false_reversals(self) -> str | None:
+        """Return a note that noise makes reversals which are replayed; None where it does not."""
+        name = next((name for name in TANGENTIAL if name in self.channels), None)
+        if name is None or self.reduced:
+            return None
+        values = self.channels[name]
+        dead_band = loop_dead_band(values, self.dead_band.get(name))
+        true, all_of_them = (reversals(values, band).size for band in (dead_band, 0.0))
+        if all_of_them < MANY_MORE * (true + 1):
+            return None
+        return (
+            f"the {name.replace('_', ' ')} turns {all_of_them:,} times, by {dead_band:.3g} {LOAD_KINDS[name].unit} or "
+            f"more {true:,} times; all of them are replayed, those of noise too, so that slip states flicker: reduce "
+            "= true leaves out those within the dead band"
+        )
+
+    def events(self) -> Sequence[Event]:
+        """Return the events: what each replayed channel has reached at each kept sample."""
+        check_order(self.time, self.place)
+        if "normal_load" in self.channels:
+            self.check_pressed()
+        kept = self.kept()
+        kinds = [LOAD_KINDS[name] for name in self.channels]
+        times = self.time[kept]
+        numbers = [values[kept].astype(float) for values in self.channels.values()]
+        events: list[Event] = []
+        if all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
+            # what each event would check is checked of all of them
+            codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
+            columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()
+            return Events(loads=Loads(*columns))
+        lists = [column.tolist() for column in numbers]
+        for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *lists, strict=True):
+            try:
+                events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
+            except InputError as error:
+                raise InputError(f"{self.place(index)}: {error}") from error
+        return events
+
+    def check_pressed(self) -> None:
+        """Check that the normal load never pulls; the message names the first place in the file."""
+        load = self["normal_load"]
+        pulls = np.flatnonzero(load < 0)
+        if pulls.size:
+            raise InputError(
+                f"{self.place(int(pulls[0]))}: a normal load of {load[pulls[0]]:.6g} N pulls on the contact; expected "
+                "0 N or more: write scale = -1 where pressing counts negative, or negative_as_zero = true"
+            )
+
+    def place(self, sample: int) -> str:
+        """Return where a sample stood in its file."""
+        if self.row is None:
+            return f"the sample at t = {self.time[sample]:.9g} s"
+        return f"line {self.row[sample]}"

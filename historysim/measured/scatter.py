@@ -8,7 +8,7 @@ import math
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 
 FEWEST_LOOPS = 3
 """Loops below which their scatter is not used."""

@@ -13,8 +13,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
 from historysim.measured.comparison import ModelResponse, Observation, passed
 

@@ -8,13 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar, get_args
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.display import html_table
+from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.approach_fit import Approach, approach
 from historysim.measured.reduction import (
@@ -34,7 +31,7 @@ from historysim.measured.reduction import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.measured.measurement import Measurement
+    from historysim.measured.reduction import Measurement
 
 Over = Literal["time", "distance"]
 Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
@@ -223,10 +220,10 @@ def sliding_of_history(history: "xr.Dataset", *, over: Over | None = None, windo
 
 
 def sliding_of_channels(
-    time: npt.ArrayLike,
-    tangential_load: npt.ArrayLike,
-    normal_load: npt.ArrayLike,
-    displacement: npt.ArrayLike | None = None,
+    time: ArrayLike,
+    tangential_load: ArrayLike,
+    normal_load: ArrayLike,
+    displacement: ArrayLike | None = None,
     *,
     over: Over | None = None,
     windows: int = WINDOWS,

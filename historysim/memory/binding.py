@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from historysim.basics.array_types import Array, Floats, Integers
+from historysim.basics.arguments import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted

@@ -5,7 +5,7 @@ from typing import Any, Self
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array, Integers
+from historysim.basics.arguments import Array, Integers
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import TOTALS
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Self, final
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
 from historysim.errors import InputError
 from historysim.memory.binding import TOTALS

@@ -12,10 +12,8 @@ from historysim._version import __version__
 from historysim.asperities import validity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics import findings
-from historysim.basics.findings import Finding
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import Finding, counted, written_findings
 from historysim.loads.event_sequence import digest, values_of
 from historysim.loads.events import Event, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
@@ -30,7 +28,7 @@ KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis
 MADE_BY = "replay"
 """Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself."""
 VALIDITY, NAMED_STATES = "validity", "named_states"
-"""Attributes of a history: findings as JSON (`basics.findings.written`), and a JSON object of times [s] by name."""
+"""Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name."""
 
 
 def traced(history: "xr.Dataset", job: object) -> "xr.Dataset":
@@ -89,7 +87,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
-        VALIDITY: findings.written(validity_findings(ensemble, events, instrument)),
+        VALIDITY: written_findings(validity_findings(ensemble, events, instrument)),
     }
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.basics.array_types import Array, Floats, Integers
+from historysim.basics.arguments import Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
@@ -35,13 +35,15 @@ CELLS_IN_MEMORY = 1 << 24
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, that is not
-    known, and it stands for all. Another word, or an index that does not exist or is given twice, is an InputError.
+    "touching" stands for those that touch at any time; where asperities wear or slope, or their geometry changes, that
+    is not known, and it stands for all. Another word, or an index that does not exist or is given twice, is an
+    InputError.
     """
     if isinstance(record, str) and record in {"totals", "all", "touching"}:
         if record == "totals":
             return None
-        if record == "all" or ensemble.wear is not None or changes_geometry(events):
+        moves = ensemble.wear is not None or ensemble.slope is not None or changes_geometry(events)
+        if record == "all" or moves:
             return np.arange(len(ensemble))
         return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
     given = np.asarray(record if not isinstance(record, str) else ())

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 from historysim.recording.netcdf import put_attributes, put_variable
 from historysim.recording.variables import Variable
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Array
+from historysim.basics.arguments import Array
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
@@ -125,6 +125,7 @@ COORDINATES = (
     Variable("summit_height", _ASPERITY, "m", "height of the summit"),
     Variable("summit_radius", _ASPERITY, "m", "radius of the summit"),
     Variable("friction", _ASPERITY, "1", "friction coefficient at the start"),
+    Variable("slope", _ASPERITY, "1", "slope of the contact plane in the direction of motion"),
     Variable("x", _ASPERITY, "m", "position of the summit along x"),
     Variable("y", _ASPERITY, "m", "position of the summit along y"),
 )

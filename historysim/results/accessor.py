@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from historysim.basics.findings import Finding
-from historysim.basics.wording import listed, nearest
+from historysim.basics.wording import Finding, listed, nearest
 from historysim.errors import InputError
 from historysim.results.asking import Question, questions
 

@@ -12,7 +12,7 @@ import attrs
 
 F = TypeVar("F", bound=Callable[..., Any])
 # modules, and packages of modules, that may declare questions
-HOMES = tuple(f"historysim.results.{name}" for name in ("analysis", "history_drift", "rebuilt", "point_maps"))
+HOMES = tuple(f"historysim.results.{name}" for name in ("analysis", "history_drift", "rebuilt"))
 
 
 @attrs.frozen

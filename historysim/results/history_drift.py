@@ -7,7 +7,7 @@ import xarray as xr
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import EnsembleState
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.contact import drift as one_contact
 from historysim.errors import InputError
 from historysim.measured.branches import DEFAULT, Definitions

@@ -1,26 +1,35 @@
-"""One asperity at any step of a history, with its memory: tractions and reversal points.
+"""What a history does not hold, at any step: the memory of an asperity, and maps of a contact with full interaction.
 
 A history records loads and no memories. As a rule a contact moves straight in approach and tangential displacement
 between recorded steps, so the memory of one asperity alone is replayed from those. Where its loads then differ from the
 recorded ones, the steps leave something out, and the events are replayed that the result was made from.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
 
 import attrs
 import numpy as np
+import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.state import EnsembleState
+from historysim.basics.arguments import Floats, scalar
+from historysim.basics.files import replacing
+from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
+from historysim.loads.events import NormalDisplacement
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
+from historysim.replaying import Replay
 from historysim.results.analysis.recorded import check_recorded, column_of, position_of
 from historysim.results.asking import question
-from historysim.results.origin import ask_origin
+from historysim.results.origin import Origin, ask_origin
 
 # difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
@@ -177,3 +186,185 @@ def _from_events(history: xr.Dataset, label: int, positions: Sequence[int]) -> l
     """Return the asperity at steps, replayed from the events of the history; None where it has none."""
     times = [float(time) for time in history["time"].values[list(positions)]]
     return ask_origin(history, lambda origin: [origin.ensemble.asperity(label, origin.state(time)) for time in times])
+
+
+Answer = TypeVar("Answer")
+
+SEPARATED, STICKS, SLIPS = 0, 1, 2
+SOLVED = "solved_pressure"  # what the surface of a result holds where its asperities press on one another
+
+
+@attrs.frozen(eq=False)
+class PointMaps:
+    """A contact, point by point: arrays (x, y)."""
+
+    pressure: Floats
+    traction: Floats
+    """pressure and traction: [Pa], 0 where nothing touches; the traction has the sign of the tangential load."""
+    contact_state: npt.NDArray[np.int8]
+    """`SEPARATED`, `STICKS` or `SLIPS`."""
+
+
+def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:
+    """Return the maps of a state of the contact that a history comes from."""
+    arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
+    found, modulus = origin.ensemble.superposition(state), origin.ensemble.pair.contact_modulus
+    first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
+    maps = np.zeros((3, int(np.prod(shape))))
+    maps[0, point] = found.normal @ arrays[SOLVED] * modulus
+    maps[1, point] = found.tangential @ arrays[SOLVED] * modulus
+    zone = np.where(first_touch <= found.stick_approach, STICKS, SLIPS)
+    maps[2, point] = np.where(first_touch <= found.approach, zone, SEPARATED)
+    pressure, traction, contact_state = maps.reshape(3, *shape)
+    # a point begins to touch between two solutions, whose pressures are blended there
+    return PointMaps(pressure, traction, contact_state.astype(np.int8))
+
+
+def sides_of(origin: Origin) -> tuple[float, float]:
+    """Return the lengths of the map [m]: the last point is one step before the end."""
+    x, y = (np.asarray(origin.surface[name]) for name in ("x", "y"))
+    return float(x[-1] + x[1] - x[0]), float(y[-1] + y[1] - y[0])
+
+
+def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer:
+    """Return what the origin of a history with maps answers; InputError where it has no origin, or no maps."""
+    found = ask_origin(history, lambda origin: (origin, question(origin) if SOLVED in origin.surface else None))
+    if found is None:
+        raise InputError(
+            "contact maps need the event log: pass the file written by `historysim run`, or keep NAME.history beside it"
+        )
+    origin, answer = found
+    if answer is None:
+        raise InputError(
+            f'{origin.settings["title"]}: has no contact maps; expected a surface with interaction = "full"'
+        )
+    return answer
+
+
+@question(table="x,pressure")
+def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
+    """Return pressures, tractions, stick and slip of all points of the map at a step.
+
+    ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m], of a run with
+    ``interaction = "full"``, from its file. The step is a position; negative ones count from the end.
+
+    InputError: a step that the history does not have, or a history that is not from a file with its events, or without
+    maps.
+    """
+    step = position_of(step, history)
+    at = float(history["time"].values[step])
+    maps, sides = answered(history, lambda origin: (maps_of(origin, origin.state(at)), sides_of(origin)))
+    axes = {
+        name: (name, np.arange(size) * side / size, {"units": "m", "long_name": f"position along {name}"})
+        for name, size, side in zip("xy", maps.pressure.shape, sides, strict=True)
+    }
+    flags = {
+        "flag_values": np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8),
+        "flag_meanings": "separated sticks slips",
+    }
+    variables: dict[str, Any] = {
+        "pressure": (("x", "y"), maps.pressure, {"units": "Pa", "long_name": "contact pressure"}),
+        "traction": (("x", "y"), maps.traction, {"units": "Pa", "long_name": "tangential traction"}),
+        "contact_state": (("x", "y"), maps.contact_state, {"long_name": "whether points touch, and slip", **flags}),
+    }
+    return xr.Dataset(variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step})
+
+
+def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
+    """Write what `point_maps` returns as a mesh of squares, one for each point, which ParaView opens (VTU)."""
+    try:
+        import meshio
+    except ImportError as error:
+        raise InputError(
+            'a file for ParaView needs an extra; expected pip install "historysim[vtk]", or a netCDF file (.nc)'
+        ) from error
+    edges = []
+    for name in ("x", "y"):
+        at = maps[name].values
+        step = at[1] - at[0]
+        edges.append(np.append(at, at[-1] + step) - 0.5 * step)
+    corners = np.stack(np.meshgrid(*edges, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+    nx, ny = maps.sizes["x"], maps.sizes["y"]
+    first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
+    squares = np.stack([first, first + ny + 1, first + ny + 2, first + 1], axis=1)
+    values = {str(name): [each.values.ravel()] for name, each in maps.data_vars.items()}
+    mesh = meshio.Mesh(corners, [("quad", squares)], cell_data=values)
+    with replacing(Path(path)) as unfinished:
+        meshio.write(unfinished, mesh, file_format="vtu")
+
+
+FEWEST_OF_GREENWOOD_WILLIAMSON = 20  # summits, below which a deviation of their heights says little
+CURVES = {"normal_load": ("N", "normal load"), "contact_area": ("m2", "real contact area")} | {
+    "normal_stiffness": ("N m-1", "normal stiffness")
+}
+
+
+@question(table="approach,normal_load")
+def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
+    """Return normal load, real contact area and normal stiffness over the approach, on first loading.
+
+    ``normal_load`` [N], ``contact_area`` [m²], ``normal_stiffness`` dN/dδ [N/m] and ``contact_count`` along
+    ``approach`` [m] of the highest summit from first touch, evenly up to that at the greatest load of the history; the
+    area is left out where it is not known. Beside them stand ``theory_normal_load`` and so on: of 20 summits or more
+    the integrals of Greenwood and Williamson with the mean radius, and the mean and deviation of the heights, of all
+    summits; of fewer the highest one alone, after Hertz. The attribute ``theory`` names it; patches have none.
+
+    Raises
+    ------
+    InputError
+        A history without its file or replay, without a normal load, or fewer than two points.
+    """
+    check_recorded(history)
+    count, largest = int(scalar("points", points, least=2)), float(history["total_normal_load"].values.max(initial=0.0))
+    if largest == 0:
+        raise InputError("the history has no normal load, so it has no approach; expected one that presses")
+
+    def curve(origin: Origin) -> xr.Dataset:
+        ensemble = origin.ensemble
+        state = ensemble.initial_state()
+        approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
+        events = [NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())]
+        rows = Replay(ensemble, events, record="totals").dataset()
+        columns = {"normal_load": rows["total_normal_load"].values}
+        if "real_contact_area" in rows:
+            columns["contact_area"] = rows["real_contact_area"].values
+        stiffness = np.zeros(count)
+        for step, depth in enumerate(approach[1:].tolist(), start=1):
+            state = ensemble.advance(state, normal_displacement=depth)
+            stiffness[step] = state.normal_stiffness
+        columns["normal_stiffness"] = stiffness
+        theory, beside = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
+        data: dict[str, Any] = {
+            f"{prefix}{name}": ("approach", values, {"units": CURVES[name][0], "long_name": CURVES[name][1] + by})
+            for prefix, of, by in (("", columns, ""), ("theory_", beside, f", {theory}"))
+            for name, values in of.items()
+            if name in columns
+        }
+        data["contact_count"] = ("approach", rows["contact_count"].values, {"long_name": "asperities in contact"})
+        along = ("approach", approach, {"units": "m", "long_name": "approach of the highest summit from first touch"})
+        attributes = {"title": history.attrs.get("title", ""), "theory": theory}
+        return xr.Dataset(data, {"approach": along}, attributes)
+
+    found = ask_origin(history, curve)
+    if found is None:
+        raise InputError(
+            "the load curve needs the contact itself: pass the file that historysim run has written, or what hs.run or "
+            "hs.replay has returned"
+        )
+    return found
+
+
+def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats]]:
+    """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
+    height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
+    radius = np.broadcast_to(ensemble.summit_radius, height.shape)
+    if height.size < FEWEST_OF_GREENWOOD_WILLIAMSON or np.ptp(height) == 0:
+        highest = height == height.max()
+        found = summit_contact(height[highest], radius[highest], height.max() - approach, contact_modulus=modulus)
+        name = "the highest summit alone, after Hertz" if height.size > 1 else "Hertz"
+        return name, {key: getattr(found, key) for key in CURVES}
+    whole = GreenwoodWilliamson(
+        modulus, float(radius.mean()), float(height.std()), height.size, 1.0, float(height.mean())
+    )
+    separation = height.max() - approach
+    return "Greenwood and Williamson", {key: getattr(whole, key)(separation) for key in CURVES}

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, final
 
 import numpy as np
-import numpy.typing as npt
 
+from historysim.basics.arguments import Array
 from historysim.basics.files import is_log, is_netcdf, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
@@ -195,7 +195,7 @@ class _VariableInFile:
         return tuple(name for name in self._variable.dimensions if name != gone)
 
     @cached_property
-    def values(self) -> npt.NDArray[Any]:
+    def values(self) -> Array:
         return np.asarray(self._variable[self._step])
 
     def isel(self, *, step: Any) -> "_VariableInFile":

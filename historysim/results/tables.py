@@ -15,11 +15,10 @@ import numpy as np
 import xarray as xr
 
 from historysim._version import __version__
-from historysim.basics import findings
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.arguments import Booleans, Floats
 from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, read_findings
 from historysim.errors import InputError
 from historysim.measured.loop_table import LoopStatistics
 from historysim.measured.loop_values import OF_SLIP
@@ -324,7 +323,7 @@ def sweep_summary(found: xr.Dataset) -> list[tuple[str, str]]:
     if "failure" in found:
         reasons = [str(reason) for reason in found["failure"].values.ravel() if reason]
         lines.append(("failed", f"{counted(len(reasons), 'cell', 'cells')}; the first: {reasons[0]}"))
-    warnings = findings.read(str(found.attrs.get("validity", "[]")))
+    warnings = read_findings(str(found.attrs.get("validity", "[]")))
     return [*lines, *(("warning", finding.text) for finding in warnings)]
 
 

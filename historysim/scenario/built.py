@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.basics.notices import Notify
-from historysim.basics.places import at, misfit
+from historysim.basics.wording import Notify
 from historysim.contact import hertz
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.loads.event_sequence import as_events, loads_of, values_of
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach

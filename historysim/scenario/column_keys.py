@@ -1,5 +1,6 @@
 """Files of numbers in a scenario: a section that names one, and the columns of it."""
 
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
@@ -7,10 +8,9 @@ import attrs
 from cattrs import Converter
 from cattrs.gen import override
 
-from historysim.basics.files import is_file
-from historysim.basics.places import at, misfit
+from historysim.basics.files import is_file, what_is_there
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.schema import table_hook, text
 from historysim.tables import Column, Format, Table, join_tables, read_table
 
@@ -45,7 +45,9 @@ class NumbersFile(Format):
         tables = []
         for path in (folder / file for file in self.files):
             if not is_file(path):
-                problem = f"there is no such file in {path.parent}; expected a path relative to the scenario"
+                problem = f"{what_is_there(path)} in {path.absolute().parent}; expected a path relative to the scenario"
+                if re.search(r"[\\\x00-\x1f]", str(path)):
+                    problem += ", with / between folders"
                 raise misfit(f"{path.name}: {problem}", "file")
             try:
                 tables.append(read_table(path, columns, units, self, missing=missing))

@@ -13,9 +13,8 @@ from cattrs import Converter
 
 from historysim.basics.files import kind_text, what_is_there
 from historysim.basics.limits import at_most, most
-from historysim.basics.places import misfit
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
@@ -47,7 +46,9 @@ def parsed(source: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"is not TOML: {error}") from error
+        from historysim.scenario.toml_slips import mended
+
+        raise InputError(f"is not TOML: {mended(source, str(error))}") from error
     level: list[Any] = [document]
     for _ in range(parts):
         level = [

@@ -11,14 +11,13 @@ import tomlkit
 
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
-from historysim.basics.display import html_table
 from historysim.basics.files import replacing
-from historysim.basics.notices import progress_bar
-from historysim.basics.places import at
 from historysim.basics.targets import FITTED, Output, check_outputs
+from historysim.basics.wording import html_table, progress_bar
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, at
 from historysim.measured.comparison import Comparison, Observation, observe, passed
+from historysim.measured.creep import Creep, creep_of
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
@@ -179,6 +178,35 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
 
 
+def creep(scenario: Scenario | str | Path) -> Creep:
+    """Return what the holds at reversals of a measured record show: relaxation over log time beside the memory.
+
+    Parameters
+    ----------
+    scenario : Scenario or path
+        A scenario with a measured loading that has tangential displacement, tangential load and normal load. Its model
+        says what the contact's memory makes of displacement and normal load in the holds.
+
+    Returns
+    -------
+    Creep
+        The share of the load that relaxes in a decade of time, with its interval, or why the record does not say; the
+        drift of the sensor; the parts of the change in each hold.
+
+    Raises
+    ------
+    InputError
+        A scenario that cannot be used, or a record without holds.
+    LoadError
+        A normal load that the contact cannot carry.
+    """
+    scenario = as_scenario(scenario)
+    scenario.check_steady_friction()
+    measurement, ensemble = scenario.measurement(), scenario.ensemble()
+    with reported(scenario.path.name), at("loading"):
+        return creep_of(measurement, ensemble, scenario.instrument)
+
+
 def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
     """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
     state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
@@ -219,7 +247,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             estimates = fit_parameters(model, start, observation, notify=notify)
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
-    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness))
+    between = passed(ensemble, instrument, observation)
+    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness, between))
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
@@ -282,7 +311,7 @@ def _figure(fit: Fit, *, place: "Place", **_: object) -> "FigureOrAxes":
 
 @page_of.register(Fit)
 def _page(fit: Fit) -> str:
-    from historysim.results.report.others import comparison_page
+    from historysim.results.report.reports import comparison_page
 
     scenario = fit.scenario
     return comparison_page(

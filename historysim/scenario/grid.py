@@ -10,9 +10,8 @@ from typing import Any
 import attrs
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, path_text
+from historysim.errors import InputError, at, misfit, path_text
 from historysim.scenario.schema import Place
 
 SPACINGS = ("linear", "logarithmic")

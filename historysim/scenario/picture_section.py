@@ -5,8 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 from cattrs import Converter
 
-from historysim.basics.places import misfit
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.recording import surface_group
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, Picture
 from historysim.results.plots.swept import WORDS

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.basics.files import is_log, is_netcdf
-from historysim.basics.notices import Notify, silent
 from historysim.basics.targets import LOG, RESULT, Output, check_outputs
+from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import embedded_log

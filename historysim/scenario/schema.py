@@ -20,10 +20,10 @@ from cattrs.gen import make_dict_structure_fn, override
 
 from historysim.basics.fields import Quantity, unit_in
 from historysim.basics.limits import SIZE, is_workable
-from historysim.basics.places import at, misfit
 from historysim.basics.registry import Registry
+from historysim.basics.units import what_is_expected
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, path_text
+from historysim.errors import InputError, at, misfit, path_text
 
 T = TypeVar("T")
 Place = tuple[str | int, ...]
@@ -335,11 +335,12 @@ def schema_converter() -> Converter:
 
 
 def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
+    kind = None
     for note in reversed(getattr(error, "__notes__", ())):
         if isinstance(note, IterableValidationNote):
             above = (*above, note.index)
         elif isinstance(note, AttributeValidationNote):
-            above = (*above, note.name)
+            above, kind = (*above, note.name), note.type
     match error:
         case BaseExceptionGroup():
             for inner in error.exceptions:
@@ -349,13 +350,27 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
             known = [each.name for each in attrs.fields(error.cl) if each.name != field]
             known += [] if kinds is None else kinds.own()
             for key in sorted(error.extra_fields):
-                yield f"{path_text((*above, key))}: unknown key; {nearest(key, known)}"
+                meant = getattr(error.cl, "meant", lambda _: "")(key) or nearest(key, known)
+                yield f"{path_text((*above, key))}: unknown key; {meant}"
         case KeyError():
-            yield _line(above, "missing; expected a value")
+            yield _line(above, f"missing; expected {_wanted(kind, above)}")
         case InputError():
-            yield _line((*above, *error.place), str(error.args[0]))
+            place, problem = (*above, *error.place), str(error.args[0])
+            section = problem.endswith("; expected a table") and all(isinstance(step, str) for step in place)
+            yield _line(place, problem + (f", such as [{path_text(place)}] with its keys below" if section else ""))
         case _:
             raise error
+
+
+def _wanted(kind: Any, place: Place) -> str:  # noqa: ANN401 - a type
+    """Return what a key that is missing takes."""
+    if unit := unit_in(kind):
+        return what_is_expected(unit)
+    members = get_args(kind) if get_origin(kind) in {Union, UnionType} else (kind,)
+    one = next((each for each in members if each is not NoneType), kind)
+    if (len(place) == 1 and one is not str) or _is_table(one):
+        return f"a section [{path_text(place)}]"
+    return _SCALARS.get(one if isinstance(one, type) else object, "a value")
 
 
 def _line(place: Place, problem: str) -> str:

@@ -1,6 +1,6 @@
 """The sections of a scenario, one class for each: their keys, and what these must be."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,9 +19,8 @@ from historysim.basics.fields import (
     SurfaceEnergy,
     fields_of,
 )
-from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
@@ -180,7 +179,7 @@ def _course(course: Mapping[str, Any]) -> "FrictionCourse":
 class Coefficients:
     """Of ``[friction]``: one coefficient and its course, or one for each asperity."""
 
-    coefficient: Numbers
+    coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
     """Coefficient of friction μ, or an array with one for each asperity."""
     course: Course | None = None
     """A coefficient that changes over time or distance, as below."""
@@ -429,6 +428,24 @@ class Sections:
     picture: Pictures = ()
     title: str = ""
     """A heading, before the first section."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of a key that stands before the first section; empty where it is unknown."""
+        from historysim.asperities.laws import LAWS
+        from historysim.scenario.loading_kinds import LOADINGS
+        from historysim.scenario.surface_kinds import SURFACES
+
+        kinds: dict[str, Iterable[type]] = {
+            "friction": (Coefficients, *LAWS.values()),
+            "surface": SURFACES.values(),
+            "loading": LOADINGS.values(),
+            "record": (RecordSection,),
+            "instrument": (Instrument,),
+            "materials": (MaterialsSection,),
+        }
+        homes = [name for name, of in kinds.items() if any(key == each.name for kind in of for each in fields_of(kind))]
+        return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property
     def course(self) -> Course | None:

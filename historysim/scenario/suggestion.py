@@ -10,7 +10,7 @@ from pathlib import Path
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -55,7 +55,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         layout = attrs.evolve(layout, block=chosen)
     if any(_DECIMAL_COMMA.fullmatch(each.first) for each in listings):
         layout = attrs.evolve(layout, decimal=",")
-    layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding")}
+    layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
     lines += [
         f"{key} = {value if isinstance(value, int) else _quoted(value)}"
         for key, value in layout_keys.items()
@@ -65,7 +65,10 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     time = _found(listings, _TIMES, _TIME, used)
     normal = _found(listings, _FORCES, _NORMAL, used)
     friction = _found(listings, _FORCES, _TANGENTIAL, used)
-    stroke = _found(listings, _LENGTHS, _STROKE, used)
+    moving = [each for each in listings if not _rests(path, each, layout)]
+    stroke = _found(moving, _LENGTHS, _STROKE, used)
+    if normal and stroke and not friction:
+        friction = _lone_force(listings, used)
     if (count := _runs(path, time, layout)) > 1:
         lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
     lines += ["", "[loading.columns]"]
@@ -132,6 +135,25 @@ def _values(path: Path, listing: Listing, layout: Format, unit: str, own_unit: s
     return values[np.isfinite(values)]
 
 
+def _rests(path: Path, listing: Listing, layout: Format) -> bool:
+    """Return whether a column may be a displacement, and is constant throughout, which none is."""
+    if not _fitting([listing], _LENGTHS, _STROKE, set()):
+        return False
+    values = _values(path, listing, layout, "m", listing.unit or "m")
+    return values.size > 1 and float(np.ptp(values)) == 0
+
+
+def _lone_force(listings: Sequence[Listing], used: set[str]) -> Listing | None:
+    """Return the only column in a unit of force that is left, whatever it is called; None where there are several."""
+    left = [
+        each
+        for each in _fitting(listings, _FORCES, re.compile(""), used)
+        if (unit := each.unit or _unit_in_name(each)) and _is_of(unit, _FORCES)
+    ]
+    used.update(each.column for each in left[:1] if len(left) == 1)
+    return left[0] if len(left) == 1 else None
+
+
 def _other(listings: Sequence[Listing], chosen: Listing | None, used: set[str]) -> tuple[str, str]:
     """Return a comment on other columns that could be the tangential load."""
     others = [_name(each) for each in _fitting(listings, _FORCES, _TANGENTIAL, used)] if chosen else []
@@ -192,6 +214,9 @@ def _key(key: str, listing: Listing | None, unit: str, sign: tuple[str, str] = (
     if not listing.unit and (named_unit := _unit_in_name(listing)):
         extra.append(f'unit = "{named_unit}"')
         comment = "  # as its name ends: check it"
+    elif not listing.unit and (stated := _stated_unit(listing, unit)):
+        extra.append(f'unit = "{stated}"')
+        comment = "  # as the file says in its text: check it"
     elif not listing.unit:
         extra.append(f'unit = "{UNKNOWN}"')
         comment = f'  # fill in, as in "{unit}"'
@@ -219,6 +244,15 @@ def _unit_in_name(listing: Listing) -> str:
     """Return the unit at the end of the name of a column; readers of files take none from there."""
     match = _UNIT_IN_NAME.fullmatch(_name(listing))
     return match[1] if match else ""
+
+
+def _stated_unit(listing: Listing, like: str) -> str:
+    """Return the unit that the text of a file says for a column; empty where it says none, or several fit as well."""
+    fitting = [(of, unit) for of, unit in listing.stated if _is_of(unit, (like,))]
+    words = set(re.findall(r"[^\W\d_]{3,}", _name(listing).lower()))
+    named = {unit for of, unit in fitting if words & set(re.findall(r"[^\W\d_]{3,}", of))}
+    units = named or {unit for _, unit in fitting}
+    return units.pop() if len(units) == 1 else ""
 
 
 def _is_of(unit: str, kinds: Iterable[str]) -> bool:

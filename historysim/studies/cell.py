@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.basics.places import misfit
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.recording.variables import known
 from historysim.results.analysis.each_asperity import nominal_pressure, total_mean_pressure
 from historysim.results.analysis.preliminary import (

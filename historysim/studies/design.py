@@ -9,14 +9,10 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
-from historysim.basics.display import Lines
-from historysim.basics.notices import Notify, progress_bar, silent
-from historysim.basics.places import at
+from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
-from historysim.basics.wording import counted, nearest
-from historysim.errors import HistorySimError, InputError
+from historysim.basics.wording import Lines, Notify, counted, nearest, progress_bar, silent
+from historysim.errors import HistorySimError, InputError, at
 from historysim.scenario.grid import Grid, Point, variable_name
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
@@ -207,11 +203,31 @@ def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root],
         notify(f"… and {len(notes) - MOST_NOTICES:,} more notes of this kind")
     if problem.limit is None:
         return
+    if any("seed" in name for point in points[:1] for name in point) and (
+        few := _too_few(len(roots), problem.quantile)
+    ):
+        notify(few)
     limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
         if count := sum(one.throughout == side for one in roots):
             points_of = f"{count:,} of {len(roots):,} points"
             notify(f"{problem.output} stays {side} {limit} over the whole of between at {points_of}")
+
+
+def _too_few(count: int, share: float) -> str:
+    """Return a note where points are too few for a share of all such points; empty where they are not.
+
+    A further point is within the greatest of n with the chance n/(n + 1), and the greatest is beyond a share q of all
+    points with the confidence 1 - q^n, whatever the distribution (Wilks, *Ann. Math. Stat.* 12 (1941) 91).
+    """
+    least, sure = math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
+    if count >= least:
+        return ""
+    return (
+        f"{share:.0%} is asked of {count} points: it is the outermost of them, and one further point in "
+        f"{count + 1} goes beyond it. It takes {least} for {share:.0%}, and {sure} to be 95 % "
+        "sure of it; give more seeds"
+    )
 
 
 def _limited(problem: Problem, roots: Sequence[Root]) -> float:

@@ -18,10 +18,9 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 
-from historysim.basics.notices import Notify
-from historysim.basics.places import at
+from historysim.basics.wording import Notify
 from historysim.contact.materials import Material, MaterialPair
-from historysim.errors import InputError
+from historysim.errors import InputError, at
 from historysim.scenario.grid import expand, place_of, plain, with_values
 from historysim.scenario.scenario import scenario_of
 from historysim.scenario.schema import reported

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.files import is_file, replacing
-from historysim.basics.notices import Notify, progress_bar, silent
+from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import InputError
 from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.scenario import Scenario, load
@@ -138,8 +138,8 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a script."""
     import xarray as xr
 
-    from historysim.results.report.others import sweep_pictures
     from historysim.results.report.page import picture, table
+    from historysim.results.report.reports import sweep_pictures
     from historysim.verbs import plot
 
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
@@ -161,8 +161,8 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
 
 def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a scenario."""
-    from historysim.results.report.others import sweep_pictures
     from historysim.results.report.page import picture
+    from historysim.results.report.reports import sweep_pictures
     from historysim.studies.sweep import sweep
     from historysim.verbs import plot
 
@@ -192,7 +192,7 @@ def _figure(what: "Scenario | xr.Dataset") -> list[str]:
 
 
 def _run(scenario: Scenario) -> list[str]:
-    from historysim.results.report.history_report import history_pictures
+    from historysim.results.report.reports import history_pictures
     from historysim.scenario.run import run
 
     # the surface stands in a file beside the history

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.notices import Notify, progress_bar, silent
-from historysim.basics.places import at
-from historysim.errors import HistorySimError, InputError
+from historysim.basics.wording import Notify, progress_bar, silent
+from historysim.errors import HistorySimError, InputError, at
 from historysim.scenario.grid import Grid, Point, grid_of
 from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
@@ -93,6 +92,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     [19.61 29.41]
     """
     scenario = as_scenario(scenario)
+    section = scenario.sections.sweep
+    asked = tuple(outputs) or (section.outputs if section is not None and over is None else ())
     grid, outputs = sweep_of(scenario, outputs, over, together)
     check_workers(workers)
     plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
@@ -105,7 +106,8 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     reasons = dict(sorted((plan.reasons | unlike(plan.cells)).items()))
     _notify_of(reasons, plan.points, notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
-    return gathered(scenario, grid, cells, reasons)
+    # what is asked for first is what its picture shows
+    return gathered(scenario, grid, cells, reasons).assign_attrs({"outputs": " ".join(asked)} if asked else {})
 
 
 def _notify_of(reasons: Mapping[int, str], points: Sequence[Point], notify: Notify) -> None:

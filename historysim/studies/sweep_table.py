@@ -6,16 +6,14 @@ from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim._version import __version__
-from historysim.basics import findings
+from historysim.basics.arguments import Array
 from historysim.basics.fields import unit_in
-from historysim.basics.places import at
 from historysim.basics.units import quantity
-from historysim.basics.wording import counted, nearest
-from historysim.errors import InputError
+from historysim.basics.wording import Finding, counted, nearest, read_findings, written_findings
+from historysim.errors import InputError, at
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
 from historysim.results.tables import SWEEP
 from historysim.scenario.grid import Grid, place_of, variable_name
@@ -55,7 +53,7 @@ def gathered(
     histories = counted(len(grid), "load history", "load histories")
     attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
     history = f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
-    validity = findings.written(_worst_findings(there))
+    validity = written_findings(_worst_findings(there))
     return xr.Dataset(data, coordinates, attributes | {"history": history, VALIDITY: validity})
 
 
@@ -137,7 +135,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     return coordinates
 
 
-def _column(values: list[Any]) -> npt.NDArray[Any]:
+def _column(values: list[Any]) -> Array:
     """Return the values of a coordinate: numbers, or else strings."""
     if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
         return np.array(values)
@@ -197,11 +195,11 @@ def table_attributes(scenario: Scenario, grid: Grid, what: str, summary: str) ->
     }
 
 
-def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[findings.Finding, ...]:
+def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
     """Return the assumptions that do not hold in some cells: each at its worst, with the number of cells."""
-    by_name: dict[str, list[findings.Finding]] = {}
+    by_name: dict[str, list[Finding]] = {}
     for cell in cells:
-        for finding in findings.read(cell.attrs.get(VALIDITY, "[]")):
+        for finding in read_findings(cell.attrs.get(VALIDITY, "[]")):
             by_name.setdefault(finding.name, []).append(finding)
     worst = [(max(own, key=_excess), len(own)) for own in by_name.values()]
     return tuple(
@@ -210,7 +208,7 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[findings.Finding, ...]
     )
 
 
-def _excess(finding: findings.Finding) -> float:
+def _excess(finding: Finding) -> float:
     """Return how far beyond its limit, above or below, a finding is."""
     low, high = sorted((abs(finding.value), abs(finding.limit)))
     return high / low if low else np.inf

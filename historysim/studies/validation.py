@@ -5,12 +5,11 @@ from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from historysim.basics.display import Lines
 from historysim.basics.limits import most
+from historysim.basics.wording import Lines
 from historysim.errors import InputError, LoadError
 from historysim.scenario.grid import Point
-from historysim.scenario.scenario import Scenario, load
-from historysim.scenario.scenario_summary import summary
+from historysim.scenario.scenario import Scenario, load, summary
 
 
 def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None = None) -> Lines:

@@ -15,11 +15,9 @@ from typing import Any, Final, Protocol, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 from scipy.special import ndtri
 
-from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Floats, FrozenArrays
+from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked, per_axis, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
@@ -40,7 +38,7 @@ def generator(seed: object) -> np.random.Generator:
 class HeightDistribution(Protocol):
     """How the heights of summits are distributed."""
 
-    def quantile(self, probability: "npt.ArrayLike") -> Floats:
+    def quantile(self, probability: "ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities [1]."""
 
 
@@ -62,7 +60,7 @@ class Gaussian:
     def __init__(self, rms_height: float, mean: float = 0.0) -> None:
         self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
 
-    def quantile(self, probability: "npt.ArrayLike") -> Floats:
+    def quantile(self, probability: "ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1."""
         values = checked("probability", probability, above=0)
         if np.any(values >= 1):
@@ -95,7 +93,7 @@ class Tabulated(FrozenArrays):
     density: Floats
     _cumulative: Floats = attrs.field(repr=False)
 
-    def __init__(self, height: "npt.ArrayLike", density: "npt.ArrayLike") -> None:
+    def __init__(self, height: "ArrayLike", density: "ArrayLike") -> None:
         heights, densities = _table("height", height, density)
         # the largest first, so that no unit makes the integral overflow
         densities = densities / densities.max()
@@ -108,7 +106,7 @@ class Tabulated(FrozenArrays):
         )
 
     @classmethod
-    def from_gaps(cls, gap: "npt.ArrayLike", density: "npt.ArrayLike") -> Self:
+    def from_gaps(cls, gap: "ArrayLike", density: "ArrayLike") -> Self:
         """Return the distribution of heights that are minus the gaps [m], as the literature of joints tabulates them.
 
         Gaps (row) are increasing distances from the summits to the flat at first touch, 0 or more.
@@ -116,7 +114,7 @@ class Tabulated(FrozenArrays):
         gaps, densities = _table("gap", checked("gap", gap, least=0), density)
         return cls(0.0 - gaps[::-1], densities[::-1])
 
-    def quantile(self, probability: "npt.ArrayLike") -> Floats:
+    def quantile(self, probability: "ArrayLike") -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities, 0 to 1: the exact inverse.
 
         Where the density is 0 between two heights, the lower of them; at 0 the lowest that a summit can have.
@@ -142,7 +140,7 @@ class Tabulated(FrozenArrays):
 
 def drawn_summits(
     distribution: HeightDistribution,
-    radius: "npt.ArrayLike",
+    radius: "ArrayLike",
     *,
     summit_density: float,
     nominal_area: float,
@@ -170,7 +168,7 @@ def drawn_summits(
 
 
 def quantile_summits(
-    distribution: HeightDistribution, radius: "npt.ArrayLike", *, summit_density: float, nominal_area: float
+    distribution: HeightDistribution, radius: "ArrayLike", *, summit_density: float, nominal_area: float
 ) -> Summits:
     """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
 
@@ -237,7 +235,7 @@ def _count(summit_density: float, nominal_area: float) -> int:
     return round(density * area)
 
 
-def _table(name: str, place: "npt.ArrayLike", density: "npt.ArrayLike") -> tuple[Floats, Floats]:
+def _table(name: str, place: "ArrayLike", density: "ArrayLike") -> tuple[Floats, Floats]:
     places, densities = checked(name, place), checked("density", density, least=0)
     if places.ndim != 1 or places.shape != densities.shape or places.size < 2:
         raise InputError(

@@ -5,15 +5,12 @@ from typing import Any, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked, per_axis, scalar
-from historysim.basics.array_types import Booleans, Floats, FrozenArrays
-from historysim.basics.display import html_table
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, FrozenArrays, checked, per_axis, scalar
 from historysim.basics.units import in_si, quantity_text, range_text
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
-from historysim.surfaces.filters import gaussian_mean
-from historysim.surfaces.form import Form, fit_form
+from historysim.surfaces.filters import Form, fit_form, gaussian_mean
 from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.summits import Summits, find_summits
 from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics
@@ -24,7 +21,7 @@ ROUNDING = 32 * np.finfo(np.float64).eps
 """Share of the largest height up to which the heights that are left without the form are taken for rounding."""
 
 
-def _heights(values: "npt.ArrayLike") -> Floats:
+def _heights(values: "ArrayLike") -> Floats:
     try:
         values = in_si(values, "m")
     except InputError as error:
@@ -85,7 +82,7 @@ class Surface(FrozenArrays):
     pixel_size: tuple[float, float]
     periodic: bool
 
-    def __init__(self, heights: "npt.ArrayLike", pixel_size: "npt.ArrayLike", periodic: bool = False) -> None:
+    def __init__(self, heights: "ArrayLike", pixel_size: "ArrayLike", periodic: bool = False) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
@@ -158,7 +155,7 @@ class Surface(FrozenArrays):
             left = np.where(self.missing, np.nan, 0.0)
         return type(self)(left, self.pixel_size, periodic=self.periodic and form == "mean")
 
-    def cropped(self, x: npt.ArrayLike | None = None, y: npt.ArrayLike | None = None) -> Self:
+    def cropped(self, x: ArrayLike | None = None, y: ArrayLike | None = None) -> Self:
         """Return the points between two positions [m] along x, along y, or both, ends included; the first is at 0.
 
         What is cropped does not repeat. Anything but two positions in their order, with points between them, is an
@@ -196,7 +193,7 @@ class Surface(FrozenArrays):
         mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
         return type(self)(self.heights - mean, self.pixel_size, self.periodic)
 
-    def at_resolution(self, pixel_size: npt.ArrayLike) -> Self:
+    def at_resolution(self, pixel_size: ArrayLike) -> Self:
         """Return the surface on points this far apart [m], by cubic splines; smooth it before, where that is coarser.
 
         The grid keeps its centre. A surface that repeats keeps its length: it gets the nearest pixel size that divides
@@ -263,7 +260,7 @@ class Surface(FrozenArrays):
         self,
         other: "Surface",
         *,
-        shift: npt.ArrayLike = (0.0, 0.0),
+        shift: ArrayLike = (0.0, 0.0),
         rotation: float = 0.0,
         interpolation: Interpolation = "spline",
     ) -> Self:

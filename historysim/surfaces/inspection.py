@@ -4,9 +4,8 @@ import math
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import representable
+from historysim.basics.arguments import ArrayLike, representable
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
@@ -25,7 +24,7 @@ def summary(surface: Surface) -> list[tuple[str, str]]:
         return [*_height_lines(surface), *_correlation_lines(surface), *_summit_lines(surface)]
 
 
-def height_step(heights: npt.ArrayLike) -> float:
+def height_step(heights: ArrayLike) -> float:
     """Return the step in which heights come [m]: the median one between neighbouring levels; 0 where all are one."""
     values = np.asarray(heights, dtype=np.float64)
     levels = np.unique(values[np.isfinite(values)])
@@ -57,7 +56,7 @@ def quantisation_notice(surface: Surface) -> str | None:
 
 
 def smoothing_notice(
-    surface: Surface, other: Surface, *, shift: npt.ArrayLike = (0.0, 0.0), rotation: float = 0.0
+    surface: Surface, other: Surface, *, shift: ArrayLike = (0.0, 0.0), rotation: float = 0.0
 ) -> str | None:
     """Return what the splines of ``surface.combined(other, …)`` take from the other surface, in a sentence.
 

@@ -14,7 +14,7 @@ from typing import IO
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
 from historysim.surfaces.heights import MOST_POINTS

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from historysim.basics.arguments import per_axis
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, per_axis
 from historysim.basics.files import what_is_there
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked

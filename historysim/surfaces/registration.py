@@ -8,8 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage, spatial
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
@@ -40,6 +39,8 @@ MARGIN = 2
 """Points around worn ones that are counted with them, since a worn cap is thin at its rim."""
 NEAR = 1.5
 """Pixels within which a summit of the second map is the same as one of the first."""
+KEPT, LOWERED, LOST = range(3)
+"""What became of a summit."""
 
 
 @attrs.frozen(eq=False)
@@ -69,11 +70,13 @@ class Registration:
     noise : float
         Standard deviation of the difference where nothing is worn [m], interpolation included.
     worn_volume, worn_volume_error : float
-        Volume lost in `worn`, and its standard error from the noise and from the datum [m³]. What is thinner than the
-        noise is not found.
-    summits, lost, lowered : int
-        Summits of the first map within the overlap by the 9-point rule; those without a summit of the second map
-        within 1.5 pixels; those with a summit that is lower by more than five deviations of the noise.
+        Volume lost in `worn`, and its standard error from the noise, the datum and the rim of what is worn [m³]. What
+        is thinner than the noise is not found.
+    summit_place : array (summit, 2)
+        x and y of the summits of the first map within the overlap, by the 9-point rule [m].
+    fate : array (summit)
+        `KEPT`; `LOST` without a summit of the second map within 1.5 pixels; `LOWERED` with one that is lower by more
+        than five deviations of the noise.
     """
 
     shift: tuple[float, float]
@@ -88,9 +91,23 @@ class Registration:
     noise: float
     worn_volume: float
     worn_volume_error: float
-    summits: int
-    lost: int
-    lowered: int
+    summit_place: Floats = attrs.field(repr=False)
+    fate: Integers = attrs.field(repr=False)
+
+    @property
+    def summits(self) -> int:
+        """Number of summits of the first map within the overlap."""
+        return self.fate.size
+
+    @property
+    def lost(self) -> int:
+        """Number of summits that have none after."""
+        return int((self.fate == LOST).sum())
+
+    @property
+    def lowered(self) -> int:
+        """Number of summits that are lower after."""
+        return int((self.fate == LOWERED).sum())
 
     @property
     def worn_area(self) -> float:
@@ -110,7 +127,7 @@ class Registration:
             ("noise of the difference", quantity_text(self.noise, "m")),
             ("worn area", f"{self.worn_area * 1e12:.4g} µm², {share:.3g} % of the first map"),
             ("worn volume", volume + doubt),
-            ("summits", f"{self.summits:,}; {self.lost:,} lost, {self.lowered:,} lowered"),
+            ("summits", f"{self.summits:,}; {self.lost:,} lost, {self.lowered:,} flattened"),
         ]
 
 
@@ -275,9 +292,11 @@ def _compared(first: Surface, fit: _Fit) -> Registration:
     covariance = _covariance(fit, sound) * noise**2 * alike
     # an error of the datum under the worn points is an error of their volume
     datum = np.nansum(fit.jacobian[worn], axis=0)
-    variance = worn.sum() * noise**2 * alike + datum @ covariance @ datum
+    # around what is worn any thickness up to that which is seen may be missing, or counted
+    rim = int((ndimage.binary_dilation(worn) & sound).sum()) * RIM * noise / (3 * math.sqrt(12))
+    variance = worn.sum() * noise**2 * alike + datum @ covariance @ datum + rim**2
     after = Surface(fit.laid, first.pixel_size)
-    counts = _summits(first, after, worn, noise)
+    place, fate = _fates(first, after, worn, noise)
     return Registration(
         shift=(float(fit.parameters[0]), float(fit.parameters[1])),
         shift_error=math.sqrt(covariance[:2, :2].diagonal().mean()),
@@ -291,7 +310,8 @@ def _compared(first: Surface, fit: _Fit) -> Registration:
         noise=noise,
         worn_volume=float(difference[worn].sum()) * area,
         worn_volume_error=math.sqrt(variance) * area,
-        **counts,
+        summit_place=place,
+        fate=fate,
     )
 
 
@@ -334,23 +354,18 @@ def _covariance(fit: _Fit, sound: Booleans) -> Floats:
     return np.asarray(np.linalg.pinv(jacobian.T @ (jacobian * fit.weights[rows, np.newaxis])) / np.outer(scale, scale))
 
 
-def _summits(first: Surface, after: Surface, worn: Booleans, noise: float) -> dict[str, int]:
-    """Count the summits of the first map that have been lost or lowered; only what stands on worn points can be."""
+def _fates(first: Surface, after: Surface, worn: Booleans, noise: float) -> tuple[Floats, Integers]:
+    """Return the places of the summits of the first map, and what became of them; only worn ones can be lost."""
     ours, theirs = first.summits(), after.summits()
     if ours.x is None or ours.y is None or theirs.x is None or theirs.y is None or not len(ours):
-        return {"summits": 0, "lost": 0, "lowered": 0}
-    pixels = np.array(first.pixel_size)
-    places = np.stack([ours.x, ours.y], axis=-1) / pixels
+        return np.empty((0, 2)), np.empty(0, dtype=np.int64)
+    places = np.stack([ours.x, ours.y], axis=-1) / first.pixel_size
     at = tuple(np.clip(np.rint(places).astype(int), 0, np.array(first.shape) - 1).T)
-    known, touched = np.isfinite(after.heights[at]), worn[at]
-    gone = np.ones(len(ours), dtype=bool)
-    drop = np.zeros(len(ours))
+    gone, drop = np.ones(len(ours), dtype=bool), np.zeros(len(ours))
     if len(theirs):
-        far, nearest = spatial.cKDTree(np.stack([theirs.x, theirs.y], axis=-1) / pixels).query(places)
+        far, nearest = spatial.cKDTree(np.stack([theirs.x, theirs.y], axis=-1) / first.pixel_size).query(places)
         gone = far > NEAR
         drop = ours.height - theirs.height[nearest]
-    return {
-        "summits": int(known.sum()),
-        "lost": int((known & touched & gone).sum()),
-        "lowered": int((known & touched & ~gone & (drop > DETECTED * noise)).sum()),
-    }
+    fate = np.where(worn[at], np.where(gone, LOST, np.where(drop > DETECTED * noise, LOWERED, KEPT)), KEPT)
+    known = np.isfinite(after.heights[at])
+    return (places * first.pixel_size)[known], fate[known]

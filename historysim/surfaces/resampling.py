@@ -4,10 +4,8 @@ import math
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Booleans, Floats
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, checked, scalar
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 
@@ -27,7 +25,7 @@ def resampled(
     periodic: bool,
     shape: tuple[int, int],
     onto: Pixel,
-    shift: npt.ArrayLike = (0.0, 0.0),
+    shift: ArrayLike = (0.0, 0.0),
     rotation: float = 0.0,
     interpolation: Interpolation = "spline",
 ) -> Floats:
@@ -57,7 +55,7 @@ def resampled(
 
 
 def _checked(
-    have: tuple[int, ...], want: tuple[int, int], shift: npt.ArrayLike, rotation: float
+    have: tuple[int, ...], want: tuple[int, int], shift: ArrayLike, rotation: float
 ) -> tuple[tuple[float, float], float]:
     """Return the shift along x and y [m] and the rotation [rad]."""
     offset = checked("shift", shift)

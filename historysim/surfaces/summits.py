@@ -5,10 +5,8 @@ from typing import Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import one_per, scalar, workable
-from historysim.basics.array_types import Array, Floats, FrozenArrays, Integers
+from historysim.basics.arguments import Array, ArrayLike, Floats, FrozenArrays, Integers, one_per, scalar, workable
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import range_text
@@ -40,10 +38,10 @@ class Summits(FrozenArrays):
 
     def __init__(
         self,
-        height: "npt.ArrayLike",
-        radius: "npt.ArrayLike",
-        x: "npt.ArrayLike | None" = None,
-        y: "npt.ArrayLike | None" = None,
+        height: "ArrayLike",
+        radius: "ArrayLike",
+        x: "ArrayLike | None" = None,
+        y: "ArrayLike | None" = None,
         *,
         nominal_area: float | None = None,
     ) -> None:
@@ -57,7 +55,7 @@ class Summits(FrozenArrays):
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
         )
 
-    def at_heights(self, height: "npt.ArrayLike") -> Self:
+    def at_heights(self, height: "ArrayLike") -> Self:
         """Return the same summits at other heights [m]."""
         return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area)
 
@@ -293,7 +291,7 @@ def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, period
     return found.reshape(heights.shape)
 
 
-def detached_summits(height: npt.ArrayLike) -> int:
+def detached_summits(height: ArrayLike) -> int:
     """Return how many of the highest summits stand apart from all others, 0 where none do.
 
     The heights of the `TAIL` summits below a gap are taken as the tail of a distribution that falls exponentially with

@@ -11,8 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats, FrozenArrays
+from historysim.basics.arguments import Floats, FrozenArrays, checked
 from historysim.errors import InputError
 
 Axis = Literal["x", "y"]

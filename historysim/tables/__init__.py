@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 import attrs
 
-from historysim.basics.files import is_file, is_log, is_netcdf, what_is_there
-from historysim.basics.places import at
-from historysim.errors import InputError
+from historysim.basics.files import is_file, is_netcdf, kind_text, what_is_there
+from historysim.errors import InputError, at, misfit
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
     Column,
@@ -24,11 +23,12 @@ from historysim.tables.columns import (
     fitting,
     overridden,
     settled,
+    unit_in_name,
 )
 from historysim.tables.readers import LineReader, TableReader, reader_of
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats
+    from historysim.basics.arguments import Floats
     from historysim.tables.arrays import Contents
     from historysim.tables.from_text import Opened
     from historysim.tables.head import Heading
@@ -84,6 +84,8 @@ def read_table(
                 for file_column, unit in overriding
                 if unit is not None
             )
+        elif not (first := pieces[0].columns[key]).units and (meant := unit_in_name(first.name, wanted[key][0])):
+            notices.append(f"column {first.name}: taken in {wanted[key][0]}; did you mean unit = {meant!r}?")
     with _file(path):
         joined = join_tables(tables)
     return attrs.evolve(joined, notices=tuple(notices))
@@ -187,7 +189,9 @@ def _file(path: Path) -> Iterator[None]:
         yield
     except InputError as error:
         kind = MissingValueError if isinstance(error, MissingValueError) else InputError
-        raise kind(f"{path.name}: {error}") from error
+        named = kind(f"{path.name}: {error.args[0]}")
+        named.place = error.place
+        raise named from error
     except OSError as error:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
@@ -201,10 +205,12 @@ def _lines(path: Path, layout: Format) -> "tuple[Opened, Format] | None":
         return lambda: reader.opened(path, layout), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
     if reader is not None:
         return None
-    if is_log(path):
-        raise InputError("is the log of a run, or another SQLite database; expected a file of numbers")
     if is_netcdf(path):
         raise InputError("is a netCDF or HDF5 file, and not named so; name it .nc or .h5")
+    if kind := kind_text(path):
+        raise InputError(f"{kind}; expected a file of numbers")
+    if layout.sheet is not None:
+        raise misfit("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
     written = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
     return lambda: from_text.opened(path, written), written
 

@@ -9,7 +9,7 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, unit_in
@@ -75,7 +75,8 @@ def readable(kind: str) -> Iterator[None]:
             str(error).strip().partition("\n")[0] if isinstance(error, OSError | ValueError | RuntimeError) else ""
         )
         reason = message or type(error).__name__
-        raise InputError(f"is damaged, or no {kind} file ({reason[:200]})") from error
+        mend = "save it again, or give it the ending of what it is"
+        raise InputError(f"is damaged, or no {kind} file ({reason[:200]}); {mend}") from error
 
 
 def read(

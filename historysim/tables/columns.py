@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import attrs
 
 from historysim.basics.fields import Key
-from historysim.basics.places import misfit
-from historysim.basics.units import conversion_factor, is_unit
+from historysim.basics.units import conversion_factor, is_common, is_unit
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Floats, Integers
+    from historysim.basics.arguments import Floats, Integers
 
 
 def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
@@ -208,6 +207,8 @@ class Listing:
     unit: str
     values: str
     first: str
+    stated: tuple[tuple[str, str], ...] = ()
+    """What lines above the table say of units: (whose, unit), as ``("displacement", "in")``."""
 
 
 @attrs.frozen(eq=False)
@@ -236,6 +237,12 @@ _ROUNDING = 1e-12
 def unit_in(name: str) -> str | None:
     """Return the unit in a name: in the last brackets, or at its end after a slash between spaces."""
     return split_unit(name)[1]
+
+
+def unit_in_name(label: str, si: str) -> str | None:
+    """Return the unit that a name such as ``Fx_mN`` ends with, other than an SI unit; None where it does not."""
+    unit = label.strip("'").rpartition("_")[2]
+    return unit if is_common(unit) and factor_or_none(unit, si) not in {None, 1.0} else None
 
 
 def split_unit(name: str) -> tuple[str, str | None]:

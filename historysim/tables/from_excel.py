@@ -36,7 +36,9 @@ def _sheet(names: list[str], heights: dict[str, int], layout: Format) -> str:
         return layout.sheet
     filled = [name for name in names if heights[name]]
     if len(filled) != 1:
-        raise InputError(f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1; seen: {sheets}")
+        raise InputError(
+            f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1 (or --sheet 1); seen: {sheets}"
+        )
     return filled[0]
 
 

@@ -14,12 +14,12 @@ from typing import IO, Self
 import numpy as np
 from attrs import Factory, define, evolve, frozen
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.limits import at_most, most
+from historysim.basics.units import is_unit
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.tables.blocks import Block, Survey, survey
-from historysim.tables.clocks import clock, from_the_first
+from historysim.tables.blocks import Block, Survey, clock, from_the_first, survey
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
 from historysim.tables.head import Head, Heading, ragged
 from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
@@ -29,7 +29,11 @@ Lines = Integers
 Opened = Callable[[], AbstractContextManager[Iterator[str]]]
 
 # where the rows begin with numbers, no row begins with a word
+_STATED = re.compile(
+    r"\W*(?P<of>[^:=\t,;]*?)\s*\b(units?|einheit(en)?)\b[^:=\t,;]*[:=\t,;]+(?P<units>.+)", re.IGNORECASE
+)
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
+_LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
 MOST_TOLD = 5
 MOST_LINES = 1 << 62
 """More lines than any text has."""
@@ -113,7 +117,11 @@ def _left_out(tables: Survey, chosen: Sequence[tuple[int, int | None]]) -> list[
     left = [index for index in range(len(tables.blocks)) if index not in {each for each, _ in chosen}]
     if left:
         which = counted(len(left), "block", "blocks")
-        notices.append(f"{which} of {len(tables.blocks)} left out: {', '.join(str(index + 1) for index in left)}")
+        rows = sum(tables.blocks[index].rows for index in left)
+        notices.append(
+            f"{which} of {len(tables.blocks)} left out: {', '.join(str(index + 1) for index in left)}, of "
+            f'{counted(rows, "row", "rows")}; block chooses, and block = "all" joins them'
+        )
     if tables.footer:
         notices.append(f"what stands below the table is no row, and left out: {brief(tables.footer[0])}")
     return notices
@@ -157,11 +165,20 @@ def describe(lines_of: Opened, layout: Format) -> list[Listing]:
         tables = survey(stream, layout)
     block = tables.blocks[min(layout.block, len(tables.blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
-    rows = str(block.rows)
+    rows, stated = str(block.rows), tuple(_stated_units(block.preamble))
     return [
-        Listing(heading.reference(place), _unit(heading, place, block.row[place]), rows, block.row[place].strip())
+        Listing(
+            heading.reference(place), _unit(heading, place, block.row[place]), rows, block.row[place].strip(), stated
+        )
         for place in range(heading.width)
     ]
+
+
+def _stated_units(lines: Sequence[str]) -> Iterator[tuple[str, str]]:
+    """Yield what lines such as ``Displacement units: in`` say: of what, and the unit."""
+    for match in filter(None, map(_STATED.match, lines)):
+        units = (unit.strip(" \"'[]()") for unit in re.split(r"[,;\t]", match["units"]))
+        yield from ((match["of"].lower(), unit) for unit in units if unit and is_unit(unit))
 
 
 def _unit(heading: Heading, place: int, first: str) -> str:
@@ -183,8 +200,13 @@ def encoding_of(path: Path) -> str:
     """Return the encoding of a text: what a mark at its beginning says, else UTF-8, else that of Windows."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
-        if stream.peek(2)[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
+        first = stream.peek(64)[:64]
+        if first[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
             return "utf-16"
+        # no text holds zeros but one of two bytes a letter, without its mark
+        for encoding, zeros in (("utf-16-le", first[1::2]), ("utf-16-be", first[::2])):
+            if 2 * zeros.count(0) > len(zeros) and zeros.count(0) == first.count(0):
+                return encoding
         try:
             while piece := stream.read(1 << 20):
                 decoder.decode(piece)
@@ -364,6 +386,8 @@ class _Wanted:
             expected = "a finite number"
             if place in self.clocks and not (value is not None and math.isnan(value)):
                 value, expected = clock(row[place]), "a time as in the rows above"
+            if value is None and _LIKE_A_CLOCK.fullmatch(row[place]):
+                expected += ", or a clock: hh:mm:ss, alone or behind yyyy-mm-dd or dd.mm.yyyy"
             problem = f"{self._place(line_number, place, row)}; expected {expected}"
             if value is None:
                 decimal = decimal_hint(row[place], self.decimal)

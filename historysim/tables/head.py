@@ -7,7 +7,8 @@ from itertools import islice
 
 import attrs
 
-from historysim.basics.wording import counted, nearest
+from historysim.basics.units import is_common
+from historysim.basics.wording import counted, listed, nearest
 from historysim.errors import InputError
 from historysim.tables.columns import Column, Format, split_unit, unit_in
 from historysim.tables.lines import (
@@ -124,6 +125,8 @@ def no_such_column(column: Column, names: Sequence[str], brackets: Sequence[str]
     count = len(places_of(name, names, brackets))
     if not count:
         known = [known for known in dict.fromkeys(names) if known]
+        if problem := _no_names(name, known):
+            return InputError(f"there is no column {name!r}; {problem}")
         # a name in other letters, or without its unit, is near
         plain = {split_unit(each)[0].casefold(): each for each in reversed(known)}
         meant = plain.get(split_unit(name)[0].casefold())
@@ -131,6 +134,26 @@ def no_such_column(column: Column, names: Sequence[str], brackets: Sequence[str]
         return InputError(f"there is no column {name!r}; {hint}")
     times = "once" if count == 1 else f"{count} times"
     return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+
+
+def _no_names(name: str, known: Sequence[str]) -> str:
+    """Return why words of a header name no columns, or a name is none; empty where they may."""
+    numbers = sum(map(like_a_number, known))
+    if known and numbers == len(known):
+        return (
+            f"the line of names has the numbers {', '.join(known[:3])}{', …' if numbers > 3 else ''}: without a header "
+            "say header = 0, and name columns by position, as { column = 1 }"
+        )
+    if numbers > len(known) / 2:
+        return f"{known[0]!r} has numbers behind it in its line; expected one line for each sample: transpose the file"
+    if len(known) == 1 and (other := next((each for each in ",;\t|" if known[0].count(each) > 1), None)):
+        return f"expected the delimiter {other!r}, which stands in the header: {brief(known[0])}"
+    if name.isdecimal():
+        return f"a position has no quotes, as {{ column = {name} }}; the names are {listed(known)}"
+    value, _, unit = name.partition(" ")
+    if like_a_number(value) and is_common(unit):
+        return f'a value that does not change is {{ constant = "{name}" }}; the names are {listed(known)}'
+    return ""
 
 
 def _written(name: str, occurrence: int | None) -> str:

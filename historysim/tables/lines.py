@@ -68,11 +68,16 @@ def brief(text: str) -> str:
 
 
 def decimal_hint(text: str, decimal: str) -> str:
-    """Return what to say of a text that is no number only because of its decimal sign; nothing of any other."""
+    """Return what to say of a text that is a number in another way of writing; nothing of any other."""
     if decimal == "." and "," in text and number(text, ",") is not None:
         return '; if it has a decimal comma, say decimal = ","'
     if decimal == "," and "." in text and number(text, ".") is not None:
         return '; it has a decimal point, although decimal is ","'
+    if re.fullmatch(r"[+-]?\d{1,3}(?:[,'\s]\d{3})+(?:\.\d*)?", text.strip()):
+        return "; export it without separators between thousands"
+    bare = re.fullmatch(r"(\S*\d)\s*([^\W\d]\S*|[%°])", text.strip())
+    if bare and number(bare[1], decimal) is not None and is_common(bare[2]):
+        return f"; export it without {bare[2]!r}: a unit stands in the header, or as unit of the column"
     return ""
 
 

@@ -1,17 +1,17 @@
 """Figs. 5.17, 5.21 and 5.26, elastic and with summits that yield: δ of each level, from a virgin surface and in a run.
 
-Zirconia on glass, generated surfaces (β = 20 µm), hardness of glass 5.9 GPa, Kogut and Etsion's law. At the printed
-Rq of 24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the
-load stands on flattened summits, δ is some 35 and 60 % less, and the order of loads counts: raised without release
-each level is that of a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26)
-is not what yielding gives. The source's own balls have Rz/Rq of 56 and more: their extreme summits yield, which no
-Gaussian surface of this Rq shows.
+Zirconia on glass, generated surfaces (β = 20 µm), the hardness of glass, Kogut and Etsion's law. At the printed Rq of
+24 nm nothing yields: both are as in Fig. 5.17, δ of a load has no memory. At 300 nm and 1 µm nearly all of the load
+stands on flattened summits, δ is far less, and the order of loads counts: raised without release each level is that of
+a virgin surface; lowered, δ falls more than it rose. "Constant when the load falls" (Fig. 5.26) is not what yielding
+gives. The source's own balls have a few far higher summits: these yield, which no Gaussian surface of this Rq shows.
 """
 
 # historysim gallery: example
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -50,7 +50,7 @@ def calculated(seeds: int = 4) -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:
+def drawn(found: xr.Dataset) -> list[Figure]:
     """Return a figure for each order of loads, at the roughness at which summits yield most."""
     return [
         hs.plots.curve(
@@ -58,6 +58,7 @@ def drawn(found: xr.Dataset) -> list[object]:
             quantity="preliminary_displacement",
             over="normal_load",
             each="law",
+            from_zero=True,
             title=f"Fig. {number}, Rq 1 µm: preliminary displacement of each level, the load {word}",
         )
         for number, run, word in (
@@ -69,7 +70,10 @@ def drawn(found: xr.Dataset) -> list[object]:
 
 
 if __name__ == "__main__":
-    mean = calculated().preliminary_displacement.mean("seed") * 1e9
+    result = calculated()
+    mean = result.preliminary_displacement.mean("seed") * 1e9
     for rms in mean.rms_height.values:
         for law in LAWS:
             print(f"Rq {rms * 1e9:g} nm, {law}", mean.sel(rms_height=rms, law=law).to_pandas().round(2), sep="\n")
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_5_17_to_5_26_yielding_{number}.png")

@@ -1,7 +1,7 @@
 """Figs. 5.21 and 5.26: preliminary displacement of each level of a run without release, zirconia and alumina on glass.
 
-The runs are those of fig_5_21_rising_loads.toml (50, 70, 90 mN) and fig_5_26_falling_loads.toml (90, 70, 50 mN). δ of a
-load has no memory: whatever came before, it is that of Fig. 5.17, .9 and .8 nm more at 90 than at 50 mN.
+The runs are those of fig_5_19_rising_loads.toml (50, 70, 90 mN) and fig_5_24_falling_loads.toml (90, 70, 50 mN). δ of a
+load has no memory: whatever was before, it is that of Fig. 5.17.
 """
 
 # historysim gallery: example
@@ -10,11 +10,12 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 from historysim.results import analysis
 
-RUNS = {"rises": "fig_5_21_rising_loads.toml", "falls": "fig_5_26_falling_loads.toml"}
+RUNS = {"rises": "fig_5_19_rising_loads.toml", "falls": "fig_5_24_falling_loads.toml"}
 BALLS = {"ZrO₂": ("zirconia", "24 nm", 0.17), "Al₂O₃": ("alumina", "21 nm", 0.16)}
 LOADS = np.array([50e-3, 70e-3, 90e-3])
 
@@ -42,7 +43,7 @@ def calculated(seeds: int = 4) -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:
+def drawn(found: xr.Dataset) -> list[Figure]:
     """Return both figures."""
     return [
         hs.plots.curve(
@@ -50,6 +51,7 @@ def drawn(found: xr.Dataset) -> list[object]:
             quantity="preliminary_displacement",
             over="normal_load",
             each="ball",
+            from_zero=True,
             title=f"Fig. {number}: preliminary displacement of each level, the load {run} without release",
         )
         for number, run in (("5.21", "rises"), ("5.26", "falls"))
@@ -57,5 +59,8 @@ def drawn(found: xr.Dataset) -> list[object]:
 
 
 if __name__ == "__main__":
-    for run, own in calculated().preliminary_displacement.mean("seed").groupby("run", squeeze=False):
+    result = calculated()
+    for run, own in result.preliminary_displacement.mean("seed").groupby("run", squeeze=False):
         print(run, (own.squeeze("run").to_pandas() * 1e9).round(2), sep="\n")
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_5_21_and_5_26_levels_{number}.png")

@@ -9,6 +9,7 @@ texture that keeps R moves more.
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -33,13 +34,14 @@ def calculated() -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> object:
+def drawn(found: xr.Dataset) -> Figure:
     """Return the figure."""
     title = "Fig. 6.4 with the printed loads: preliminary displacement over the number of contacts"
-    return hs.plots.curve(
-        found, quantity="preliminary_displacement", over="count", each="law", logarithmic=False, title=title
-    )
+    looks = {"logarithmic": False, "from_zero": True, "title": title}
+    return hs.plots.curve(found, quantity="preliminary_displacement", over="count", each="law", **looks)
 
 
 if __name__ == "__main__":
-    print(calculated().preliminary_displacement.to_pandas().T)
+    result = calculated()
+    print(result.preliminary_displacement.to_pandas().T)
+    drawn(result).savefig("fig_6_04_printed_loads.png")

@@ -1,14 +1,14 @@
 """Fig. 6.5: drift over the relative change of radius, ΔR = (R₂ - R₁)/R₁.
 
-R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (told). Forward with R₁, back with R₂ (from .1 to 3 µm times the
-factor): the drift is the difference of the preliminary displacements, 123, 57 and 26.5 nm at ΔR = 29. The source has
-less than 20 nm at × 100, which holds up to ΔR = 7.6.
+R₁ is .1 µm times 1, 10 and 100; 10 mN, μ = .5 (given). Forward with R₁, back with R₂ (from .1 to 3 µm times the
+factor): the drift is the difference of the preliminary displacements. The source has less than 20 nm at × 100.
 """
 
 # historysim gallery: example
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -34,11 +34,13 @@ def calculated() -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> object:
+def drawn(found: xr.Dataset) -> Figure:
     """Return the figure."""
     title = "Fig. 6.5: drift over relative change of radius, alumina on zirconia, 10 mN"
     return hs.plots.curve(found, quantity="drift", over="change", each="start", logarithmic=False, title=title)
 
 
 if __name__ == "__main__":
-    print((calculated().drift.to_pandas().T * 1e9).round(1))
+    result = calculated()
+    print((result.drift.to_pandas().T * 1e9).round(1))
+    drawn(result).savefig("fig_6_05_drift_over_radius.png")

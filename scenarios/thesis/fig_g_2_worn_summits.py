@@ -2,14 +2,15 @@
 
 Ball and plate, 100 and 1000 m, each at 1 and 5 N, in ambient and vacuum. The measured maps are not published.
 Assumed: one generated surface (β = 20 µm, 256 × 256 points of 1 µm), scaled to the Rq of Table B.3, so that radii go
-as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambient (.89 → 1.84 µm), where the text
-lets zirconia's radii rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
+as 1/Rq. Rq alone would halve the plate's radii from 1 to 5 N at 1000 m in ambient, where the text lets zirconia's radii
+rise with the load: the maps themselves are needed. `kind = "measured"` reads real ones.
 """
 
 # historysim gallery: example
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -41,13 +42,16 @@ def calculated() -> xr.Dataset:
     )
 
 
-def drawn(found: xr.Dataset) -> list[object]:  # noqa: ARG001 - the clouds, and not their means
+def drawn(found: xr.Dataset) -> list[Figure]:  # noqa: ARG001 - the clouds, and not their means
     """Return the four panels."""
     return [
-        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, title=f"Fig. G.2 {name}")
+        hs.plots.summits([_summits(rms) for rms in row], labels=CASES, apart=True, title=f"Fig. G.2 {name}")
         for name, row in PANELS.items()
     ]
 
 
 if __name__ == "__main__":
-    print((calculated().mean_summit_radius.to_pandas() * 1e6).round(2))
+    result = calculated()
+    print((result.mean_summit_radius.to_pandas() * 1e6).round(2))
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"fig_g_2_worn_summits_{number}.png")

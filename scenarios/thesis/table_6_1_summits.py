@@ -10,6 +10,7 @@ is not.
 
 import numpy as np
 import xarray as xr
+from matplotlib.figure import Figure
 
 import historysim as hs
 
@@ -25,7 +26,7 @@ WHOLE, PIECE = 512, 256
 
 
 def calculated(seeds: int = 3) -> xr.Dataset:
-    """Return what `SOURCE` has, in m, and the number of summits, over β and piece: four of each of some surfaces."""
+    """Return what `SOURCE` has, in m, and the number of summits, over β and seed: four pieces of each of some maps."""
     values = np.empty((len(SOURCE) + 1, len(LENGTHS), 4 * seeds))
     for row, length in enumerate(LENGTHS):
         for number in range(4 * seeds):
@@ -36,13 +37,14 @@ def calculated(seeds: int = 3) -> xr.Dataset:
             radius, height = summits.radius, summits.height
             told = (radius.mean(), radius.std(ddof=1), height.mean(), height.std(ddof=1), height.size)
             values[:, row, number] = told
-    dims = ("autocorrelation_length", "piece")
+    # each piece is a surface of its own, with a seed in all that it is beside
+    dims = ("autocorrelation_length", "seed")
     found = {name: (dims, own, {"units": "m"}) for name, own in zip(SOURCE, values, strict=False)}
     return xr.Dataset(
         found | {"summit_count": (dims, values[-1], {"units": "1"})},
         {
             "autocorrelation_length": ("autocorrelation_length", list(LENGTHS), {"units": "m"}),
-            "piece": np.arange(4 * seeds),
+            "seed": np.arange(4 * seeds),
         },
     )
 
@@ -59,15 +61,20 @@ def rows(found: xr.Dataset) -> list[list[str]]:
     return table
 
 
-def drawn(found: xr.Dataset) -> list[object]:
+def drawn(found: xr.Dataset) -> list[Figure]:
     """Return radius and height over β."""
     titles = {"mean_summit_radius": "mean summit radius", "mean_summit_height": "mean summit height"}
     return [
-        hs.plots.curve(found, quantity=name, title=f"Table 6.1: {text} over autocorrelation length")
+        hs.plots.curve(
+            found, quantity=name, unit="µm", from_zero=True, title=f"Table 6.1: {text} over autocorrelation length"
+        )
         for name, text in titles.items()
     ]
 
 
 if __name__ == "__main__":
-    for line in rows(calculated()):
+    result = calculated()
+    for line in rows(result):
         print("  ".join(text.rjust(14) for text in line))
+    for number, figure in enumerate(drawn(result), 1):
+        figure.savefig(f"table_6_1_summits_{number}.png")

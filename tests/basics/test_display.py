@@ -3,7 +3,7 @@
 import pytest
 
 import historysim as hs
-from historysim.basics.display import Lines, columns, html_table, printable, two_columns
+from historysim.basics.wording import Lines, columns, html_table, printable, two_columns
 
 LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")]
 

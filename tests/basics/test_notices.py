@@ -5,7 +5,7 @@ import threading
 import pytest
 import tqdm.std
 
-from historysim.basics.notices import progress_bar
+from historysim.basics.wording import progress_bar
 
 
 class Terminal(io.StringIO):

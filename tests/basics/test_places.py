@@ -5,8 +5,7 @@ import pickle
 import pytest
 
 import historysim as hs
-from historysim.basics.places import at, misfit
-from historysim.errors import path_text
+from historysim.errors import at, misfit, path_text
 
 
 def raised(error, *places):

@@ -201,18 +201,16 @@ def test_what_has_no_unit_comes_through(came):
 @pytest.mark.parametrize("unit", [*sorted({*UNIT_OF.values()}), "N m-1", "m3 J-1", "Hz", "Pa m0.5"])
 def test_quantities_of_pint_become_numbers(unit):
     registry = pint.UnitRegistry()
-    # the same physical dimension in other units, by pint's own parser
-    other = {
-        "N": "mN", "m": "nm", "s": "ms", "Pa": "GPa", "J m-2": "mJ/mm**2", "m2": "mm**2", "m-2": "1/mm**2",
-        "kg": "g", "rad": "degree", "Pa m0.5": "MPa*m**0.5", "N m-1": "mN/nm", "m3 J-1": "mm**3/J", "Hz": "kHz",
-    }  # fmt: skip
-    factor = {
-        "N": 1e-3, "m": 1e-9, "s": 1e-3, "Pa": 1e9, "J m-2": 1e3, "m2": 1e-6, "m-2": 1e6,
-        "kg": 1e-3, "rad": np.pi / 180, "Pa m0.5": 1e6, "N m-1": 1e6, "m3 J-1": 1e-9, "Hz": 1e3,
-    }  # fmt: skip
-    assert in_si(registry.Quantity(3, other[unit]), unit) == pytest.approx(3 * factor[unit], rel=1e-15)
-    several = in_si(registry.Quantity(np.array([1.0, 2.0]), other[unit]), unit)
-    np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor[unit], rtol=1e-15)
+    # the same physical dimension in another unit, by pint's own parser, and its size
+    other, factor = {
+        "N": ("mN", 1e-3), "m": ("nm", 1e-9), "s": ("ms", 1e-3), "Pa": ("GPa", 1e9), "J m-2": ("mJ/mm**2", 1e3),
+        "m2": ("mm**2", 1e-6), "m-2": ("1/mm**2", 1e6), "m3": ("mm**3", 1e-9), "J": ("mJ", 1e-3), "kg": ("g", 1e-3),
+        "rad": ("degree", np.pi / 180), "Pa m0.5": ("MPa*m**0.5", 1e6), "N m-1": ("mN/nm", 1e6),
+        "m3 J-1": ("mm**3/J", 1e-9), "Hz": ("kHz", 1e3),
+    }[unit]  # fmt: skip
+    assert in_si(registry.Quantity(3, other), unit) == pytest.approx(3 * factor, rel=1e-15)
+    several = in_si(registry.Quantity(np.array([1.0, 2.0]), other), unit)
+    np.testing.assert_allclose(several, np.array([1.0, 2.0]) * factor, rtol=1e-15)
     with pytest.raises(InputError, match=r"'3 kelvin' has another unit; expected an? .* in "):
         in_si(registry.Quantity(3, "K"), unit)
 

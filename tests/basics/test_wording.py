@@ -23,8 +23,8 @@ def test_the_nearest_word_is_meant_or_any():
     [
         (True, "true"),
         (1.5, "1.5"),
-        ("abc", "the text 'abc'"),
-        ("a" * 50, f"the text {'a' * 40!r}…"),
+        ("abc", "'abc'"),
+        ("a" * 50, f"{'a' * 40!r}…"),
         ({"a": 1}, "a table"),
         ([1], "an array"),
     ],

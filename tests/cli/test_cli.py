@@ -165,7 +165,10 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
         assert said in refused.output
     done = call("sweep", "ball.toml", "--workers", 1)
     assert done.exit_code == 0
-    assert "cell 1 (friction.coefficient = -0.3) failed: ball.toml: surface: friction is -0.3" in done.output
+    assert (
+        "cell 1 (friction.coefficient = -0.3) failed: ball.toml: friction.coefficient: -0.3; expected 0 or more"
+        in done.output
+    )
     assert files(folder) == ["ball.cells", "ball.nc", "ball.toml"]
     kept = {path: path.stat().st_mtime_ns for path in (folder / "ball.cells").glob("*.cell")}
     assert len(kept) == 2
@@ -183,7 +186,7 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
     for command in ("validate", "sweep"):
         refused = call(command, "ball.toml")
         assert refused.exit_code == 2
-        assert "ball.toml: sweep.outputs[0]: the text 'prelim'; " in refused.output
+        assert "ball.toml: sweep.outputs[0]: 'prelim'; " in refused.output
 
 
 def test_a_design_is_sought_and_checked_beforehand(folder):
@@ -481,10 +484,7 @@ def test_a_table_to_append_is_read_as_it_is_said(ran):
     assert call("append", "ball.history", "more.csv", "--decimal", ",").exit_code == 0
     with hs.EventLog("ball.history") as log:
         assert log.events()[-1] == hs.TangentialLoad(2.0, -6.5e-3)
-    assert (
-        "--delimiter: the text ';;'; expected one"
-        in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
-    )
+    assert "--delimiter: ';;'; expected one" in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
 
 
 def test_a_run_is_resumed_from_its_log(ran):
@@ -654,7 +654,7 @@ def test_a_picture_that_fails_leaves_nothing_behind(folder, monkeypatch):
     assert files(folder) == ["ball.history", "ball.nc", "ball.toml"]
 
 
-fuzz = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

@@ -61,6 +61,7 @@ COMMANDS = {
     "append TABLE": (["append", "a.history", "FILE"], {"loads.csv"}, TABLE),
     "log": (["log", "FILE"], {"a.history"}, LOG),
     "compare": (["compare", "FILE"], set(), TOML),
+    "creep": (["creep", "FILE"], set(), TOML),
     "fit": (["fit", "FILE"], set(), TOML),
     "show": (["show", "FILE"], {"a.toml", "a.history", "a.nc", "loops.nc"}, "expected"),
     "plot": (["plot", "FILE", "-o", "out.png"], {"a.toml", "a.nc", "loops.nc"}, "expected"),

@@ -3,7 +3,7 @@ import math
 import numpy as np
 import pytest
 from adhesive import ELASTIC, EPS, PULL, UNLOADED, E, R, Springs, W, contact, moduli, powers, radii, works
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import minimize, minimize_scalar
 
@@ -190,7 +190,6 @@ def test_maugis_has_dmt_and_jkr_as_limits():
     )
 
 
-@settings(max_examples=60)
 @given(powers, st.floats(0, 1e4), radii, moduli, works)
 def test_maugis_load_and_contact_radius_are_inverse(power, excess, radius, modulus, work):
     arguments = contact(10**power, radius, modulus, work)
@@ -207,7 +206,6 @@ def test_maugis_load_and_contact_radius_are_inverse(power, excess, radius, modul
     )
 
 
-@settings(max_examples=30)
 @given(powers, radii, moduli, works)
 def test_maugis_has_one_equilibrium_family_in_units_of_its_own(power, radius, modulus, work):
     arguments, plain = contact(10**power, radius, modulus, work), contact(10**power, 1.0, 0.75, 1 / math.pi)

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough, worst_history
 
 import historysim as hs
-from historysim.exchange.reduced.placing import VirginCurve, placed
-from historysim.exchange.reduced.reducing import _springs
+from historysim.exchange.reduced.reducing import VirginCurve, _springs, placed
 
 
 def difference(model, curve, way):

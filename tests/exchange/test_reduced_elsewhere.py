@@ -12,8 +12,8 @@ import pytest
 from reduced_contacts import LOAD, job, rough
 
 import historysim as hs
-from historysim.exchange.reduced.model_files import FORMS
-from historysim.exchange.reduced.placing import VirginCurve
+from historysim.exchange.reduced.reduced_model import FORMS
+from historysim.exchange.reduced.reducing import VirginCurve
 
 
 @pytest.fixture(scope="module")

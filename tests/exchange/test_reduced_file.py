@@ -12,7 +12,7 @@ from reduced_contacts import CONTACTS, LOAD, job, rough
 
 import historysim as hs
 from historysim.cli import main
-from historysim.exchange.reduced.placing import VirginCurve
+from historysim.exchange.reduced.reducing import VirginCurve
 
 
 @pytest.fixture

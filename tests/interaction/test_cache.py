@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from historysim.interaction import cache
+from historysim.interaction import solutions as cache
 
 ARGUMENTS = (np.arange(3.0),)
 
@@ -70,7 +70,7 @@ def test_the_folder_is_that_of_the_system(monkeypatch, tmp_path):
     monkeypatch.delenv("HISTORYSIM_CACHE", raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr("sys.platform", "linux")
-    assert cache.folder() == tmp_path / "historysim"
+    assert cache.cache_folder() == tmp_path / "historysim"
     monkeypatch.setattr("sys.platform", "win32")
     monkeypatch.setenv("LOCALAPPDATA", str(tmp_path / "local"))
-    assert cache.folder() == tmp_path / "local" / "historysim"
+    assert cache.cache_folder() == tmp_path / "local" / "historysim"

@@ -11,7 +11,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.comparison import observe
 from historysim.measured.fitting import Parameter, fit_parameters
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 
 KINDS = list(synthetic.TRUTHS)
 

@@ -20,8 +20,7 @@ from historysim.measured.branches import Definitions
 from historysim.measured.comparison import observe
 from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.loops import loops_of_channels, loops_of_history, loops_of_measurement
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import reversals
+from historysim.measured.reduction import Measurement, reversals
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))

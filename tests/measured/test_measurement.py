@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from historysim.errors import InputError
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 
 
 def test_it_says_what_it_is_in_one_line():

@@ -3,15 +3,14 @@
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.comparison import observe, passed
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import noise_of
+from historysim.measured.reduction import Measurement, noise_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -41,7 +40,6 @@ def assert_as_replayed(ensemble, instrument, record):
 loads_and_moves = st.lists(st.tuples(st.floats(1e-3, 0.1), st.floats(-2e-7, 2e-7)), min_size=2, max_size=30)
 
 
-@settings(max_examples=30)
 @given(path=loads_and_moves, soft=st.booleans())
 def test_free_of_noise_it_is_the_replay(path, soft):
     load, moved = np.array(path).T

@@ -9,7 +9,7 @@ import historysim as hs
 from historysim.contact import mindlin
 from historysim.measured.branches import Definitions, reversal_factor, zero_load_factor
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 from historysim.results import analysis
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))

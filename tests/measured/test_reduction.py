@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import historysim as hs
@@ -138,7 +138,6 @@ def variation(values):
 
 
 @pytest.mark.parametrize("ensemble", ENSEMBLES)
-@settings(max_examples=60)
 @given(values=samples.filter(lambda values: values.size > 2), dead_band=dead_bands, scale=st.floats(0.02, 0.3))
 def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, scale):
     slide = float((PAIR.displacement_ratio * ensemble.friction * ensemble.approach_at(NORMAL_LOAD)).max())
@@ -166,7 +165,6 @@ def test_loads_and_energies_stay_within_the_bounds(ensemble, values, dead_band, 
 
 
 @pytest.mark.parametrize("ensemble", ENSEMBLES)
-@settings(max_examples=40)
 @given(values=samples, scale=st.floats(0.02, 0.3))
 def test_without_a_dead_band_nothing_changes(ensemble, values, scale):
     slide = float((PAIR.displacement_ratio * ensemble.friction * ensemble.approach_at(NORMAL_LOAD)).max())

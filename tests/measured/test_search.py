@@ -8,7 +8,7 @@ from records_shared import DAMPER, DAMPER_SCENARIO, GRANITE, GRANITE_SCENARIO
 from scipy import optimize
 
 from historysim.measured.comparison import observe, passed
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
 from historysim.scenario.fit import model_of
 from historysim.scenario.scenario import load

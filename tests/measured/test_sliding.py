@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65

@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.asperities.instrument import Instrument
-from historysim.basics.findings import read, written
+from historysim.basics.wording import read_findings, written_findings
 from historysim.cli import main
 from historysim.recording.provenance import validity_findings
 
@@ -44,8 +44,8 @@ def test_amplitudes_below_the_resolution_are_told(event, resolution):
 
 def test_findings_are_read_as_they_were_written():
     found = validity_findings(BALL, [hs.NormalDisplacement(0.0, 0.1e-3)])
-    assert read(written(found)) == found != ()
-    assert read(written(())) == ()
+    assert read_findings(written_findings(found)) == found != ()
+    assert read_findings(written_findings(())) == ()
 
 
 @pytest.mark.parametrize(

@@ -44,7 +44,7 @@ CONTRACT = {
     },
 }
 EXTENSIONS = {
-    "coordinates": {"friction": (ASPERITY, "1")},
+    "coordinates": {"friction": (ASPERITY, "1"), "slope": (ASPERITY, "1")},
     "totals": {"friction_limit": (STEP, "N"), "saturated": (STEP, "")},
     "per asperity": {},
 }

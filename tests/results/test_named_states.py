@@ -5,7 +5,7 @@ import xarray as xr
 
 from historysim.errors import InputError
 from historysim.recording.provenance import named_states_attribute
-from historysim.results.named_states import named_states, state_label, step_of
+from historysim.results.origin import named_states, state_label, step_of
 
 
 def history(**times):

@@ -33,7 +33,7 @@ def test_columns_of_a_scenario(value, expected):
     ("value", "said"),
     [
         (3, "3; expected a string"),
-        ("", "the text ''; expected a string that is not blank"),
+        ("", "''; expected a string that is not blank"),
         ({}, "column: missing; expected the name of a column in the file"),
         ({"column": "F", "units": "N"}, "units: unknown key; did you mean 'unit'?"),
         ({"column": 0}, "column: 0; expected a position counted from 1"),

@@ -9,7 +9,7 @@ from records import write_columns
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.scenario.each_run import each_run
+from historysim.scenario.record_search import each_run
 
 SCENARIO = """
 [materials]

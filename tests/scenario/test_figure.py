@@ -8,7 +8,7 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.results.named_states import named_states
+from historysim.results.origin import named_states
 from historysim.results.tables import sweep_rows
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
@@ -116,7 +116,7 @@ def test_a_sweep_has_curves_bars_and_loops(write):
     assert curve.get_xlabel() == r"friction coefficient $\mu$"
     assert [tick.get_text() for tick in bars.get_xticklabels()] == ["low", "high"]
     difference = float(found.preliminary_displacement[2] - found.preliminary_displacement[1]) * 1e9
-    assert any(text.get_text() == f"high: drift {difference:.2g} nm" for text in bars.texts)
+    assert any(text.get_text() == f"high: drift {difference:.3g} nm" for text in bars.texts)
     assert [str(line.get_label()) for line in loops.get_lines()][-2:] == [r"$\mu$ = 0.1", r"$\mu$ = 0.4"]
     # one run of it has none of these but its loop
     assert len(hs.plot(hs.run(hs.load(write(BALL + SWEPT.replace("[0.1, 0.4]", "0.1"))))).axes) == 1
@@ -143,13 +143,13 @@ seed = 1""",
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[picture]\nkind = "lops"\n', "picture.kind: the text 'lops'; did you mean 'loops'"),
+        ('[picture]\nkind = "lops"\n', "picture.kind: 'lops'; did you mean 'loops'"),
         ("[picture]\nwork = true\n", "picture.kind: missing; expected one of adhesion-map, bars, contact-map"),
         ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
         ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
             '[picture]\nkind = "bars"\nquantity = "drift"\ngroups = { a = "b" }\n',
-            "picture.groups.a: the text 'b'; expected an array",
+            "picture.groups.a: 'b'; expected an array",
         ),
         ("picture = 3\n", "picture: 3; expected a table"),
     ],
@@ -165,9 +165,9 @@ def test_what_is_no_picture_is_told_with_its_place(write, text, message):
     [
         (
             'waypoints = [{time=0, normal_load=1, name="K"}, {after=1, normal_load=2, name="K"}]',
-            r"waypoints\[1\].name: the text 'K' stands before",
+            r"waypoints\[1\].name: 'K' stands before",
         ),
-        ('waypoints = [{time=0, normal_load=1, name=" "}]', r"waypoints\[0\].name: the text ' '; expected a string"),
+        ('waypoints = [{time=0, normal_load=1, name=" "}]', r"waypoints\[0\].name: ' '; expected a string"),
         (
             '[[loading.blocks]]\nwaypoints = [{after=1, normal_load=1, name="K"}]',
             r"blocks\[0\].waypoints\[0\].name: a block may run several times",

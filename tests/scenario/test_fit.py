@@ -108,7 +108,7 @@ def refusal(folder, fit=ALL, **options):
     ("fit", "said"),
     [
         ("parameters = []", "fit.parameters: expected one or more parameters, each of them once"),
-        ('parameters = ["fricton"]', "fit.parameters[0]: the text 'fricton'; did you mean 'friction'?"),
+        ('parameters = ["fricton"]', "fit.parameters[0]: 'fricton'; did you mean 'friction'?"),
         ("", "fit.parameters: missing"),
         ('parameters = ["friction"]\nskip = -1', "fit.skip: -1; expected 0 or more"),
         ('parameters = ["friction"]\nload_noise = "-1 N"', "fit.load_noise: -1 N; expected 0 N or more"),

@@ -72,7 +72,7 @@ def test_values_are_lists_and_ranges(given, values):
         ({"a": {"from": 1, "count": 0}}, [], "over.a: expected a range with from and count"),
         ({"a": {"from": 1.5, "count": 2}}, [], "over.a: a range without to counts whole numbers"),
         ({"a": {"from": "1 nm", "to": "2 µm", "count": 2}}, [], "over.a.to: in µm, and from in nm; expected one unit"),
-        ({"a": {"from": "..", "to": "2 µm", "count": 2}}, [], "over.a: the text '..'; expected a number"),
+        ({"a": {"from": "..", "to": "2 µm", "count": 2}}, [], "over.a: '..'; expected a number"),
         ({"a": {"from": 0, "to": 2, "count": 2, "spacing": "logarithmic"}}, [], "over.a: a logarithmic range has"),
         ({"a": [1], "b": [2]}, [["a", "c"]], r"together\[0\]: 'c' has no values in over"),
         ({"a": [1], "b": [2, 3]}, [["a", "b"]], r"together\[0\]: 1 of a, 2 of b; expected as many"),

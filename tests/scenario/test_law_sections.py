@@ -9,7 +9,7 @@ from historysim.asperities import laws
 from historysim.asperities.wear import WEAR_LAWS, EnergyWear
 from historysim.asperities.yielding import YIELDING_LAWS, KogutEtsion, Thornton
 from historysim.basics.fields import markdown
-from historysim.scenario.scenario_summary import summary
+from historysim.scenario.scenario import summary
 
 SCENARIO = """
 [materials]
@@ -72,13 +72,13 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
 @pytest.mark.parametrize(
     ("friction", "said"),
     [
-        ("[friction]\nlaw = 'powre'", "friction.law: the text 'powre'; did you mean 'power'"),
+        ("[friction]\nlaw = 'powre'", "friction.law: 'powre'; did you mean 'power'"),
         ("[friction]\nlaw = 'drawn'\ncoefficient = 0.1", "friction.coefficient: unknown key"),
         ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: belongs to a law"),
         ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "shear_strength is -1"),
         (f"{COULOMB}\n[wear]\nlaw = 'energy'", "wear.volume_per_energy: missing"),
-        (f"{COULOMB}\n[wear]\nlaw = 'rust'", "wear.law: the text 'rust'"),
-        (f"yielding = 'thorton'\n{COULOMB}", "surface.yielding.law: the text 'thorton'; did you mean"),
+        (f"{COULOMB}\n[wear]\nlaw = 'rust'", "wear.law: 'rust'"),
+        (f"yielding = 'thorton'\n{COULOMB}", "surface.yielding.law: 'thorton'; did you mean"),
         (f"yielding = {{ law = 'thornton', hard = 1 }}\n{COULOMB}", "surface.yielding.hard: unknown key"),
         (f"yielding = {{ hardness = 1 }}\n{COULOMB}", "surface.yielding.law: missing; expected one of"),
         (f"yielding = 3\n{COULOMB}", "surface.yielding: 3; expected a table"),

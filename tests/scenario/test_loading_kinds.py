@@ -352,7 +352,7 @@ def test_a_wrong_response(folder, response, said):
         ("start = 5\nend = 1", "end: 1 s, before the start at 5 s"),
         ("max_gap = 0", "max_gap: 0 s; expected more than 0 s"),
         ("interval = 1e-9", "interval: 1e-09 s makes more than 10,000,000 samples out of 14 s"),
-        ('missing = "skip"', "missing: the text 'skip'; expected 'refuse' or 'drop'"),
+        ('missing = "skip"', "missing: 'skip'; expected 'refuse' or 'drop'"),
         ("dead_bnd = 1", "dead_bnd: unknown key; did you mean 'dead_band'?"),
     ],
 )

@@ -70,7 +70,7 @@ def test_a_document_gets_other_values_and_stays_as_it_is():
 @pytest.mark.parametrize(
     ("key", "message"),
     [
-        ("title.x", "title: the text 'a ball'; expected a table, to have 'x' in it"),
+        ("title.x", "title: 'a ball'; expected a table, to have 'x' in it"),
         ("loading.waypoints[2].time", r"loading.waypoints\[2\]: there is none; expected \[0\] to \[1\]"),
         ("friction[0]", r"friction: a table; expected an array, to take \[0\] of it"),
         ("loading.waypoints.time", "loading.waypoints: an array; expected a table, to have 'time' in it"),

@@ -223,7 +223,7 @@ WRONG = {
         ("[loading]", f"[loading]\nsubsteps = {2**63}", "loading.substeps: 9223372036854775808; expected an integer"),
         ("[loading]", "[loading]\nsubsteps = 90_000_000", "loading.substeps: 180,000,000 steps; expected"),
         ("[loading]", "[loading]\nsaturate = 1", "loading.saturate: 1; expected true or false"),
-        ("[loading]", '[record]\nasperities = "some"\n[loading]', "record.asperities: the text 'some'; expected"),
+        ("[loading]", '[record]\nasperities = "some"\n[loading]', "record.asperities: 'some'; expected"),
         (
             "[loading]",
             "[record]\nasperities = [1]\n[loading]",
@@ -235,14 +235,18 @@ WRONG = {
             "friction = [1, 2, 3]",
             "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
-        ('kind = "sphere"', 'kind = "spere"', "surface.kind: the text 'spere'; did you mean 'sphere'?"),
+        ('kind = "sphere"', 'kind = "spere"', "surface.kind: 'spere'; did you mean 'sphere'?"),
         ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, normal_curve"),
         ("radius = 1.0", "", "surface.radius: missing"),
         ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
         ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "surface: friction"),
         ("[friction]\ncoefficient = 0.5", "", "friction: missing"),
         ("[surface]", "title = 7\n[surface]", "materials.title: unknown key"),
-        ("[surface]", "[surface", "is not TOML: Expected ']' at the end of a table declaration (at line 5, column 9)"),
+        (
+            "[surface]",
+            "[surface",
+            "is not TOML: line 5: [surface: the name of a section stands in brackets; expected [surface]",
+        ),
     ],
     BLOCKS: [
         ('first = "silicon"', 'first = "silikon"', "materials.first: 'silikon' is not a built-in material"),
@@ -359,7 +363,7 @@ def check_that_it_is_built_or_refused(folder, document):
     assert "Traceback" not in message
 
 
-fuzz = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @pytest.fixture

@@ -194,3 +194,15 @@ def test_limits_that_are_none(ball, keys, message):
     ball.write_text(f'{BALL}[design]\nkey = "surface.radius"\nbetween = [1e-3, 1]\n{keys}\n', encoding="utf-8")
     with pytest.raises(hs.InputError, match=message):
         hs.design(ball)
+
+
+def test_few_surfaces_for_a_share_of_them_are_noted(rough):
+    notices = []
+    over = {"surface.seed": [1, 2]}
+    hs.design(rough, "surface.rms_height", [5e-9, 5e-7], below="2 nm", over=over, notify=notices.append)
+    (note,) = notices
+    assert note.startswith("95% is asked of 2 points: it is the outermost of them, and one further point in 3 goes")
+    # n/(n + 1) and 1 - q^n by trial
+    least = next(n for n in range(1, 99) if n / (n + 1) >= 0.95)
+    sure = next(n for n in range(1, 99) if 1 - 0.95**n >= 0.95)
+    assert f"It takes {least} for 95%, and {sure} to be 95 % sure" in note

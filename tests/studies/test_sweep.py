@@ -221,7 +221,7 @@ def test_what_cannot_be_swept_is_told_before_anything_is_computed(ball, tmp_path
         with pytest.raises(hs.InputError, match=message):
             hs.sweep(ball, over, store=tmp_path / "cells")
     one = {"friction.coefficient": [0.1]}
-    with pytest.raises(hs.InputError, match=r"sweep.outputs\[0\]: the text 'drfit'; did you mean 'drift'"):
+    with pytest.raises(hs.InputError, match=r"sweep.outputs\[0\]: 'drfit'; did you mean 'drift'"):
         hs.sweep(ball, one, outputs=["drfit"])
     with pytest.raises(hs.InputError, match="workers is 0; expected a whole number of 1 or more"):
         hs.sweep(ball, one, workers=0)

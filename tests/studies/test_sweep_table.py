@@ -54,6 +54,14 @@ def test_its_picture_has_means_with_their_deviation(found):
     assert "mean ± standard deviation" in [text.get_text() for text in figure.texts]
 
 
+def test_the_first_of_the_outputs_is_its_picture():
+    scenario = "scenarios/04_normal_up_tangential_up.toml"
+    over, outputs = {"friction.coefficient": [0.2, 0.3]}, ("peak_contact_area", "preliminary_displacement")
+    for asked, label in ((outputs, "real contact area"), ((), "preliminary displacement")):
+        (axes,) = hs.plot(hs.sweep(scenario, over, outputs=asked)).axes
+        assert axes.get_ylabel().startswith(label)
+
+
 def test_nothing_left_is_nan():
     empty = xr.Dataset({"drift": ("surface_seed", [np.nan, np.nan])})
     spread = hs.spread(empty)

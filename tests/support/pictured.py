@@ -10,7 +10,7 @@ import numpy as np
 import historysim as hs
 from historysim.contact.adhesion import branch
 from historysim.measured.comparison import Comparison, observe, passed
-from historysim.measured.measurement import Measurement
+from historysim.measured.reduction import Measurement
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 TITLE = "Friction loops of silicon on rough float glass at 50 and 70 mN, before and after running in"

@@ -3,7 +3,7 @@
 import numpy as np
 
 import historysim as hs
-from historysim.exchange.reduced.placing import VirginCurve, _chords, _tops
+from historysim.exchange.reduced.reducing import VirginCurve, _chords, _tops
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 LOAD = 0.05

@@ -9,8 +9,7 @@ import numpy as np
 import historysim as hs
 from historysim.measured import fitting
 from historysim.measured.comparison import observe, passed
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import turning_points
+from historysim.measured.reduction import Measurement, turning_points
 
 # UNAT: 1 nm, 6 µN, 334 mN/µm
 DISPLACEMENT_NOISE, LOAD_NOISE, STIFFNESS = 1e-9, 6e-6, 334e3

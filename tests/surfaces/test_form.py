@@ -8,7 +8,7 @@ from scipy.optimize import curve_fit
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.surfaces.form import fit_form
+from historysim.surfaces.filters import fit_form
 
 EPS = np.finfo(float).eps
 PIXEL = (1e-6, 2.5e-6)

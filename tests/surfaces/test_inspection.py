@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from historysim.errors import InputError
@@ -122,7 +122,6 @@ def test_what_a_flat_map_does_not_have_is_none(name):
 SHAPES = st.tuples(st.integers(1, 6), st.integers(1, 6))
 
 
-@settings(max_examples=80)
 @given(data=st.data(), shape=SHAPES, scale=st.sampled_from([1e-12, 1e-9, 1e-6, 1.0, 1e6]), periodic=st.booleans())
 def test_every_map_has_lines_without_numbers_that_are_none(data, shape, scale, periodic):
     values = st.one_of(

@@ -3,13 +3,12 @@ import math
 import numpy as np
 import pytest
 import scipy.fft
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import johnsonsb, johnsonsu, norm
 
 from historysim.errors import InputError, UnlikelyValueWarning
-from historysim.surfaces.johnson import translation
-from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface
+from historysim.surfaces.random import _periodic_autocorrelation, _spectrum, random_surface, translation
 
 EPS = np.finfo(float).eps
 
@@ -172,7 +171,10 @@ def test_smooth_surfaces_are_not_roughened_by_rounding():
         assert 0.1 * expected < second.std() < 3 * expected
 
 
-@pytest.mark.parametrize(("skewness", "kurtosis"), [(-1.0, 5.0), (0.0, 1.8), (1.5, 8.0), (0.8, 2.6)])
+@pytest.mark.parametrize(
+    ("skewness", "kurtosis"),
+    [(-1.0, 5.0), *(pytest.param(*pair, marks=pytest.mark.slow) for pair in ((0.0, 1.8), (1.5, 8.0), (0.8, 2.6)))],
+)
 def test_autocorrelation_and_distribution_of_non_gaussian_ensembles(skewness, kurtosis):
     shape, lengths = (200, 200), (5.0, 5.0)
     at = lags(shape, lengths)
@@ -310,7 +312,6 @@ def test_a_surface_that_is_far_higher_than_wide_has_a_warning():
 
 
 @pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-@settings(max_examples=50)
 @given(
     st.tuples(st.integers(-1, 12), st.integers(-1, 12)),
     st.floats(),

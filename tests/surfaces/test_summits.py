@@ -3,7 +3,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 from scipy import ndimage
@@ -108,7 +108,6 @@ small_maps = npst.arrays(
 WINDING = drawn("0100 0110 0010 0110")
 
 
-@settings(max_examples=200)
 @given(small_maps, st.sampled_from([3, 5, 9]), st.booleans())
 @example(drawn("000000 011110 000000"), 9, False)
 @example(WINDING, 5, True)
@@ -120,7 +119,6 @@ def test_maps_full_of_ties_beside_brute_force(heights, rule, periodic):
     np.testing.assert_allclose(columns(found), np.reshape(wanted, (-1, 4)).T, rtol=8 * EPS, atol=1e-14)
 
 
-@settings(max_examples=200)
 @given(
     st.lists(st.sampled_from([0.0, 1.0, 2.0, math.nan]), min_size=2, max_size=9),
     st.booleans(),

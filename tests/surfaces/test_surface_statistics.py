@@ -4,7 +4,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from rough_maps import (
     BOTH,
@@ -50,7 +50,6 @@ def brute_differences(points, pixel, order):
     return root_mean_square(means), sum(squares) / len(axes) if axes else NAN
 
 
-@settings(max_examples=60)
 @given(maps(), pixels, st.booleans())
 def test_statistics_against_loops_over_the_points(z, pixel, periodic):
     points = Points(z, periodic)
@@ -176,7 +175,6 @@ def brute_autocorrelation(points, lag):
     return sum(products) / len(products) if products else NAN
 
 
-@settings(max_examples=50)
 @given(maps(), pixels, st.booleans())
 def test_autocorrelation_against_loops_over_the_pairs(z, pixel, periodic):
     points = Points(z, periodic)
@@ -207,7 +205,7 @@ def bounds_of_length(level, phi, scatter):
     return low, high - math.log(phi) / 8
 
 
-@pytest.mark.parametrize("holes", [0, 0.2])
+@pytest.mark.parametrize("holes", [pytest.param(0, marks=pytest.mark.slow), 0.2])
 def test_autocorrelation_of_an_exponential_profile(holes):
     phi, n, pixel = 0.8, 2**21, 1e-6
     rng = np.random.default_rng(11)

@@ -7,7 +7,7 @@ import tracemalloc
 import attrs
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from number_files import write_matlab_73
 from records_shared import SHARED
@@ -160,7 +160,6 @@ def test_listing_of_json(file):
     assert listed(file) == [('"m"', "", "300 × 200", "")]
 
 
-@settings(max_examples=40)
 @given(
     rows=st.lists(
         st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3), min_size=4, max_size=9

@@ -6,8 +6,7 @@ import pytest
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
-from historysim.tables.blocks import start_time
-from historysim.tables.clocks import one_clock
+from historysim.tables.blocks import one_clock, start_time
 from historysim.tables.columns import Part
 
 UNITS = {"time": "s", "normal": "N", "friction": "N", "stroke": "m"}
@@ -90,7 +89,9 @@ def test_sheets_of_excel_are_read_as_texts(tmp_path):
     assert [listing.unit for listing in describe(path)] == ["s", "mN"]
     book.create_sheet("Other").append(["x", 1])
     book.save(path)
-    with pytest.raises(InputError, match="has 2 sheets that are not empty; say which, as in sheet = 1; seen: 'Sheet'"):
+    with pytest.raises(
+        InputError, match=r"has 2 sheets that are not empty; say which, as in sheet = 1 .or --sheet 1.; seen: 'Sheet'"
+    ):
         read_table(path, wanted, UNITS)
     assert read_table(path, wanted, UNITS, Format(sheet="Sheet")).columns["time"].tolist() == exports.TIME
     with pytest.raises(InputError, match="there is no sheet 3; seen"):

@@ -9,9 +9,7 @@ from number_files import FORCE, TIME, UNITS, WRITERS, broken, columns_of, read_o
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
-fuzz = settings(
-    max_examples=settings.default.max_examples // 2, deadline=None, suppress_health_check=[HealthCheck.too_slow]
-)
+fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +71,7 @@ def test_bytes_of_any_kind_are_read_or_refused(tmp_path, name):
 def test_every_length_that_a_file_may_be_cut_to(good, tmp_path, name):
     content = written(good, name).read_bytes()
     path = tmp_path / name
-    for length in range(0, len(content), max(1, len(content) // 30)):
+    for length in range(0, len(content), max(1, len(content) // 12)):
         path.write_bytes(content[:length])
         read_or_refuse(path, columns_of(name), missing=True)
 

@@ -7,8 +7,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.friction import LAWS, FrictionLaw, Loaded
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, checked
 from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, one_of
 from historysim.basics.units import as_float, is_number, joules_per_area, newtons, pascals, quantity_text
 from historysim.errors import InputError

@@ -26,8 +26,7 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Booleans, Floats, FrozenArrays
+from historysim.basics.arguments import Booleans, Floats, FrozenArrays, checked
 from historysim.contact import hertz
 from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.dugdale import State

@@ -18,10 +18,8 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import ArrayLike, Floats, checked
 from historysim.errors import InputError
 
 LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12
@@ -39,7 +37,7 @@ class State(NamedTuple):
     approach: Floats
 
 
-def solvable(maugis_parameter: npt.ArrayLike) -> Floats:
+def solvable(maugis_parameter: ArrayLike) -> Floats:
     """Return λ as floats, within the range that is solved for."""
     parameter = checked("maugis_parameter", maugis_parameter, above=0)
     beyond = (parameter < LEAST_PARAMETER) | (parameter > GREATEST_PARAMETER)

@@ -21,12 +21,11 @@ from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
 from historysim.basics.limits import LARGEST
-from historysim.basics.notices import Notify, progress_bar, silent
 from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.units import duration_text, seconds
-from historysim.basics.wording import listed
+from historysim.basics.wording import Notify, listed, progress_bar, silent
 from historysim.errors import InputError, InstallationError
-from historysim.exchange.exported import CONSTANT, EVOLVES, Exportable, Exported, exported
+from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, exported
 from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
 from historysim.memory import get_include
 from historysim.replaying import Replay

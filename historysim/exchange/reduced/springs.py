@@ -5,10 +5,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import checked, scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 
@@ -90,7 +88,7 @@ class Springs:
         """Displacement at which each spring slides, from rest [m] (spring)."""
         return self.limit / self.stiffness
 
-    def force(self, displacement: npt.ArrayLike, normal_load: npt.ArrayLike | None = None) -> Floats:
+    def force(self, displacement: ArrayLike, normal_load: ArrayLike | None = None) -> Floats:
         """Return the tangential load at the end of each of several steps, from rest [N].
 
         In a step all springs are strained by the way, with their mean stiffness on the way, and slide at their limit at

@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from historysim.errors import InputError
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.results.analysis.recorded import check_any, check_recorded, column_of
 from historysim.results.asking import question
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
 
     from historysim.measured.loops import Loops
 
+FORMS = ("wide", "long", "totals")
 CONTENT = "history over time"  # the attribute content of a history over time
 OF_THE_RESULT = ("complete", "id", "log_digest")  # attributes that hold for the result alone
 
@@ -82,23 +84,34 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
 
 
 @question(per_step=True, table="elapsed_time,total_normal_load")
-def time_series(history: "xr.Dataset", asperity: int | None = None) -> "xr.Dataset":
+def time_series(history: "xr.Dataset", asperity: int | None = None, form: str = "wide") -> "xr.Dataset":
     """Return a history along its time in place of ``step``: all of it, or of one asperity.
 
     CDO and other tools take for the axis of time what is a dimension. It is called ``elapsed_time`` here, since what CF
     calls ``time`` counts from a date.
 
     The variables of the history along ``elapsed_time`` [s], and ``asperity`` where none is chosen by its label. Nothing
-    is read yet. InputError: an asperity that is not recorded, or a Dataset that is no history.
+    is read yet. With the form ``"totals"`` what asperities have is left out; with ``"long"`` there is a row for each
+    time and asperity, with the totals of the time beside it, as spreadsheets and data frames group them.
+
+    InputError: an asperity that is not recorded, another form, or a Dataset that is no history.
     """
+    if form not in FORMS:
+        raise InputError(f"form is {form!r}; expected one of {', '.join(FORMS)}")
     check_recorded(history)
     chosen = history
     if asperity is not None:
         check_recorded(history, "slip_state")
         check_any(history)
         chosen = history.isel(asperity=column_of(asperity, history))
+    without = "asperity" if form == "totals" and "asperity" in chosen.dims else None
+    chosen = chosen if without is None else chosen.drop_dims(without)
     along = [name for name, values in chosen.data_vars.items() if "step" in values.dims]
     series = chosen[along].swap_dims(step="time").rename(time="elapsed_time")
+    if form == "long" and "asperity" in series.dims:
+        rows = series.reset_coords().stack(row=("elapsed_time", "asperity")).reset_index("row")
+        # times are the labels of the rows
+        series = rows.reset_coords("asperity").set_coords("elapsed_time")
     attributes = {name: value for name, value in history.attrs.items() if name not in OF_THE_RESULT}
     of_asperity = "" if asperity is None else f": asperity {asperity}"
     title = f"{history.attrs.get('title', 'Load history')}{of_asperity}"

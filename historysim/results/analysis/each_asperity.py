@@ -12,8 +12,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats, scalar
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_recorded
 from historysim.results.asking import question

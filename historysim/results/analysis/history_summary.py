@@ -5,15 +5,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from historysim.basics import findings
-from historysim.basics.array_types import Floats, Integers
-from historysim.basics.findings import Finding
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.wording import Finding, read_findings
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, of_patches, present_friction
-from historysim.results.analysis.slips import order_of_sliding, slide_times
-from historysim.results.analysis.unseen_slip import slip_note
+from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
 from historysim.results.asking import question
 
 if TYPE_CHECKING:
@@ -29,7 +27,7 @@ def validity(history: Recorded) -> tuple[Finding, ...]:
 
     Each has name, value, limit and text; see `historysim.asperities.validity.findings`.
     """
-    return findings.read(history.attrs.get("validity", "[]"))
+    return read_findings(history.attrs.get("validity", "[]"))
 
 
 @question(table="label,text")

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import scalar
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     Friction,

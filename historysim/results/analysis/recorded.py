@@ -5,9 +5,8 @@ from typing import Any, Protocol
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Array, Floats
 from historysim.errors import InputError
 
 
@@ -19,7 +18,7 @@ class VariableView(Protocol):
         """The names of its dimensions."""
 
     @property
-    def values(self) -> npt.NDArray[Any]:
+    def values(self) -> Array:
         """What stands in it."""
 
     def isel(self, *, step: Any) -> "VariableView":

@@ -12,7 +12,7 @@ from historysim.asperities.adhering import AdheringAsperities
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.canvas import Canvas
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Picture, Titled
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Titled
 from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, scale_of, zero_lines
 
 if TYPE_CHECKING:
@@ -43,26 +43,40 @@ FILLS = {
 
 @PICTURES.register
 @attrs.frozen(kw_only=True)
-class AdhesionMapPicture(Picture):
+class AdhesionMapPicture(Panel):
     """The zones in which the theories of adhesion hold, after Johnson and Greenwood (1997), with contacts in them.
 
     In Python it is of a dict of contacts, too: by label, the Maugis parameter λ and the load parameter N/(πWR). The map
     grows to hold them. One that is unloaded or pulled has no place on a logarithmic axis: an arrow at the lower edge
     marks it, where the zones hardly change with the load.
+
+    Attributes
+    ----------
+    labels
+        What the contacts are called.
+
+    Examples
+    --------
+    [[picture]]
+    kind = "adhesion-map"
     """
 
-    kind, of, size, alone = "adhesion-map", (AdheringAsperities, SCENARIO), (130.0, 107.0), True
+    kind, of, size = "adhesion-map", (AdheringAsperities, SCENARIO), (130.0, 107.0)
 
     def draw(self, canvas: Canvas, data: AdheringAsperities | Contacts | None) -> None:
         """Draw zones with their names, and contacts, which are named below."""
         contacts = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
+        if self.labels:
+            if len(self.labels) != len(contacts):
+                raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(contacts)} contacts")
+            contacts = dict(zip(self.labels, contacts.values(), strict=True))
         axes = canvas.axes()
         axes.set(
             xscale="log",
             yscale="log",
             xlim=_limits(PARAMETERS, (parameter for parameter, _ in contacts.values())),
             ylim=_limits(LOADS, (load for _, load in contacts.values() if load > 0)),
-            title="Adhesion map",
+            title="" if canvas.beside_others else "Adhesion map",
             xlabel=r"Maugis parameter $\lambda$",
             ylabel=r"load parameter $N/(\pi W R)$",
         )
@@ -76,6 +90,7 @@ class AdhesionMapPicture(Picture):
             looks |= {"marker": marker if load > 0 else "v", "clip_on": False, "zorder": 4}
             axes.plot(parameter, at, label=name, **looks)
         canvas.legend(handles=[line for line in axes.get_lines() if line.get_linestyle() == "None"])
+        canvas.title(axes, self.title)
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:

@@ -23,7 +23,7 @@ from historysim.results.plots.surfaces import (
     legend_handles,
     surface_of,
 )
-from historysim.results.point_maps import SOLVED
+from historysim.results.rebuilt import SOLVED
 
 if TYPE_CHECKING:
     from matplotlib.animation import FuncAnimation

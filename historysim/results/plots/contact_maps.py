@@ -9,7 +9,7 @@ import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.replaying import Replay
 from historysim.results.analysis.slips import representative_step, slip_shares
@@ -18,7 +18,7 @@ from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import DIVERGING, STATE_COLOURS, Extent, draw_image, patches, scale_of
 from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
-from historysim.results.point_maps import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
+from historysim.results.rebuilt import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:

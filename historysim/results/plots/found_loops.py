@@ -7,7 +7,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Integers
+from historysim.basics.arguments import Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured.loop_table import LoopStatistics, LoopTable

@@ -8,7 +8,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.basics.fields import Quantity
 from historysim.basics.units import newtons, quantity_text
 from historysim.basics.wording import counted
@@ -16,8 +16,7 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import is_complete
-from historysim.results.named_states import named_states, state_label, step_of
-from historysim.results.origin import dense
+from historysim.results.origin import dense, named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
 from historysim.results.plots.style import (
@@ -39,6 +38,8 @@ if TYPE_CHECKING:
 
 LOOP = ("total_tangential_load", "tangential_displacement")
 """What a loop is drawn of."""
+END = "end of pre-sliding"
+"""The group of the marks of δ."""
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
 BESIDE_ALONE, BESIDE = 60.0, 50.0
 """What the loads beside loops add to the width, alone and in the figure of a scenario [mm]."""
@@ -63,8 +64,12 @@ class LoopsPicture(Panel):
         Shades the closed loop between ±δ. Of a sweep it needs ``preliminary_displacement`` among the outputs.
     drift
         Draws it between the δ of two loops; needs the same.
+    delta
+        Marks where each first begins to slide, and says how far that is; of a sweep it needs the same.
     drive
         Behind an instrument the loop of the drive, too.
+    by_load
+        Each normal load that is held in a colour of its own.
     loads
         Both loads along the named states, beside the loop.
 
@@ -79,7 +84,9 @@ class LoopsPicture(Panel):
     first_loading: Annotated[tuple[float, ...], Quantity("N")] = attrs.field(default=(), converter=_newtons)
     work: bool = False
     drift: bool = False
+    delta: bool = False
     drive: bool = False
+    by_load: bool = False
     loads: bool = False
 
     kind, of, several = "loops", (HISTORY, SWEEP), True
@@ -105,8 +112,13 @@ class LoopsPicture(Panel):
             dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
             name = f"first loading, {quantity_text(load, 'N')}"
             axes.plot(u * length, t * force, color=FAINT, label=name, zorder=1, **dashes)
-        for number, loop in enumerate(smooth):
-            self._draw_loop(axes, loop, length, force, line_style(number, len(smooth)))
+        parts = [part for loop in smooth for part in (_by_load(loop) if self.by_load else [loop])]
+        for number, loop in enumerate(parts):
+            looks = line_style(number, len(parts))
+            # of a load loops repeat, and lie on one another
+            self._draw_loop(axes, loop, length, force, looks | ({"linestyle": "-"} if self.by_load else {}))
+        if self.delta:
+            _name_ends(axes)
         if self.drift:
             _mark_drift(axes, smooth, length, force)
         # on several loops letters lie on one another, unless they are asked for
@@ -126,17 +138,59 @@ class LoopsPicture(Panel):
 
     def _draw_loop(self, axes: "Axes", loop: "Cell", length: float, force: float, style: dict[str, Any]) -> None:
         work = _shade(axes, loop, length, force, style["color"]) if self.work else ""
+        load = loop.rows[LOOP[0]].values
         for row, own in enumerate(self._displacements(loop.rows)):
             looks = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
+            if row and not loop.label:
+                looks["color"] = LINES[1][0]
             way = "displacement of the drive" if row else "contact" if self.drive else ""
-            name = ", ".join(filter(None, (loop.label, work, way)))
-            axes.plot(own * length, loop.rows[LOOP[0]].values * force, label=name or None, **looks)
+            reach = _reach(loop, own, row) if self.delta else None
+            far = "" if reach is None else rf"$\delta$ = {quantity_text(reach, 'm', 3)}"
+            name = ", ".join(filter(None, (loop.label, work, way, far)))
+            axes.plot(own * length, load * force, label=name or None, **looks)
+            if reach is not None:
+                axes.plot([reach * length], [load.max() * force], gid=END, color=style["color"], **MARK)
 
     def _displacements(self, rows: xr.Dataset) -> list[Floats]:
         """Return the displacements that a loop is drawn over: of the contact, and if asked for of the drive."""
         if self.drive and "drive_displacement" not in rows:
             raise InputError("drive: there is no drive_displacement; expected [instrument], and it among the outputs")
         return [rows[name].values for name in (LOOP[1], *(["drive_displacement"] if self.drive else []))]
+
+
+def _by_load(loop: "Cell") -> "list[Cell]":
+    """Return a line for each normal load that is held, with gaps elsewhere."""
+    if "total_normal_load" not in loop.rows:
+        raise InputError("by_load: there is no total_normal_load; expected a history, or it among the outputs")
+    loads = loop.rows["total_normal_load"].values
+    held = np.isclose(loads[1:], loads[:-1], rtol=1e-6)
+    levels = dict.fromkeys(float(f"{load:.6g}") for load in loads[1:][held])
+    return [
+        attrs.evolve(
+            loop,
+            rows=loop.rows.where(xr.DataArray(np.isclose(loads, load, rtol=1e-5), dims="step")),
+            label=", ".join(filter(None, (loop.label, f"$N$ = {quantity_text(load, 'N')}"))),
+        )
+        for load in levels
+    ]
+
+
+def _reach(loop: "Cell", own: Floats, row: int) -> float:
+    """Return the displacement at which a line first slides: δ, and of the drive what the spring takes, too [m]."""
+    if loop.reach is None:
+        raise InputError("delta: expected preliminary_displacement among the outputs")
+    top = int(np.argmax(loop.rows[LOOP[0]].values))
+    return loop.reach + (float(own[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
+
+
+def _name_ends(axes: "Axes") -> None:
+    """Name the marks of δ where they are one or two; of more the legend alone does."""
+    marks = [line for line in axes.get_lines() if line.get_gid() == END]
+    for number, mark in enumerate(marks if len(marks) < 3 else []):
+        symbol = r"$\delta$" if len(marks) == 1 else rf"$\delta_{number + 1}$"
+        looks: dict[str, Any] = {"fontsize": 8, "zorder": 6, "textcoords": "offset points"}
+        x, y = (float(each) for each in np.asarray(mark.get_xydata())[0])
+        axes.annotate(symbol, (x, y), (-2, 4) if number == 0 else (3, 4), ha="center", **looks)
 
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
@@ -288,7 +342,8 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
     drift = quantity_text(abs(ends[1][0] - ends[0][0]), "m", 3)
     looks = {"va": "center", "fontsize": 7.5, "zorder": 6, "bbox": WHITE}
-    axes.annotate(f"drift {drift}", (max(first, second), low * force), (4, 0), textcoords="offset points", **looks)
+    middle = (first + second) / 2, low * force
+    axes.annotate(f"drift {drift}", middle, (0, -8), textcoords="offset points", ha="center", **looks)
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:

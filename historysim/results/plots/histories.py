@@ -7,11 +7,10 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats
+from historysim.basics.arguments import Floats
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
-from historysim.results.analysis.slips import slip_shares
-from historysim.results.analysis.unseen_slip import slip_note
+from historysim.results.analysis.slips import slip_note, slip_shares
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
 from historysim.results.plots.style import (

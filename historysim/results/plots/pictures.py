@@ -12,10 +12,9 @@ from typing import Annotated, Any, ClassVar, get_args, get_origin
 import attrs
 import xarray as xr
 
-from historysim.basics import findings
 from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
-from historysim.basics.wording import nearest
+from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, canvas_at
 
@@ -266,8 +265,9 @@ def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, option
         picture = "loops"
     if picture is not None and picture not in what.data_vars and picture in PICTURES:
         return draw(what, picture, place, of=SWEEP, **options)
-    # what a sweep or its spread is mostly about; of others, such as a design, the first number
-    known = [each for each in ("preliminary_displacement", "preliminary_displacement_mean") if each in what]
+    # what was asked for first, else what a sweep is mostly about; of others, such as a design, the first number
+    asked = [*str(what.attrs.get("outputs", "")).split(), "preliminary_displacement"]
+    known = [each for name in asked for each in (name, f"{name}_mean") if each in numbers]
     quantity = picture or (known or [str(next(iter(what.data_vars)))])[0]
     return draw(what, "curve", place, of=SWEEP, quantity=quantity, **options)
 
@@ -308,7 +308,7 @@ def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: 
 
 def _beyond(what: xr.Dataset) -> str:
     """Return in a line which of the model's assumptions do not hold, empty where all do."""
-    names = [each.name for each in findings.read(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
+    names = [each.name for each in read_findings(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
     return f"beyond the model's assumptions: {', '.join(BEYOND[name] for name in names)}" if names else ""
 
 

@@ -1,4 +1,4 @@
-"""Pictures of records: a model beside its measurement, channels and spectra, sliding friction, columns of a table."""
+"""Pictures of records: a model beside its measurement, channels and spectra, sliding, creep, columns of a table."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -6,12 +6,13 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.comparison import Comparison
 from historysim.measured.correction import sampling_rate
-from historysim.measured.measurement import Measurement
+from historysim.measured.creep import Creep
+from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
@@ -367,3 +368,54 @@ def _draw_columns(axes: "Axes", at: Floats, columns: dict[str, Floats], unit: st
 def _scale(values: Any, unit: str) -> tuple[float, str]:
     """Return the factor and the unit for a column; units of several factors, powers and seconds have no prefix."""
     return scale_of(unit, values) if unit in {"N", "m", "J", "Pa"} else (1.0, unit)
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class CreepPicture(Titled):
+    """Relaxation of the load in the holds of a record over log time, and the parts of its change in each hold."""
+
+    kind, of, size, alone = "creep", (Creep,), (TWO_COLUMNS, 92.0), True
+
+    def draw(self, canvas: Canvas, data: Creep) -> None:
+        """Draw what memory and sensor leave of the load, and the parts."""
+        axes, beside = canvas.two("parts of the change", 1.1)
+        for there, colour, marker, name in (
+            (data.forward, STATE_COLOURS[1], "o", "held forward"),
+            (~data.forward, STATE_COLOURS[2], "s", "held backward"),
+        ):
+            looks: dict[str, Any] = {"linestyle": "", "marker": marker, "ms": 2.6, "mfc": "none", "mew": 0.6}
+            axes.plot(data.time[there], 100 * data.relaxed[there], color=colour, label=name, **looks)
+        if not data.unknown:
+            way = np.geomspace(data.time.min(), data.time.max(), 200)
+            share, colour = -100 * data.relaxation.value / np.log(10), CORRECTED
+            axes.plot(way, share * np.log1p(way / data.onset), color=colour, linewidth=1.4, zorder=3, label="log time")
+        axes.set_xscale("log")
+        axes.set(
+            title="Relaxation", xlabel="time since the displacement rests (s)", ylabel="change of $T$ over $T$ (%)"
+        )
+        if beside is not None:
+            _draw_parts(beside, data)
+        canvas.legend(*(each for each in (axes, beside) if each is not None))
+        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation"))
+        canvas.heading(self.title)
+
+
+def _draw_parts(axes: "Axes", data: Creep) -> None:
+    """Draw bars of the change of the load against its own direction, a bar for each hold."""
+    from matplotlib.ticker import MaxNLocator
+
+    sense = np.sign([hold.tangential_load for hold in data.holds])
+    parts = {name: sense * [getattr(hold, name) for hold in data.holds] for name in ("memory", "relaxation", "sensor")}
+    change = sense * [hold.change for hold in data.holds]
+    factor, unit = scale_of("N", change, *parts.values())
+    number, low, high = np.arange(1, sense.size + 1), np.zeros(sense.size), np.zeros(sense.size)
+    for (name, values), colour in zip(parts.items(), (MODEL, CORRECTED, FAINT), strict=True):
+        known = np.nan_to_num(values) * factor
+        below = np.where(known < 0, low, high)
+        axes.bar(number, known, 0.7, bottom=below, color=colour, label=name)
+        low, high = low + np.minimum(known, 0), high + np.maximum(known, 0)
+    axes.plot(number, change * factor, "_", color=INK, ms=9, mew=1.2, label="measured")
+    axes.axhline(0, color=FAINT, linewidth=0.6)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set(title="Parts of the change", xlabel="hold", ylabel=f"$ΔT$ along $T$ ({unit})")

@@ -9,9 +9,8 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import ArrayLike, Floats, Integers
 from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
     from matplotlib.image import AxesImage
     from matplotlib.patches import Patch
+
 
 Extent = tuple[float, float, float, float]
 """Ends of an image: left, right, bottom and top."""
@@ -76,7 +76,7 @@ FEW_DECADES = 30.0
 """Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
 
 
-def scale_of(unit: str, *values: npt.ArrayLike) -> tuple[float, str]:
+def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:
     """Return the factor of a readable SI prefix for the greatest of some values, and the unit with that prefix."""
     known = (each[np.isfinite(each)] for each in map(np.asarray, values))
     factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in known))

@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.basics.arguments import representable
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers, representable
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
@@ -401,6 +400,9 @@ class SummitsPicture(Panel):
                 axes.set_xlabel(f"summit height $z$ ({height_unit})", color=INK)
         grid[0].set_ylim(0, 1.05 * top * up)
         grid[0].set_ylabel(f"summit radius $R$ ({radius_unit})")
+        beyond = sum(int(np.count_nonzero(each.radius > 1.05 * top)) for each in summits)
+        if beyond:
+            canvas.foot(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
         canvas.legend(*grid, extra="mean ± standard deviation (number of summits)")
         if not (self.apart and canvas.beside_others):
             canvas.title(grid[0], self.title)

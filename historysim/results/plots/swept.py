@@ -9,11 +9,10 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats
-from historysim.basics.places import misfit
+from historysim.basics.arguments import Floats
 from historysim.basics.units import prefixed, quantity
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError
+from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
 from historysim.results.plots.style import FAINT, INK, LINES, by_factors
@@ -47,6 +46,10 @@ class CurvePicture(Panel):
         ``"straight"`` (with R²) or ``"power"`` (with the exponent).
     logarithmic
         Both axes.
+    from_zero
+        The axis of the number begins at 0.
+    unit, over_unit
+        Units of the two axes, such as ``"MPa"``; by default those of a readable prefix.
     ends
         For ``x`` or ``y`` two variables with the lower and upper ends of error bars, in place of the spread.
 
@@ -65,6 +68,9 @@ class CurvePicture(Panel):
     spread: str = "deviation"
     fit: str | None = None
     logarithmic: bool | None = None
+    from_zero: bool = False
+    unit: str = ""
+    over_unit: str = ""
     ends: dict[str, Any] | None = None
 
     kind, of = "curve", (SWEEP,)
@@ -84,8 +90,8 @@ class CurvePicture(Panel):
         if self.labels and len(self.labels) != len(members):
             raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(members)} lines")
         numeric = over in sweep and _is_number(sweep, over)
-        factor, unit = readable(sweep[quantity])
-        along_factor, along_unit = readable(sweep[over]) if numeric else (1.0, "")
+        factor, unit = _in_unit(sweep[quantity], self.unit, "unit")
+        along_factor, along_unit = _in_unit(sweep[over], self.over_unit, "over_unit") if numeric else (1.0, "")
         axes, lines = canvas.axes(), []
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             own = sweep if member is None else sweep.isel({each: member})
@@ -109,6 +115,8 @@ class CurvePicture(Panel):
         for axis, name, its_unit in ((axes.xaxis, over, along_unit), (axes.yaxis, quantity, unit)):
             axis.set_label_text(name_of(sweep, name) + (f" ({its_unit})" if its_unit else ""))
         axes.margins(0.06, 0.08)
+        if self.from_zero:
+            axes.set_ylim(0.0, 1.08 * axes.dataLim.y1)
         if axes.get_legend_handles_labels()[1]:
             numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
             # beside the axes: inside, it might lie on a line
@@ -344,7 +352,7 @@ class BarsPicture(Panel):
                 low, high = mean[own]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-                _write(axes, f"{group}: drift {abs(high - low):.2g} {unit}", (number, 1.06 * top), 4, INK)
+                _write(axes, f"{group}: drift {abs(high - low):.3g} {unit}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
         axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
         if (seeds := sweep[self.quantity].size // mean.size) > 1:
@@ -448,6 +456,16 @@ def readable(values: xr.DataArray) -> tuple[float, str]:
     # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
     factor, prefix = (1.0, "") if any(map(str.isdigit, unit.split(maxsplit=1)[0])) else prefixed(greatest)
     return factor, prefix + _printed(unit)
+
+
+def _in_unit(values: xr.DataArray, unit: str, option: str) -> tuple[float, str]:
+    """Return the factor of a unit that is asked for, or of a readable one, and the unit."""
+    if not unit:
+        return readable(values)
+    try:
+        return 1 / quantity(f"1 {unit}", str(values.attrs.get("units", "1"))), unit
+    except InputError as error:
+        raise InputError(f"{option}: {error}") from None
 
 
 def member_text(found: xr.Dataset, name: str, member: int) -> str:

@@ -1,7 +1,7 @@
 """Pictures of the traction over the radius of an asperity: several states in one, its slip fronts, and its memory."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 import numpy as np
@@ -9,16 +9,28 @@ import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity
-from historysim.basics.array_types import Floats
-from historysim.basics.units import quantity_text
+from historysim.basics.arguments import Floats
+from historysim.basics.fields import Quantity
+from historysim.basics.units import newtons, quantity_text
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.slips import representative_step
-from historysim.results.named_states import named_states, state_label, step_of
+from historysim.results.origin import named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, line_colours, scale_of, scaled, swings, zero_lines
+from historysim.results.plots.style import (
+    FAINT,
+    INK,
+    SPAN,
+    STATE_COLOURS,
+    line_colours,
+    scale_of,
+    scaled,
+    swings,
+    zero_lines,
+)
+from historysim.results.plots.style import LINES as STYLES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +41,7 @@ LINES, MOST_LINES = 24, 200
 POINTS = 401
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
 """Dashes of the limits of one friction coefficient, and of the next."""
+GREY = "#7a7a7a"
 LIMIT = "friction limit"
 """The group of limits among the lines."""
 
@@ -50,6 +63,10 @@ class TractionPicture(Panel):
         Draws ±μp of each state.
     fronts
         Marks where slip ends.
+    letters
+        What these marks are called, in the order of the states; of a single one the annulus of slip has a name, too.
+    ellipse_at
+        A normal load at which a sphere of the same shear strength slides: its ellipse is as high, and wider.
     change_from
         A state from which on changes are drawn.
 
@@ -65,6 +82,10 @@ class TractionPicture(Panel):
     across: str = "radius"
     limit: bool = True
     fronts: bool = False
+    letters: tuple[str, ...] = ()
+    ellipse_at: Annotated[float | None, Quantity("N")] = attrs.field(
+        default=None, converter=attrs.converters.optional(newtons)
+    )
     change_from: str | None = None
 
     kind, size, several = "traction", (COLUMN, 85.0), True
@@ -88,10 +109,18 @@ class TractionPicture(Panel):
         axes = canvas.axes()
         zero_lines(axes, vertical=False)
         frictions = list(dict.fromkeys(f"{_friction(part):.3g}" for part in profiles if _friction(part) > 0))
-        shades = line_colours()(np.linspace(0, 1, len(states)))
+        shades: Any = line_colours()(np.linspace(0, 1, len(states)))
+        # states with names are no course: each has a colour of its own, but grey, which limits have
+        own = [colour for colour, *_ in STYLES if colour != GREY]
+        if len(states) <= len(own) and all(state.named for state in states):
+            shades = own[: len(states)]
         for colour, label, state in zip(shades, self.labels or [each.label for each in states], states, strict=True):
             self._draw_state(axes, state, label, colour, along, factor, frictions)
+        if self.fronts and self.letters:
+            self._name_fronts(axes, states, along)
         end = max(float(part["radius"][-1]) for part in profiles) * along or 1.0
+        if self.ellipse_at is not None:
+            end = max(end, self._draw_ellipse(axes, states, along, factor))
         axes.set_xlim(-end if self.across == "diameter" else 0, end)
         axes.set(
             xlabel=rf"{'distance from the centre' if self.across == 'diameter' else 'radius'} $r$ ({unit})",
@@ -114,6 +143,8 @@ class TractionPicture(Panel):
                 before + state_label(history, int(found["step"].values[row])),
                 found.isel(step=row),
                 base if start is not None and step > start else None,
+                step in named_states(history).values(),
+                float(history["normal_load"].values[step, column_of(asperity, history)]),
             )
             for row, step in enumerate(steps)
         ]
@@ -146,6 +177,38 @@ class TractionPicture(Panel):
             for side in (stick, -stick) if self.across == "diameter" else (stick,):
                 axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
 
+    def _name_fronts(self, axes: "Axes", states: "Sequence[_State]", along: float) -> None:
+        """Name the slip fronts above the axis, and below it the annulus of slip of a single one."""
+        looks: dict[str, Any] = {"ha": "center", "fontstyle": "italic", "textcoords": "offset points", "zorder": 6}
+        ends = [
+            (float(state.profile["stick_radius"]) * along, float(state.profile["contact_radius"]) * along)
+            for state in states
+            if float(state.profile["stick_radius"]) > 0
+        ]
+        if len(self.letters) != len(ends):
+            raise InputError(f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts")
+        for letter, (stick, _) in zip(self.letters, ends, strict=True):
+            axes.annotate(letter, (stick, 0), (-5, 3), **looks)
+        if len(ends) == 1:
+            (letter,), ((stick, edge),) = self.letters, ends
+            below: Any = axes.get_xaxis_transform()
+            axes.annotate("", (stick, 0.42), (edge, 0.42), xycoords=below, textcoords=below, arrowprops=SPAN)
+            axes.annotate(f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -10), xycoords=below, **looks)
+
+    def _draw_ellipse(self, axes: "Axes", states: "Sequence[_State]", along: float, factor: float) -> float:
+        """Draw the friction limit of a sphere at another load, where μ goes as N^(-1/3), and return its radius."""
+        one = max(states, key=lambda state: float(state.profile["friction_limit"].max()))
+        if one.normal_load <= 0 or (self.ellipse_at or 0.0) <= 0:
+            raise InputError("ellipse_at: expected a load above 0, and a state in contact")
+        wider = ((self.ellipse_at or 0.0) / one.normal_load) ** (1 / 3)
+        radius = np.append(one.profile["radius"].values, float(one.profile["contact_radius"])) * wider * along
+        bound = self._both_sides(_to_edge(one.profile, "friction_limit") * factor)
+        dots: dict[str, Any] = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
+        name = rf"slides at {quantity_text(self.ellipse_at or 0.0, 'N')}, $\mu \propto N^{{-1/3}}$"
+        for sign, label in ((1, name), (-1, None)):
+            axes.plot(self._both_sides(radius, odd=True), sign * bound, label=label, **dots)
+        return float(radius[-1])
+
     def _both_sides(self, values: Floats, *, odd: bool = False) -> Floats:
         """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
         return values if self.across == "radius" else _mirrored(values, odd=odd)
@@ -159,6 +222,8 @@ class _State:
     label: str
     profile: xr.Dataset
     base: xr.Dataset | None
+    named: bool
+    normal_load: float
 
 
 def _draw_limit(axes: "Axes", radius: Floats, bound: Floats, friction: str, frictions: Sequence[str]) -> None:

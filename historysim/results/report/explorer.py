@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.array_types import Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim._version import __version__
-from historysim.basics.display import html_table
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
 
 if TYPE_CHECKING:

@@ -9,11 +9,9 @@ import attrs
 from cattrs import Converter
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import misfit
 from historysim.basics.registry import Registry
-from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.basics.wording import Notify, shown, silent
+from historysim.errors import InputError, misfit
 from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
@@ -32,6 +30,7 @@ class Loading(abc.ABC):
 
     registry: ClassVar[Registry[Any]] = LOADINGS
     kind: ClassVar[str]
+    also_called: ClassVar[tuple[str, ...]] = ()
 
     substeps: int = 1
     """Steps that are recorded from one event to the next; they do not change the result."""

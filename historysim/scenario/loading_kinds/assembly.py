@@ -9,33 +9,34 @@ from typing import Any
 import attrs
 import numpy as np
 
-from historysim.basics.array_types import Booleans, Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.fields import POSITIVE, Time
 from historysim.basics.limits import LARGEST, SIZE
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, shown
-from historysim.errors import InputError
+from historysim.basics.wording import Notify, counted, shown, silent
+from historysim.errors import InputError, at, misfit
 from historysim.loads.events import LOAD_KINDS, Event
 from historysim.measured import correction, reduction
-from historysim.measured.measurement import Measurement
-from historysim.measured.reduction import check_order
+from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
-    COMBINED,
     Channel,
     Channels,
     DeadBand,
     ForceChannel,
     LengthChannel,
     LoadColumns,
+    check_units,
+    column_names,
+    conditioned,
+    hum_remark,
+    last_digit,
+    unit_of,
 )
 from historysim.scenario.schema import given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
-from historysim.tables.clocks import one_clock
-from historysim.tables.columns import fitting
+from historysim.tables.blocks import one_clock
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
@@ -45,9 +46,6 @@ EACH = "each"
 """Of several runs in one file, each by itself."""
 # the space keeps it apart from the keys of channels
 _RUN = " run"
-HUM_DEAD_BAND = 0.2
-"""A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load."""
-
 Remarks = list[tuple[str, str]]
 
 
@@ -55,7 +53,7 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     """Return the measurement of a file, made ready by the keys of ``[loading]``."""
     remarks: Remarks = []
     channels = dict(_channels(section))
-    _check_units(channels)
+    check_units(channels)
     clocked = _on_one_clock(folder, section, channels, remarks)
     name = section.name
     clocked = _of_run(section, clocked, remarks)
@@ -76,8 +74,9 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
             in_si = _in_si(channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed)
             _check_sizes(in_si, clocked)
             values[group, key] = in_si
-            digit = _digit(clocked.values.get((group, key)), values[group, key])
-            _note_hum(channel, key, clocked.time, values[group, key], digit=digit, remarks=remarks)
+            digit = last_digit(clocked.values.get((group, key)), in_si)
+            if hum := hum_remark(channel, key, clocked.time, in_si, digit):
+                remarks.append((HUM_REMARK, hum))
     _close_free_play(channels, values, remarks)
     measurement = Measurement(
         time=clocked.time,
@@ -120,27 +119,6 @@ def _channels(section: "MeasuredLoading") -> Iterator[tuple[tuple[str, str], Cha
                 yield (group, key), channel
 
 
-def _check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
-    """Check the units of the scenario, before the file is read: here the channel is known."""
-    for place, channel in channels.items():
-        units: dict[tuple[str | int, ...], str | None] = {("unit",): channel.unit}
-        if channel.time is not None:
-            units["time", "unit"] = channel.time.unit
-        for way in COMBINED:
-            units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(channel, way) or ())}
-        for key, unit in units.items():
-            if unit is not None:
-                with at(*place, *key):
-                    fitting(unit, ("s",) if key[0] == "time" else (_unit(channel),))
-
-
-def _unit(channel: Channel) -> str:
-    """Return the SI unit of the columns of a channel."""
-    if isinstance(channel, LengthChannel):
-        return "m"
-    return "Pa" if getattr(channel, "area", None) else "N"
-
-
 def _on_one_clock(
     folder: Path, section: "MeasuredLoading", channels: Mapping[tuple[str, str], Channel], remarks: Remarks
 ) -> _Clocked:
@@ -159,7 +137,7 @@ def _on_one_clock(
     values, inside = {}, np.ones(time.size, dtype=np.bool_)
     for (group, key), channel in measured.items():
         own = tables[channel.time]
-        column = channel.combined([own.columns[name] for name in _names(key, channel)])
+        column = channel.combined([own.columns[name] for name in column_names(key, channel)])
         if channel.time is not None or channel.shift != 0:
             with at(group, key, "shift" if channel.time is None else "time"), _named(section.name):
                 column = _onto(time, own, column, channel.shift, section.max_gap)
@@ -169,20 +147,14 @@ def _on_one_clock(
     return _Clocked(time, values, main.lines, inside, _run_of(main))
 
 
-def _names(key: str, channel: Channel) -> list[str]:
-    """Return the names of the columns of a channel in a table."""
-    several = len(channel.sources) > 1
-    return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
-
-
 def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
     columns: dict[str, Column] = {} if clock is None else {"time": clock}
     units = {"time": "s"}
     if section.runs_by is not None and clock == section.columns.time:
         columns[_RUN], units[_RUN] = section.runs_by, "1"
     for key, channel in channels.items():
-        for name, source in zip(_names(key, channel), channel.sources, strict=True):
-            columns[name], units[name] = source, _unit(channel)
+        for name, source in zip(column_names(key, channel), channel.sources, strict=True):
+            columns[name], units[name] = source, unit_of(channel)
     try:
         table = section.table(folder, columns, units, missing=section.missing == "drop")
     except MissingValueError as error:
@@ -348,45 +320,6 @@ def _close_free_play(
             remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
 
 
-def _digit(raw: Floats | None, values: Floats) -> float:
-    """Return the last digit of a channel that was printed or sampled with few of them, in its SI unit; else about 0."""
-    if raw is None or not np.ptp(raw) > 0:
-        return 0.0
-    different = np.diff(np.unique(raw))
-    # smaller steps are the rounding of binary numbers
-    different = different[different > 1e-9 * np.ptp(raw)]
-    return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
-
-
-def _note_hum(channel: Channel, key: str, time: Floats, values: Floats, *, digit: float, remarks: Remarks) -> None:
-    """Remark on the hum that is left in a channel, and what takes it off; within the last digit it is rounding."""
-    if not channel.sources:
-        return
-    unit = "m" if isinstance(channel, LengthChannel) else "N"
-    size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
-    hums = [hum for hum in correction.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
-    if hums:
-        lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in hums[:3])
-        notches = ", ".join(f"{hum.frequency:.4g}" for hum in hums[:3])
-        share = f"{100 * hums[0].amplitude / np.ptp(values):.2g} % of its range"
-        mend = f"notch = {f'[{notches}]' if len(hums) > 1 else notches} at this channel removes it"
-        remarks.append((HUM_REMARK, f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"))
-
-
-def _conditioned(channel: Channel, clocked: _Clocked, values: Floats) -> Floats:
-    """Return a channel after its median, its notches and its low-pass, in this order."""
-    if channel.median is not None:
-        with at("median"):
-            values = correction.running_median(values, channel.median)
-    filters: list[tuple[str, Any, float]] = [("notch", correction.notch, each) for each in channel.notches]
-    if channel.low_pass is not None:
-        filters.append(("low_pass", correction.low_pass, channel.low_pass))
-    for key, filtered, frequency in filters:
-        with at(key):
-            values = filtered(clocked.time, values, frequency)
-    return values
-
-
 def _in_si(
     channel: Channel,
     clocked: _Clocked,
@@ -404,9 +337,8 @@ def _in_si(
     values = scale * clocked.values[key] + getattr(channel, "offset", 0.0)
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
     if channel.median is not None or channel.notches or channel.low_pass is not None:
-        conditioned = _conditioned(channel, clocked, values)
-        off = removed[key[1]] = values - conditioned
-        values = conditioned
+        before, values = values, conditioned(channel, clocked.time, values)
+        off = removed[key[1]] = before - values
         rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
         most = quantity_text(float(np.abs(off).max()), unit, 3)
         remarks.append((f"{name}: conditioning took off", f"{rms} rms, {most} at most"))
@@ -459,6 +391,7 @@ class MeasuredLoading(NumbersFile, Loading):
     """
 
     kind = "file"
+    also_called = ("measured", "record", "csv")
 
     columns: LoadColumns
     """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
@@ -484,6 +417,11 @@ class MeasuredLoading(NumbersFile, Loading):
     with ``reduce``."""
     reduce: bool = False
     """Replays only the samples that the contact remembers, by the dead bands."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: a channel is a column, or a constant."""
+        return f"expected columns.{key} = {{ constant = … }}, or a column of the file" if key in LOAD_KINDS else ""
 
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""

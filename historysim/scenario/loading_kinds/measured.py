@@ -2,11 +2,14 @@
 
 import functools
 import operator
-from typing import TYPE_CHECKING, Annotated, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Self
 
 import attrs
+import numpy as np
 from cattrs import Converter
 
+from historysim.basics.arguments import Floats
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     POSITIVE,
@@ -19,17 +22,17 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
-from historysim.basics.places import misfit
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import shown
-from historysim.errors import InputError
+from historysim.errors import InputError, at, misfit
 from historysim.loads.events import LOAD_KINDS
+from historysim.measured import correction
 from historysim.scenario.schema import from_table, given
 from historysim.tables import Column
+from historysim.tables.columns import fitting
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from historysim.basics.array_types import Floats
+HUM_DEAD_BAND = 0.2
+"""A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load."""
 
 COMBINED = ("sum", "mean", "difference")
 """Keys that make one channel of several columns."""
@@ -130,7 +133,7 @@ class Channel:
         columns = self.sum or self.mean or self.difference or ()
         return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
 
-    def combined(self, values: "Sequence[Floats]") -> "Floats":
+    def combined(self, values: Sequence[Floats]) -> Floats:
         """Return its columns combined, (row,)."""
         if self.difference:
             return values[0] - values[1]
@@ -228,3 +231,70 @@ class DeadBand:
     """Of the tangential load."""
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
     """Of the tangential displacement."""
+
+
+def check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
+    """Check the units of the scenario, before the file is read: here the channel is known."""
+    for place, channel in channels.items():
+        units: dict[tuple[str | int, ...], str | None] = {("unit",): channel.unit}
+        if channel.time is not None:
+            units["time", "unit"] = channel.time.unit
+        for way in COMBINED:
+            units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(channel, way) or ())}
+        for key, unit in units.items():
+            if unit is not None:
+                with at(*place, *key):
+                    fitting(unit, ("s",) if key[0] == "time" else (unit_of(channel),))
+
+
+def unit_of(channel: Channel) -> str:
+    """Return the SI unit of the columns of a channel."""
+    if isinstance(channel, LengthChannel):
+        return "m"
+    return "Pa" if getattr(channel, "area", None) else "N"
+
+
+def column_names(key: str, channel: Channel) -> list[str]:
+    """Return the names of the columns of a channel in a table."""
+    several = len(channel.sources) > 1
+    return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
+
+
+def last_digit(raw: Floats | None, values: Floats) -> float:
+    """Return the last digit of a channel that was printed or sampled with few of them, in its SI unit; else about 0."""
+    if raw is None or not np.ptp(raw) > 0:
+        return 0.0
+    different = np.diff(np.unique(raw))
+    # smaller steps are the rounding of binary numbers
+    different = different[different > 1e-9 * np.ptp(raw)]
+    return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
+
+
+def hum_remark(channel: Channel, key: str, time: Floats, values: Floats, digit: float) -> str | None:
+    """Return a remark on the hum that is left in a channel, and what takes it off; None within the last digit."""
+    if not channel.sources:
+        return None
+    unit = "m" if isinstance(channel, LengthChannel) else "N"
+    size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
+    hums = [hum for hum in correction.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
+    if not hums:
+        return None
+    lines = ", ".join(f"{quantity_text(hum.amplitude, unit, 3)} at {hum.frequency:.4g} Hz" for hum in hums[:3])
+    notches = ", ".join(f"{hum.frequency:.4g}" for hum in hums[:3])
+    share = f"{100 * hums[0].amplitude / np.ptp(values):.2g} % of its range"
+    mend = f"notch = {f'[{notches}]' if len(hums) > 1 else notches} at this channel removes it"
+    return f"{key.replace('_', ' ')}: {lines}, up to {share}; {mend}"
+
+
+def conditioned(channel: Channel, time: Floats, values: Floats) -> Floats:
+    """Return a channel after its median, its notches and its low-pass, in this order."""
+    if channel.median is not None:
+        with at("median"):
+            values = correction.running_median(values, channel.median)
+    filters: list[tuple[str, Any, float]] = [("notch", correction.notch, each) for each in channel.notches]
+    if channel.low_pass is not None:
+        filters.append(("low_pass", correction.low_pass, channel.low_pass))
+    for key, filtered, frequency in filters:
+        with at(key):
+            values = filtered(time, values, frequency)
+    return values

@@ -9,12 +9,10 @@ import attrs
 from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at, misfit
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted, shown
-from historysim.errors import InputError, path_text
-from historysim.loads.events import EVENTS, Event, LoadEvent
+from historysim.basics.wording import Notify, counted, shown, silent
+from historysim.errors import InputError, at, misfit, path_text
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
@@ -153,6 +151,11 @@ class Written(Loading):
 
     hold: bool | None = None
     """Whether a channel stays where it stands at each waypoint that does not name it."""
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: a channel belongs to a waypoint."""
+        return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
 
     @abc.abstractmethod
     def timeline(self) -> _Timeline:

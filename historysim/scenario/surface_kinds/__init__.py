@@ -56,6 +56,8 @@ class SurfaceKind(abc.ABC):
 
     registry: ClassVar[Registry[Any]] = SURFACES
     kind: ClassVar[str]
+    also_called: ClassVar[tuple[str, ...]] = ()
+    """Other words for it, which a message takes for a slip of the pen."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":

@@ -7,9 +7,9 @@ import attrs
 
 from historysim.asperities.running_in import Pass, run_in
 from historysim.basics.fields import Force, Key, Length
-from historysim.basics.places import at, misfit
 from historysim.basics.wording import nearest, shown
 from historysim.contact.materials import MaterialPair
+from historysim.errors import at, misfit
 from historysim.scenario.schema import AnyWearLaw, AnyYieldingLaw
 from historysim.scenario.surface_kinds import BuiltSurface, SurfaceKind
 

@@ -9,9 +9,8 @@ import attrs
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
-from historysim.basics.notices import Notify, silent
-from historysim.basics.places import at
-from historysim.errors import InputError
+from historysim.basics.wording import Notify, silent
+from historysim.errors import InputError, at
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
@@ -125,6 +124,7 @@ class RandomMap(HeightMap):
     """
 
     kind = "random"
+    also_called = ("rough", "gaussian", "fractal", "self-affine", "generated", "isotropic")
 
     shape: tuple[int, ...]
     """Points, ``[nx, ny]``."""
@@ -176,6 +176,7 @@ class MeasuredMap(HeightMap):
     """
 
     kind = "measured"
+    also_called = ("map", "height map", "heights", "topography", "file", "afm", "profilometer")
 
     file: str
     """Path, relative to the scenario."""

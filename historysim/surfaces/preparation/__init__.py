@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import attrs
 
 from historysim.basics.fields import Key, Length, Lengths, Number
-from historysim.basics.notices import Notify
-from historysim.basics.places import at, misfit
 from historysim.basics.registry import Registry
-from historysim.basics.wording import counted
+from historysim.basics.wording import Notify, counted
+from historysim.errors import at, misfit
 
 if TYPE_CHECKING:
-    from historysim.basics.array_types import Booleans, Floats
+    from historysim.basics.arguments import Booleans, Floats
     from historysim.surfaces.heights import Surface
 
 PREPARATIONS: Registry[type["Preparation"]] = Registry(
@@ -49,7 +48,7 @@ class Preparation(abc.ABC):
         Raises
         ------
         InputError
-            A key that does not fit the map; `historysim.basics.places.at` names the key.
+            A key that does not fit the map; `historysim.errors.at` names the key.
         """
 
 

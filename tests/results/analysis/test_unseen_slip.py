@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
-from historysim.results.analysis.unseen_slip import slip_note, unseen_slip
+from historysim.results.analysis.slips import slip_note, unseen_slip
 from historysim.results.plots.pictures import PICTURES
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1.2e10)

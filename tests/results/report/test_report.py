@@ -9,7 +9,7 @@ from c_core import ROOT
 
 import historysim as hs
 from historysim.results.plots.pictures import PICTURES
-from historysim.results.report.history_report import history_pictures, validity_section
+from historysim.results.report.reports import history_pictures, validity_section
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.TangentialDisplacement(2.0, -5e-9)]

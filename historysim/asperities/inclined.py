@@ -1,0 +1,384 @@
+"""`InclinedEnsemble`: asperities that meet on slopes, each of which moves along its own."""
+
+import math
+import struct
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn, Self
+
+import attrs
+import numpy as np
+import numpy.typing as npt
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.facets import Body, Facet, Way, towards
+from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.state import EnsembleState
+from historysim.asperities.stepper import channel, path_to
+from historysim.basics.arguments import Floats, one_per, scalar
+from historysim.basics.files import replacing
+from historysim.basics.units import quantity_text
+from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
+from historysim.memory.binding import DISPLACED, LOAD, PATH
+from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
+from historysim.memory.rows import Rows, blank_rows
+
+if TYPE_CHECKING:
+    from historysim.asperities.asperity import Asperity
+
+STEEPEST_SLIDING = 0.9
+"""Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load."""
+_HEAD = struct.Struct("<8sqqqdd")
+_MARK = b"hsinclin"
+
+
+@attrs.frozen(eq=False, repr=False)
+class InclinedState:
+    """The state of an `InclinedEnsemble`: a value, never changed once made. It can be pickled, and compared to the bit.
+
+    Attributes
+    ----------
+    facets : tuple of EnsembleState
+        One for each slope, ascending, in axes turned by it.
+    axes : array (facet, 2)
+        Cosine and sine of each.
+    approach, tangential_displacement : float
+        Of the whole body, d and U [m].
+    """
+
+    facets: tuple[EnsembleState, ...]
+    axes: Floats
+    approach: float
+    tangential_displacement: float
+    normal_control: int = LOAD
+    tangential_control: int = LOAD
+
+    def __repr__(self) -> str:
+        names = {"normal_load": "N", "tangential_load": "N", "approach": "m", "tangential_displacement": "m"}
+        texts = [f"{name.replace('_', ' ')} {quantity_text(getattr(self, name), unit)}" for name, unit in names.items()]
+        return f"<InclinedState: {', '.join(texts)}>"
+
+    def __eq__(self, other: object) -> bool:
+        return self.to_bytes() == other.to_bytes() if isinstance(other, InclinedState) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash((self.approach, self.tangential_displacement, *self.facets))
+
+    def _sum(self, name: str) -> float:
+        return math.fsum(getattr(facet, name) for facet in self.facets)
+
+    def _turned(self, name: str, other: str, sign: int) -> float:
+        pairs = zip(self.axes.tolist(), self.facets, strict=True)
+        return math.fsum(getattr(each, name) * c + sign * getattr(each, other) * s for (c, s), each in pairs)
+
+    @property
+    def normal_load(self) -> float:
+        """Total normal load Σ (N cos α - T sin α) [N]."""
+        return self._turned("normal_load", "tangential_load", -1)
+
+    @property
+    def tangential_load(self) -> float:
+        """Total tangential load Σ (T cos α + N sin α) [N]."""
+        return self._turned("tangential_load", "normal_load", 1)
+
+    @property
+    def slope_load(self) -> float:
+        """Part of the tangential load that needs no friction, Σ N sin α [N]."""
+        pairs = zip(self.axes[:, 1].tolist(), self.facets, strict=True)
+        return math.fsum(each.normal_load * sine for sine, each in pairs)
+
+    @property
+    def tangential_stiffness(self) -> float:
+        """∂T/∂U at a held approach, of the springs that stick now [N/m]."""
+        pairs = zip((self.axes**2).tolist(), self.facets, strict=True)
+        return math.fsum(each.tangential_stiffness * c + each.normal_stiffness * s for (c, s), each in pairs)
+
+    @property
+    def dissipated_energy(self) -> float:
+        """Energy that friction has taken since the start [J]."""
+        return self._sum("dissipated_energy")
+
+    @property
+    def stored_energy(self) -> float:
+        """Elastic energy of all asperities along their slopes [J]."""
+        return self._sum("stored_energy")
+
+    @property
+    def contact_count(self) -> int:
+        """Number of asperities that touch."""
+        return int(self._sum("contact_count"))
+
+    def to_bytes(self) -> bytes:
+        """Return all of it as bytes, which any machine with the same order of bytes reads."""
+        controls = self.normal_control, self.tangential_control
+        head = _HEAD.pack(_MARK, len(self.facets), *controls, self.approach, self.tangential_displacement)
+        each = [facet.to_bytes() for facet in self.facets]
+        sizes = struct.pack(f"<{len(each)}q", *map(len, each))
+        return b"".join([head, self.axes.tobytes(), sizes, *each])
+
+    @classmethod
+    def from_bytes(cls, content: bytes, like: "InclinedState | None" = None) -> Self:
+        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
+        try:
+            mark, count, *controls, approach, displacement = _HEAD.unpack_from(content)
+            axes = np.frombuffer(content, np.float64, 2 * count, _HEAD.size).reshape(count, 2)
+            place = _HEAD.size + axes.nbytes
+            sizes = np.frombuffer(content, np.int64, count, place)
+        except (struct.error, ValueError) as error:
+            raise InputError(f"the state is cut off ({error}); expected a state that was saved whole") from None
+        ends = place + sizes.nbytes + np.cumsum(sizes)
+        whole = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
+        if not (whole and set(controls) <= {LOAD, DISPLACED} and math.isfinite(approach + displacement)):
+            raise InputError("the bytes are of no inclined asperities; expected a state that was saved whole")
+        if like is not None and not np.array_equal(like.axes, axes):
+            raise InputError("the state is of other slopes; expected one of this ensemble's")
+        starts = (None,) * count if like is None else like.facets
+        parts = [content[end - size : end] for size, end in zip(sizes.tolist(), ends.tolist(), strict=True)]
+        facets = [EnsembleState.from_bytes(part, start) for part, start in zip(parts, starts, strict=True)]
+        return cls(tuple(facets), axes, approach, displacement, *controls)
+
+    def save(self, path: str | Path) -> None:
+        """Write the state to a file, with its geometry; `InclinedEnsemble.load_state` reads it."""
+        with replacing(Path(path)) as unfinished:
+            unfinished.write_bytes(self.to_bytes())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return InclinedState.from_bytes, (self.to_bytes(),)
+
+
+def _refused(what: str) -> InputError:
+    return InputError(f"inclined asperities have no {what}; expected constant coefficients, and displacements along x")
+
+
+class InclinedEnsemble(Ensemble):
+    """Asperities of two rough bodies that meet on slopes, so that moving the body also lifts it, and needs a load.
+
+    The contact plane of an asperity rises with its slope in the direction of motion. The body moves by its approach d
+    and displacement U; the asperity is pressed along the normal of its plane by d cos α + U sin α, and moved along it
+    by U cos α - d sin α, and remembers that path exactly (theory page, `contact/README.md`, "Inclined asperities").
+    A slope of 0 everywhere gives the bits of `Ensemble`.
+
+    Slopes do not change with U and asperities keep their partners: U has to be small beside the radii. Paths are
+    exact where displacements are given. Under a normal load they are followed in chords, until approach and loads are
+    settled to ``tolerance``. The tangential channel is held until a displacement moves it.
+
+    Parameters
+    ----------
+    pair, summit_height, summit_radius, friction, x, y, nominal_area, tolerance
+        As for `Ensemble`. The height is the separation at which the asperity touches where U = 0, the radius
+        1/R = 1/R1 + 1/R2.
+    slope : array_like
+        tan α of the contact plane, > 0 where a positive U climbs, one for all or one per asperity.
+
+    Raises
+    ------
+    InputError
+        As for `Ensemble`; friction times slope of 0.9 or more, at which asperities lock; a law of friction, wear or
+        yielding, which do not go with slopes.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.InclinedEnsemble(pair, summit_height=0.0, summit_radius=1e-3, friction=0.2, slope=0.1)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=10e-3)
+    >>> uphill = ensemble.advance(state, tangential_displacement=100e-9)
+    >>> downhill = ensemble.advance(uphill, tangential_displacement=-100e-9)
+    >>> print(f"{uphill.tangential_load * 1e3:.3f} mN up, {downhill.tangential_load * 1e3:.3f} mN down")
+    3.061 mN up, -0.980 mN down
+    """
+
+    slope: Floats
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        summit_height: npt.ArrayLike,
+        summit_radius: npt.ArrayLike,
+        friction: npt.ArrayLike,
+        *,
+        slope: npt.ArrayLike,
+        **options: Any,
+    ) -> None:
+        for name in ("wear", "yielding", "follow_sliding"):
+            if options.pop(name, None):
+                raise _refused(name.replace("_", " "))
+        each, count = ("asperity", "asperities"), max(map(np.size, (summit_height, summit_radius, slope)))
+        height = one_per(*each, "summit_height", summit_height, count)
+        super().__init__(pair, height, summit_radius, friction, **options)
+        if self.law is not None:
+            raise _refused("law of friction")
+        slopes = one_per(*each, "slope", slope, count)
+        object.__setattr__(self, "slope", slopes)
+        locked = np.flatnonzero(~(np.abs(slopes) * self.friction < STEEPEST_SLIDING))
+        if locked.size:
+            first = locked[0]
+            raise InputError(
+                f"slope[{first}] is {slopes[first]:g} with friction {self.friction[first]:g}; expected less than "
+                f"{STEEPEST_SLIDING} as their product, at which a sliding asperity locks"
+            )
+
+    @cached_property
+    def facets(self) -> tuple[Facet, ...]:
+        """Level ensembles in turned axes, one for each slope, ascending."""
+        slopes, which = np.unique(self.slope, return_inverse=True)
+        return tuple(Facet.of(self, slope, np.flatnonzero(which == i)) for i, slope in enumerate(slopes.tolist()))
+
+    @cached_property
+    def _axes(self) -> Floats:
+        return np.array([(facet.cosine, facet.sine) for facet in self.facets])
+
+    @property
+    def _summit_ranges(self) -> list[tuple[str, str]]:
+        return [*super()._summit_ranges, ("slope", f"{self.slope.min():.4g} to {self.slope.max():.4g}")]
+
+    @property
+    def coordinates(self) -> dict[str, Floats]:
+        """What is known of each asperity: heights, radii, friction, slopes, positions."""
+        return super().coordinates | {"slope": self.slope}
+
+    def initial_state(self) -> InclinedState:  # type: ignore[override] # a state of its own kind
+        """Return the unloaded state: the body is at d = U = 0, nothing is remembered."""
+        return InclinedState(tuple(facet.beginning() for facet in self.facets), self._axes, 0.0, 0.0)
+
+    def advance(  # type: ignore[override] # in one direction, without a change of friction
+        self,
+        state: InclinedState,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | None = None,
+        tangential_displacement: float | None = None,
+        friction: None = None,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> InclinedState:
+        """Return the state after one joint straight path; parameters and errors as for `Ensemble.advance`.
+
+        A tangential load, an instrument, a pair of targets or another friction is an InputError, unless nothing slopes.
+        """
+        controls = self._memory_of(state)
+        normal = channel("normal", normal_load, normal_displacement, controls.normal_control, 0.0)
+        tangential = channel("tangential", tangential_load, tangential_displacement, controls.tangential_control)
+        if friction is not None:
+            raise _refused("change of friction")
+        if isinstance(tangential[1], tuple):
+            raise _refused("second tangential direction")
+        return self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
+
+    def walk(  # type: ignore[override] # a state of its own kind
+        self,
+        state: InclinedState,
+        paths: Paths,
+        *,
+        rows: Rows | None = None,
+        asperities: npt.ArrayLike = (),
+        until: float = 1.0,
+        **how: Any,
+    ) -> InclinedState:
+        """Return the state after straight paths, and record rows on the way; see `Ensemble.walk`, `advance`."""
+        self._memory_of(state)
+        if how.pop("friction", None) is not None:
+            raise _refused("change of friction")
+        if not self.slope.any():
+            level = self.facets[0].walk(state.facets[0], paths, rows=rows, asperities=asperities, until=until, **how)
+            controls = int(level.memory.normal_control), int(level.memory.tangential_control)
+            return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
+        if not as_instrument(how.get("instrument", RIGID)).rigid:
+            raise _refused("instrument in series")
+        if ((paths["tangential_control"] == LOAD) & (paths["tangential_fraction"] > 0)).any():
+            raise _refused("tangential load that is given")
+        legs = self._legs(state, paths, until)
+        if rows is None:
+            rows, legs = blank_rows(0, None), unrecorded(legs)
+        ends = np.stack([legs["normal_target"], legs["tangential_target"]])
+        columns, facets = np.asarray(asperities, dtype=np.int64), []
+        rows.totals[:] = np.zeros((), rows.totals.dtype)
+        for facet, start in zip(self.facets, state.facets, strict=True):
+            own, turned, each = blank_rows(len(rows.totals), len(facet)), legs.copy(), np.arange(len(facet))
+            turned["normal_target"], turned["tangential_target"] = facet.turned(*ends)
+            facets.append(facet.walk(start, turned, rows=own, asperities=each, threads=how.get("threads", 1)))
+            facet.add_to(rows.totals, own)
+            _, mine, theirs = np.intersect1d(facet.members, columns, return_indices=True)
+            for name, values in rows.each.items():
+                values[:, theirs] = own.each[name][:, mine]
+        ways = np.column_stack([(state.approach, state.tangential_displacement), ends])
+        rows.totals["approach"], rows.totals["displacement"] = _of_rows(ways, legs)
+        controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"])
+        return InclinedState(tuple(facets), self._axes, float(ways[0, -1]), float(ways[1, -1]), *controls)
+
+    def slide_time(self, state: InclinedState) -> Floats:  # type: ignore[override] # a state of its own kind
+        """Return when each asperity first slid as a whole in a replay [s]; NaN where it has not."""
+        found = np.empty(len(self))
+        for facet, each in zip(self.facets, state.facets, strict=True):
+            found[facet.members] = facet.slide_time(each)
+        return found
+
+    def approach_at(self, normal_load: float) -> float:
+        """Return the approach [m] at which the asperities first carry a total normal load ≥ 0 [N] where U = 0."""
+        load = scalar("normal_load", normal_load, least=0.0)
+        return self.advance(self.initial_state(), normal_load=load).approach
+
+    def asperity(self, index: int, state: InclinedState) -> "Asperity":  # type: ignore[override] # a state of its kind
+        """Return one asperity as it is in the axes of its slope; an index that is not there raises InputError."""
+        self._memory_of(state)
+        for facet, each in zip(self.facets, state.facets, strict=True):
+            if index in facet.members:
+                return attrs.evolve(facet.asperity(int(np.searchsorted(facet.members, index)), each), index=index)
+        raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+
+    def stepper(self, *_: Any, **__: Any) -> NoReturn:
+        """Inclined asperities are stepped by `advance`: raises InputError."""
+        raise _refused("stepper")
+
+    def with_friction(self, *_: Any, **__: Any) -> NoReturn:
+        """Inclined asperities keep their friction: raises InputError."""
+        raise _refused("change of friction")
+
+    def with_geometry(self, *_: Any, **__: Any) -> NoReturn:
+        """Inclined asperities cannot be changed: raises InputError."""
+        raise _refused("change of geometry")
+
+    def _memory_of(self, state: Any) -> Any:
+        """Return the state, which has to be one of inclined asperities, and knows how its channels are controlled."""
+        if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
+            raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
+        return state
+
+    def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
+        """Return the paths of the body in d and U: as they are, or where a normal load is given their chords."""
+        here = state.approach, state.tangential_displacement
+        body = Body(self.facets, tuple(facet.memory for facet in state.facets), *here)
+        loaded = bool((paths["normal_control"] == LOAD).any())
+        legs: list[tuple[float, ...]] = []
+        for path in paths:
+            each = dict(zip(PATH.names or (), path.item(), strict=True))
+            begin, parts, lasts = each["begin"], each["parts"], each["end"] - each["begin"]
+            share, end = until * each["normal_fraction"], each["normal_target"]
+            there = float(towards(body.displacement, each["tangential_target"], until * each["tangential_fraction"]))
+            if each["normal_control"] == DISPLACED:
+                approach = float(towards(body.approach, end, share))
+                legs.append((approach, there, parts, each["recorded"], begin, each["end"]))
+                # loads alone ask what is remembered on the way
+                body = body.moved(approach, there) if loaded else Body((), (), approach, there)
+                continue
+            load = body.loads[0]
+            way = Way(load, float(towards(load, end, share)), body.displacement, there)
+            low = 0.0
+            for part in range(1, parts + 1):
+                for high, body in body.chords(way, low, part / parts, self.tolerance):  # noqa: B020
+                    recorded = high == part / parts and (part < parts or each["recorded"])
+                    times = begin + lasts * low, begin + lasts * high
+                    legs.append((body.approach, body.displacement, 1, recorded, *times))
+                    low = high
+        columns = np.array(legs).reshape(-1, 6).T
+        goals = Goals(DISPLACED, columns[0]), Goals(DISPLACED, columns[1])
+        return paths_to(*goals, parts=columns[2], recorded=columns[3], times=(columns[4], columns[5]))
+
+
+def _of_rows(ways: Floats, legs: Paths) -> Floats:
+    """Return d and U at each recorded row (2, row), of where they are before and behind each leg (2, leg + 1)."""
+    leg = np.repeat(np.arange(legs.size), legs["parts"] - 1 + legs["recorded"])
+    share = (np.arange(leg.size) - legs["first_row"][leg] + 1) / legs["parts"][leg]
+    found: Floats = towards(ways[:, leg], ways[:, leg + 1], share)
+    return found

@@ -1,0 +1,461 @@
+"""Holds at reversals: what the contact's memory predicts there, what creeps, and how the zero of the sensor drifts.
+
+README.md of this folder, "Drift and creep", has the definitions.
+"""
+
+import math
+from typing import Any
+
+import attrs
+import numpy as np
+
+from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.instrument import Instrument
+from historysim.basics.arguments import Booleans, Floats, Integers
+from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.wording import counted, html_table
+from historysim.errors import InputError
+from historysim.measured.comparison import Observation, observe, passed
+from historysim.measured.holds import Rest, end_of, quiet, rests_of, start_of
+from historysim.measured.loop_table import CONFIDENCE
+from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, noise_of
+
+FEWEST_HOLDS = 3
+"""Holds from which on their scatter is known."""
+FINENESS = 10
+"""Means of a hold in a decade of its time."""
+ONSETS = 80
+"""Times of onset that are tried."""
+CLEARLY_BETTER = 8.0
+"""Squares of the scatter that another form has to leave more before relaxation is over log time."""
+LEAST_START, MOST_ROUNDS = 1e-3, 30
+"""Creep over a thousandth of the stroke that a search starts from at least, and steps of the search."""
+FIRST_ONSETS, FIRST_SHARES = 4, (0.03, 0.3, 1.0)
+"""Onsets, and parts of the measured change, of which the best begins the search."""
+LEAST_ROLE = 0.02
+"""Part of the tangential load at the limit below which a hold has none to relax."""
+
+
+@attrs.frozen
+class Hold:
+    """A hold, with the parts of the change of its tangential load from its start to its end [N], which add up."""
+
+    start: float
+    """[s]"""
+    duration: float
+    """[s]"""
+    normal_load: float
+    """Its mean [N]."""
+    tangential_load: float
+    """Where the displacement has come to rest [N]."""
+    change: float
+    """What was measured [N]."""
+    memory: float
+    """What the contact's memory predicts of displacement and normal load [N]."""
+    relaxation: float
+    """What goes with the logarithm of time, against the load [N]; NaN where the record does not say."""
+    sensor: float
+    """What goes with time in one direction, whatever that of the load [N]; likewise."""
+
+    @property
+    def rest(self) -> float:
+        """What is none of these [N]."""
+        return self.change - self.memory - self.relaxation - self.sensor
+
+
+@attrs.frozen
+class WithInterval:
+    """A number with its interval of 95 %."""
+
+    value: float
+    low: float
+    high: float
+
+    def text(self, unit: str) -> str:
+        """Return it as a string."""
+        low, high = (quantity_text(each, unit, 3) for each in (self.low, self.high))
+        return f"{quantity_text(self.value, unit, 3)} (95 %: {low} to {high})"
+
+
+@attrs.frozen(eq=False)
+class Creep:
+    """What the holds of a record show: the contact creeps by c ln(1 + t/τ) against its load, beside its memory."""
+
+    holds: tuple[Hold, ...]
+    per_decade: WithInterval
+    """By how much the contact creeps in each decade of time, c ln 10 [m]."""
+    relaxation: WithInterval
+    """Share of the tangential load that this takes in each decade of time, while the drive rests [1]."""
+    onset: float
+    """τ [s]; NaN where the record does not say."""
+    sensor_drift: WithInterval
+    """Drift of the zero of the load [N/s]."""
+    unknown: str = ""
+    """Why the record does not say how the load relaxes; empty where it does."""
+    time: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
+    """(point) Since the start of the hold [s]."""
+    relaxed: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
+    """(point) Means of what memory and sensor leave of the load, over the load at the start of the hold [1]."""
+    forward: Booleans = attrs.field(repr=False, factory=lambda: np.empty(0, dtype=bool))
+    """(point) Whether that load is positive."""
+    remarks: tuple[tuple[str, str], ...] = ()
+    """Lines of (label, text): what was done to the record before."""
+
+    def __repr__(self) -> str:
+        return f"<Creep: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
+
+    def _repr_html_(self) -> str:
+        heading, *rows = self.rows()
+        return html_table(self.summary()) + html_table(rows, heading)
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text)."""
+        lasting = sorted(hold.duration for hold in self.holds)
+        length = duration_text(lasting[0])
+        if lasting[-1] > 1.01 * lasting[0]:
+            length = f"{length} to {duration_text(lasting[-1])}"
+        lines = [*self.remarks, ("holds", f"{len(self.holds):,}, of {length}")]
+        largest = max(self.holds, key=lambda hold: abs(hold.memory)).memory
+        lines.append(("memory predicts", f"changes of up to {quantity_text(abs(largest), 'N', 3)} in a hold"))
+        if self.unknown:
+            return [*lines, ("relaxation", f"the record does not say: {self.unknown}")]
+        share = [f"{100 * each:.3g} %" for each in attrs.astuple(self.relaxation)]
+        return [
+            *lines,
+            ("relaxation", f"{share[0]} of the tangential load in a decade of time (95 %: {share[1]} to {share[2]})"),
+            ("creep of the contact", f"{self.per_decade.text('m')} in a decade of time"),
+            ("onset", f"about {duration_text(self.onset)} after the displacement has come to rest"),
+            ("drift of the sensor", self.sensor_drift.text("N/s")),
+        ]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return a table of strings with a row for each hold."""
+        heading = ("start", "duration", "load", "change", "memory", "relaxation", "sensor", "rest")
+
+        def of(hold: Hold) -> tuple[str, ...]:
+            parts = (hold.tangential_load, hold.change, hold.memory, hold.relaxation, hold.sensor, hold.rest)
+            texts = ["–" if math.isnan(part) else quantity_text(part, "N", 3) for part in parts]
+            return (f"{hold.start:.6g} s", duration_text(hold.duration), *texts)
+
+        return [heading, *map(of, self.holds)]
+
+
+def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> Creep:
+    """Return what the holds of a record show beside the memory of a model.
+
+    InputError: no holds, or a record without tangential displacement, tangential load or normal load.
+    """
+    load, time = measurement["tangential_load"], measurement.time
+    model = _Model.of(measurement, ensemble, instrument)
+    parts = model.rests
+    alone = model.load(0.0, 1.0)
+    law = _creeping(model, load)
+    relaxes, why = np.zeros(load.size), law.unknown
+    if not why:
+        steady = model.at_steady_load()
+        relaxes = steady.load(law.creep, law.onset) - steady.load(0.0, law.onset)
+    memory = (alone if why else model.load(law.creep, law.onset)) - relaxes
+    points = _points(time, load - memory, load, parts)
+    fit = _Fit.of(points)
+    if not why:
+        why = _better(points, fit)
+    drift = math.nan if why else law.drift.value
+    held = []
+    for part in parts:
+        change, own, relaxed = (end_of(values, part) - start_of(values, part) for values in (load, memory, relaxes))
+        long = float(part.since(time)[-1])
+        held.append(
+            Hold(
+                start=part.origin,
+                duration=long,
+                normal_load=float(measurement["normal_load"][part.samples].mean()),
+                tangential_load=start_of(load, part),
+                change=change,
+                memory=own,
+                relaxation=math.nan if why else relaxed,
+                sensor=drift * long,
+            )
+        )
+    value = law.per_decade.value
+    share = math.log(10) * fit.share / value if value else math.nan
+    return Creep(
+        holds=tuple(held),
+        per_decade=law.per_decade,
+        relaxation=WithInterval(*(share * each for each in attrs.astuple(law.per_decade))),
+        onset=math.nan if why else law.onset,
+        sensor_drift=law.drift,
+        unknown=why,
+        time=points.time,
+        relaxed=fit.relaxed(points),
+        forward=points.load > 0,
+        remarks=measurement.remarks,
+    )
+
+
+@attrs.frozen(eq=False)
+class _Model:
+    """The contact of a record, that creeps in its holds."""
+
+    observation: Observation
+    ensemble: Ensemble
+    instrument: Instrument
+    rests: list[Rest]
+    sense: Floats
+    """(hold) Sign of the tangential load."""
+
+    @classmethod
+    def of(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Model":
+        """Return that of a record, without the noise of displacement and normal load in its holds."""
+        displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
+        rests = rests_of(measurement)
+        least = LEAST_ROLE * float(np.abs(load).max())
+        rests = [part for part in rests if abs(start_of(load, part)) > least]
+        if not rests:
+            raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
+        still = quiet(measurement, rests)
+        band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
+        still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
+        observation = observe(still, displacement_noise=estimated_noise(displacement), load_noise=noise_of(load))
+        return cls(observation, ensemble, instrument, rests, np.sign([start_of(load, part) for part in rests]))
+
+    def at_steady_load(self) -> "_Model":
+        """Return the same with the normal load of the start of each hold throughout it."""
+        normal = self.observation.normal_load.copy()
+        for part in self.rests:
+            normal[part.samples] = normal[part.samples[0]]
+        return attrs.evolve(self, observation=attrs.evolve(self.observation, normal_load=normal))
+
+    def load(self, creep: float, onset: float) -> Floats:
+        """Return the tangential load (sample) [N] where the contact creeps by creep ln(1 + t/onset) [m] in each hold.
+
+        What has crept stays, until the contact slides.
+        """
+        time, moved = self.observation.time, self.observation.displacement.copy()
+        for part, sense in zip(self.rests, self.sense, strict=True):
+            crept = sense * creep * _growth(part.since(time), onset)
+            moved[part.samples] -= crept
+            moved[part.samples[-1] + 1 :] -= crept[-1]
+        return passed(
+            self.ensemble, self.instrument, attrs.evolve(self.observation, displacement=moved)
+        ).tangential_load
+
+
+@attrs.frozen
+class _Law:
+    """Creep of a contact, and the drift of its sensor."""
+
+    creep: float
+    onset: float
+    per_decade: WithInterval
+    drift: WithInterval
+    unknown: str = ""
+
+
+@attrs.frozen(eq=False)
+class _Search:
+    """Least squares over creep, logarithm of the onset, and drift, in units of their own."""
+
+    model: _Model
+    load: Floats
+    measured: "_Points"
+    mean_load: float
+    """Of the holds, without sign [N]."""
+    relaxed: float
+    """Share of the load that creep by one unit takes over ln(1 + t/τ)."""
+
+    @classmethod
+    def of(cls, model: _Model, load: Floats) -> "_Search":
+        """Return that of a record."""
+        measured = _points(model.observation.time, load, load, model.rests)
+        onset = math.sqrt(float(measured.time.min() * measured.time.max()))
+        found = cls(model, load, measured, float(np.abs(measured.load).mean()), math.nan)
+        steady = model.at_steady_load()
+        alone = steady.load(found.unit, onset) - steady.load(0.0, onset)
+        slope = _Fit.of(_points(model.observation.time, alone, load, model.rests)).share
+        return attrs.evolve(found, relaxed=slope)
+
+    @property
+    def unit(self) -> float:
+        """Of creep: a thousandth of the stroke [m]."""
+        return 1e-3 * float(np.ptp(self.model.observation.displacement))
+
+    @property
+    def drift_unit(self) -> float:
+        """The load over the longest hold [N/s]."""
+        return self.mean_load / float(self.measured.time.max())
+
+    def left(self, given: Floats) -> Floats:
+        """Return what is left (point), over the load."""
+        predicted = self.model.load(given[0] * self.unit, math.exp(given[1]))
+        points = _points(self.model.observation.time, self.load - predicted, self.load, self.model.rests)
+        drift = given[2] * self.drift_unit * points.time
+        return np.asarray(np.sqrt(points.count) / self.mean_load * _centred(points.left - drift, points))
+
+    def solved(self) -> Any:  # noqa: ANN401 - scipy gives no types
+        """Return the least squares, from the best of some starts: beside a load that falls, little creep has none."""
+        from scipy.optimize import least_squares
+
+        time = self.measured.time
+        low, high = math.log(float(time.min()) / 10), math.log(10 * float(time.max()))
+        ends = [abs(end_of(self.load, part) - start_of(self.load, part)) for part in self.model.rests]
+        onsets = np.geomspace(time.min(), time.max() / 10, FIRST_ONSETS)
+        whole = max(ends) / self.mean_load / self.relaxed / np.log1p(time.max() / onsets)
+        starts = [
+            np.array([max(share * each, LEAST_START), math.log(onset), 0.0])
+            for share in FIRST_SHARES
+            for onset, each in zip(onsets, whole, strict=True)
+        ]
+        return least_squares(
+            self.left,
+            min(starts, key=lambda each: float(np.sum(self.left(each) ** 2))),
+            bounds=([0.0, low - 1e-6, -np.inf], [np.inf, high + 1e-6, np.inf]),
+            x_scale=[max(float(whole.mean()), LEAST_START), 1.0, 0.01],
+            diff_step=1e-4,
+            xtol=1e-6,
+            max_nfev=MOST_ROUNDS,
+        )
+
+
+def _creeping(model: _Model, load: Floats) -> _Law:
+    """Return the creep with which the model has the least squares in the holds, with intervals of 95 %.
+
+    These leave the holds out one by one (jackknife): that has all that differs from hold to hold, in it correlated
+    noise. The model is taken as linear there.
+    """
+    from scipy import stats
+
+    nothing, count = WithInterval(math.nan, math.nan, math.nan), len(model.rests)
+    if count < FEWEST_HOLDS:
+        short = f"it has {counted(count, 'hold', 'holds')}; expected {FEWEST_HOLDS} or more, for an interval"
+        return _Law(math.nan, math.nan, nothing, nothing, short)
+    search = _Search.of(model, load)
+    if not search.relaxed > 0:
+        return _Law(math.nan, math.nan, nothing, nothing, "the contact of the model carries no tangential load there")
+    found = search.solved()
+    if not found.jac[:, 0].any():
+        hidden = "none is seen; noise decides, or slip as the normal load falls hides it"
+        return _Law(math.nan, math.nan, nothing, nothing, hidden)
+    of_hold = search.measured.hold == np.arange(count)[:, np.newaxis]
+    squares = np.array([found.jac[own].T @ found.jac[own] for own in of_hold])
+    across = np.array([found.jac[own].T @ found.fun[own] for own in of_hold])
+    others = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
+    moves = np.array([-np.linalg.pinv(square) @ each for square, each in others])
+    variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
+
+    def estimate(which: int, unit: float) -> WithInterval:
+        value, far = float(found.x[which]) * unit, float(reach[which]) * unit
+        return WithInterval(value, value - far, value + far)
+
+    per_decade, drift = estimate(0, search.unit * math.log(10)), estimate(2, search.drift_unit)
+    unknown = ""
+    if not per_decade.low > 0:
+        most = 100 * search.relaxed * per_decade.high / search.unit
+        unknown = f"noise decides; a decade of time changes the load by less than {most:.2g} %"
+    return _Law(float(found.x[0]) * search.unit, math.exp(found.x[1]), per_decade, drift, unknown)
+
+
+# -- relaxation ------------------------------------------------------------------------------------
+
+
+@attrs.frozen(eq=False)
+class _Points:
+    """Means of what memory leaves in the holds, each over a part of a decade of time."""
+
+    hold: Integers
+    """(point)"""
+    time: Floats
+    """(point) Since the start of the hold [s]."""
+    left: Floats
+    """(point) Measured less predicted load [N]."""
+    load: Floats
+    """(point) Tangential load at the start of the hold [N]."""
+    count: Floats
+    """(point) Samples of the mean."""
+
+
+def _points(time: Floats, left: Floats, load: Floats, parts: list[Rest]) -> _Points:
+    columns: list[list[float]] = []
+    for number, part in enumerate(parts):
+        # the first sample may still be on its way
+        since, own, what = part.since(time)[1:], start_of(load, part), left[part.samples][1:]
+        group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
+        for each in np.unique(group[since > 0]):
+            of = group == each
+            columns.append([number, since[of].mean(), what[of].mean(), own, of.sum()])
+    hold, *others = np.array(columns).T
+    return _Points(hold.astype(int), *others)
+
+
+def _ends(points: _Points, hold: int) -> tuple[int, int]:
+    """Return the first and the last point of a hold."""
+    first, *_, last = np.flatnonzero(points.hold == hold)
+    return int(first), int(last)
+
+
+def _growth(time: Any, onset: float) -> Any:  # noqa: ANN401 - a number or an array
+    return np.log1p(time / onset)
+
+
+def _levelling(time: Floats, length: float) -> Floats:
+    return np.asarray(1 - np.exp(-time / length))
+
+
+def _centred(values: Floats, points: _Points) -> Floats:
+    """Return values less their weighted mean in each hold."""
+    weight = np.bincount(points.hold, points.count)
+    mean = np.bincount(points.hold, points.count * values) / np.maximum(weight, 1.0)
+    return values - mean[points.hold]
+
+
+@attrs.frozen
+class _Fit:
+    """Least squares of left = a_hold - share load form(t) + drift t."""
+
+    squares: float
+    share: float
+    drift: float
+    onset: float
+
+    @classmethod
+    def of(cls, points: _Points, form: Any = _growth) -> "_Fit":  # noqa: ANN401 - a function of time and onset
+        """Return the best over the onset."""
+        from scipy.optimize import minimize_scalar
+
+        low, high = math.log(float(points.time.min()) / 10), math.log(10 * float(points.time.max()))
+        tried = np.linspace(low, high, ONSETS)
+        squares = [cls._at(points, form, float(np.exp(each))).squares for each in tried]
+        best = int(np.argmin(squares))
+        around = tried[max(best - 1, 0)], tried[min(best + 1, ONSETS - 1)]
+        finer = minimize_scalar(
+            lambda each: cls._at(points, form, math.exp(each)).squares, bounds=around, method="bounded"
+        )
+        onset = finer.x if finer.fun < squares[best] else tried[best]
+        return cls._at(points, form, float(np.exp(onset)))
+
+    @classmethod
+    def _at(cls, points: _Points, form: Any, onset: float) -> "_Fit":  # noqa: ANN401 - as for `of`
+        root = np.sqrt(points.count)
+        columns = [-points.load * form(points.time, onset), points.time]
+        design = np.column_stack([root * _centred(column, points) for column in columns])
+        scale = np.maximum(np.abs(design).max(axis=0), np.finfo(float).tiny)
+        goal = root * _centred(points.left, points)
+        found = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
+        return cls(float(np.sum((goal - design @ found) ** 2)), float(found[0]), float(found[1]), onset)
+
+    def relaxed(self, points: _Points) -> Floats:
+        """Return what is left without the drift over the load, with the mean of the fit in each hold."""
+        form = -self.share * np.asarray(_growth(points.time, self.onset))
+        left = (points.left - self.drift * points.time) / points.load
+        return _centred(left, points) + form - _centred(form, points)
+
+
+def _better(points: _Points, fit: _Fit) -> str:
+    """Return why what has relaxed may go otherwise than with the logarithm of time; empty where it does not."""
+    scatter = fit.squares / max(points.hold.size - int(points.hold.max()) - 4, 1)
+    levels = _Fit.of(points, _levelling).squares
+    if levels < fit.squares - CLEARLY_BETTER * scatter:
+        return "the load levels off: an exponential of time describes the holds better"
+    if levels < fit.squares + CLEARLY_BETTER * scatter:
+        return "holds are too short, or too noisy: an exponential of time describes them as well"
+    return ""

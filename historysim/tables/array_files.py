@@ -1,0 +1,441 @@
+"""Files of named arrays: HDF5, netCDF, MATLAB, TDMS of LabVIEW and JSON; names are paths, units stand beside them.
+
+HDF5 is read by h5py: netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset
+without a space, and ends the process at a group that holds itself. MATLAB of version 7.3 is HDF5. Its version 5 is read
+here, and not through scipy: its reader ends the process at files that are damaged in one of many ways. The format is
+that of "MAT-File Format", The MathWorks, R2023b. The time of a TDMS channel that was sampled evenly is listed as
+``group/channel/time``. JSON has matrices as lists of lists, and lists of records.
+"""
+
+import json
+import logging
+import math
+import struct
+import threading
+import zlib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from historysim.basics.hdf5 import check_contained
+from historysim.basics.limits import check_unpacked
+from historysim.errors import InputError
+from historysim.tables.arrays import Array, Contents, Selection, readable
+from historysim.tables.columns import Format
+from historysim.tables.from_text import decoded
+from historysim.tables.readers import READERS, TableReader
+
+if TYPE_CHECKING:
+    import h5py
+
+
+# -- HDF5 ------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
+    """Yield all datasets of a file by their paths; a damaged file, or another, is an InputError."""
+    try:
+        import h5py
+    except ImportError as error:
+        raise InputError('is read by h5py, which is not installed; pip install "historysim[hdf5]"') from error
+
+    check_contained(path, by_h5py=True)
+    with readable(kind), h5py.File(path, "r") as file:
+        by_path: dict[str, h5py.Dataset] = {}
+
+        def add(name: str, item: object) -> None:
+            if isinstance(item, h5py.Dataset):
+                by_path[name] = item
+
+        file.visititems(add)
+        yield by_path
+
+
+def attribute(dataset: "h5py.Dataset", name: str) -> str:
+    """Return a text among the attributes, empty if there is none."""
+    value = dataset.attrs.get(name, "")
+    if isinstance(value, np.ndarray):
+        value = value.ravel()[0] if value.size == 1 else ""
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", "replace")
+    return value if isinstance(value, str) else ""
+
+
+def _arrays_of_dataset(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
+    if dataset.shape is None:
+        return
+    unit = attribute(dataset, "units") or attribute(dataset, "unit")
+    if dataset.dtype.names is None:
+        yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit)
+        return
+    for field in dataset.dtype.names:
+        yield Array(f"{name}/{field}", dataset.shape, _field(dataset, field))
+
+
+def _field(dataset: "h5py.Dataset", field: str) -> Any:
+    return lambda selection: dataset.fields(field)[selection]
+
+
+def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
+    for name in ("scale_factor", "add_offset"):
+        if name in dataset.attrs:
+            raise InputError(
+                f"{dataset.name!r} has the attribute {name}; name the file .nc, so that it is read as netCDF"
+            )
+    values = dataset[selection]
+    fill = dataset.attrs.get("_FillValue")
+    return values if fill is None else np.ma.masked_equal(values, np.ravel(fill)[0])
+
+
+@READERS.register
+class Hdf5Reader(TableReader):
+    """HDF5."""
+
+    kind, endings = "hdf5", (".h5", ".hdf5", ".hdf")
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
+        with datasets(path, "HDF5") as by_path, readable("HDF5"):
+            yield Contents([array for name, dataset in by_path.items() for array in _arrays_of_dataset(name, dataset)])
+
+
+# -- netCDF ----------------------------------------------------------------------------------------
+
+
+def _variables(group: Any, above: str) -> Iterator[Array]:
+    for name, variable in group.variables.items():
+        if isinstance(variable.dtype, np.dtype):
+            yield Array(above + name, variable.shape, variable.__getitem__, _unit(getattr(variable, "units", "")))
+    for name, inner in group.groups.items():
+        yield from _variables(inner, f"{above}{name}/")
+
+
+def _unit(unit: object) -> str:
+    """Return a unit without the date that a time is counted from."""
+    if isinstance(unit, bytes):
+        unit = unit.decode("utf-8", "replace")
+    return unit.partition(" since ")[0] if isinstance(unit, str) else ""
+
+
+@READERS.register
+class NetCDFReader(TableReader):
+    """netCDF."""
+
+    kind, endings = "netcdf", (".nc", ".nc4", ".cdf")
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
+        with readable("netCDF"):
+            import netCDF4
+
+            check_contained(path)
+            with netCDF4.Dataset(path) as dataset:
+                yield Contents(list(_variables(dataset, "")))
+
+
+_HEADER = 128
+# types of elements
+_MATRIX, _COMPRESSED = 14, 15
+_NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+_TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+# classes of matrices, and flags beside them
+_STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
+_LOGICAL, _COMPLEX = 0x200, 0x800
+
+
+# -- MATLAB, version 5 -----------------------------------------------------------------------------
+
+
+def _contents_5(content: bytes, order: str) -> Contents:
+    contents = Contents([])
+    for kind, element in _decompressed(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
+        if kind == _MATRIX:
+            _gather(contents, None, element, order)
+    return contents
+
+
+def _decompressed(
+    elements: Iterator[tuple[int, memoryview]], order: str, packed: int
+) -> Iterator[tuple[int, memoryview]]:
+    unpacked = 0
+    for kind, element in elements:
+        if kind == _COMPRESSED:
+            stream = zlib.decompressobj()
+            tag = stream.decompress(element, 8)
+            (length,) = struct.unpack_from(f"{order}I", tag, 4)
+            unpacked += 8 + length
+            check_unpacked(unpacked, packed)
+            # a little more, so that the end is met
+            content = tag + stream.decompress(stream.unconsumed_tail, length + 8)
+            if not stream.eof:
+                raise InputError("is cut short, or damaged")
+            yield from _elements(memoryview(content), order)
+        else:
+            yield kind, element
+
+
+def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview]]:
+    """Yield the type and the bytes of each element."""
+    start = 0
+    while start < len(content):
+        (tag,) = struct.unpack_from(f"{order}I", content, start)
+        if tag >> 16:  # a small one: its length and four bytes stand in the tag itself
+            kind, length, first, following = tag & 0xFFFF, min(tag >> 16, 4), start + 4, start + 8
+        else:
+            kind, length, first = tag, struct.unpack_from(f"{order}I", content, start + 4)[0], start + 8
+            following = first + length + (0 if kind == _COMPRESSED else -length % 8)
+        if first + length > len(content):
+            raise InputError("is cut short, or damaged")
+        yield kind, content[first : first + length]
+        start = following
+
+
+def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str) -> None:
+    """Add a variable, or the fields of a structure."""
+    if not matrix:
+        return
+    (_, flags), (_, sizes), (_, own_name), *parts = _elements(matrix, order)
+    (flag,) = struct.unpack_from(f"{order}I", flags)
+    shape = tuple(int(size) for size in np.frombuffer(sizes, f"{order}i4"))
+    name = bytes(own_name).decode("latin-1") if name is None else name
+    if min(shape) < 0 or len(shape) < 2:
+        raise InputError(f"is damaged: {name!r} has the shape {shape}")
+    kind = flag & 0xFF
+    if kind == _STRUCTURE and math.prod(shape) == 1:
+        (_, width), (_, names), *values = parts
+        size = int(np.frombuffer(width, f"{order}i4")[0])
+        fields = [bytes(names[start : start + size]).partition(b"\0")[0] for start in range(0, len(names), size)]
+        for field, (_, value) in zip(fields, values, strict=True):
+            _gather(contents, f"{name}.{field.decode('latin-1')}", value, order)
+    elif kind == _TEXT and shape[0] == 1:
+        contents.texts[name] = _text(*parts[0], order)
+    elif kind in _NUMERIC and not flag & (_LOGICAL | _COMPLEX):
+        contents.arrays.append(_array(name, shape, *parts[0], order))
+
+
+def _text(kind: int, content: memoryview, order: str) -> str:
+    encoding = _TEXTS[kind]
+    if encoding.startswith(("utf-16", "utf-32")):
+        encoding += "-le" if order == "<" else "-be"
+    return bytes(content).decode(encoding, "replace")
+
+
+def _array(name: str, shape: tuple[int, ...], kind: int, content: memoryview, order: str) -> Array:
+    values = np.frombuffer(content, f"{order}{_NUMBERS[kind]}")
+    if len(values) != math.prod(shape):
+        raise InputError(f"is damaged: {name!r} of the shape {shape} has {len(values)} values")
+    values = values.reshape(shape, order="F")
+    return Array(name, shape, lambda selection: values[selection])
+
+
+# -- MATLAB, version 7.3 ---------------------------------------------------------------------------
+
+
+def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
+    contents = Contents([])
+    for path, dataset in by_path.items():
+        name = path.replace("/", ".")
+        if (
+            path.startswith("#")
+            or dataset.shape is None
+            or attribute(dataset.parent, "MATLAB_class") not in {"", "struct"}
+        ):
+            continue
+        kind = attribute(dataset, "MATLAB_class")
+        if "MATLAB_empty" in dataset.attrs:
+            contents.arrays.append(Array(name, (0,), lambda _: []))
+        elif kind == "char":
+            contents.texts[name] = "".join(map(chr, dataset[()].ravel()))
+        elif dataset.dtype.kind in "fiu" and kind != "logical":
+            contents.arrays.append(Array(name, dataset.shape[::-1], _reader(dataset)))
+    return contents
+
+
+def _reader(dataset: "h5py.Dataset") -> Callable[[Selection], Any]:
+    # HDF5 has the dimensions in the other order
+    return lambda selection: dataset[selection[::-1]]
+
+
+@READERS.register
+class MatlabReader(TableReader):
+    """MATLAB, of version 7.3 and before."""
+
+    kind, endings = "matlab", (".mat",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
+        with path.open("rb") as stream:
+            header = stream.read(_HEADER)
+        order = {b"IM": "<", b"MI": ">"}.get(header[126:])
+        version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
+        if version == 0x0200:
+            with datasets(path, "MATLAB") as by_path, readable("MATLAB"):
+                yield _contents_7(by_path)
+        elif order and version == 0x0100:
+            with readable("MATLAB"):
+                contents = _contents_5(path.read_bytes(), order)
+            yield contents
+        else:
+            raise InputError("is not a MATLAB file of version 5 or later; save it with -v7 or -v7.3")
+
+
+# -- TDMS ------------------------------------------------------------------------------------------
+
+
+@contextmanager
+def _strict() -> Iterator[None]:
+    """Refuse a file that npTDMS warns of: it goes on with what is left of it."""
+    from nptdms.log import log_manager
+
+    reader = threading.get_ident()
+
+    def refuse(record: logging.LogRecord) -> bool:
+        # what other threads read, in whatever way, is not concerned
+        if threading.get_ident() == reader:
+            raise InputError(f"is damaged ({record.getMessage()[:200]})")
+        return True
+
+    log_manager.console_handler.addFilter(refuse)
+    try:
+        yield
+    finally:
+        log_manager.console_handler.removeFilter(refuse)
+
+
+def _arrays_of_channel(channel: Any) -> Iterator[Array]:
+    name, length = f"{channel.group_name}/{channel.name}", (len(channel),)
+    yield Array(name, length, lambda selection: channel[selection[0]], str(channel.properties.get("unit_string", "")))
+    if channel.properties.get("wf_increment"):
+        yield Array(f"{name}/time", length, lambda selection: channel.time_track()[selection[0]], "s")
+
+
+@READERS.register
+class TdmsReader(TableReader):
+    """TDMS of LabVIEW, through npTDMS."""
+
+    kind, endings = "tdms", (".tdms",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
+        try:
+            from nptdms import TdmsFile
+        except ImportError as error:
+            raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
+        with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
+            if file.file_status.incomplete_final_segment:
+                raise InputError("is cut short: its last segment is not complete; save the file again without it")
+            yield Contents(
+                [
+                    array
+                    for group in file.groups()
+                    for channel in group.channels()
+                    for array in _arrays_of_channel(channel)
+                ]
+            )
+
+
+# -- JSON ------------------------------------------------------------------------------------------
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
+    return table
+
+
+def _gather_json(contents: Contents, name: str, value: object) -> None:
+    """Add the arrays and texts below a name to the contents."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            _gather_json(contents, f"{name}.{key}" if name else key, item)
+    elif isinstance(value, str):
+        contents.texts[name] = value
+    elif not isinstance(value, list):
+        contents.arrays.append(Array(name, (), lambda _: [value]))
+    elif value and all(isinstance(item, dict) for item in value):
+        for key, values in _by_key(value).items():
+            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, values, len(value)))
+    else:
+        contents.arrays.append(_array_of_lists(name, value))
+
+
+def _by_key(records: list[dict[str, Any]]) -> dict[str, dict[int, Any]]:
+    """Return the values of each key by the number of their record, in a time that grows with the values alone."""
+    by_key: dict[str, dict[int, Any]] = {}
+    for number, record in enumerate(records):
+        for key, value in record.items():
+            by_key.setdefault(key, {})[number] = value
+    return by_key
+
+
+def _of_records(name: str, values: dict[int, Any], count: int) -> Array:
+    """Return the values of one key; a record that has none misses it."""
+    if len(values) == count:
+        return _array_of_lists(name, [*values.values()])
+
+    def read(selection: Selection) -> list[Any]:
+        rows: Any = selection[0]
+        # of a part, as long as the part alone takes
+        chosen: list[Any] = [values.get(number) for number in range(count)[rows]]
+        return chosen
+
+    return Array(name, (count,), read)
+
+
+def _array_of_lists(name: str, values: list[Any]) -> Array:
+    kinds = set(map(type, values))
+    if kinds != {list}:
+        return Array(name, (len(values),), lambda selection: values[selection[0]])
+    width = len(values[0])
+    if set(map(len, values)) != {width}:
+        return Array(name, (len(values),), lambda _: _refuse(name, values))
+
+    def read(selection: Selection) -> list[Any]:
+        rows, columns = selection
+        if isinstance(rows, int):
+            chosen: list[Any] = values[rows][columns]
+            return chosen
+        if isinstance(columns, int):
+            return [row[columns] for row in values[rows]]
+        return [item for row in values[rows] for item in row[columns]]
+
+    return Array(name, (len(values), width), read)
+
+
+def _refuse(name: str, rows: list[list[Any]]) -> None:
+    row = next(row for row, values in enumerate(rows) if len(values) != len(rows[0]))
+    raise InputError(
+        f"column {name!r}: its lists have different lengths: {len(rows[0])} in the first, {len(rows[row])} in number "
+        f"{row + 1}; expected a matrix"
+    )
+
+
+@READERS.register
+class JsonReader(TableReader):
+    """JSON."""
+
+    kind, endings = "json", (".json",)
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:
+        """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
+        text = decoded(path, layout.encoding or "utf-8")
+        with readable("JSON"):
+            try:
+                document = json.loads(text, object_pairs_hook=_object)
+            except RecursionError:
+                raise InputError("is nested too deeply; expected arrays by their keys") from None
+        contents = Contents([])
+        _gather_json(contents, "", document)
+        yield contents

@@ -1,0 +1,292 @@
+"""Asperities that meet on slopes, against springs on turned axes, closed forms, and the work of the loads."""
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+import historysim as hs
+from historysim.asperities.inclined import InclinedState
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+RADIUS, FRICTION, SLOPE, LOAD = 1e-3, 0.2, 0.1, 10e-3
+REACH = 200e-9
+
+
+def sphere(slope=SLOPE):
+    return hs.InclinedEnsemble(PAIR, 0.0, RADIUS, FRICTION, slope=slope)
+
+
+def rough(count, seed, friction=0.25):
+    random = np.random.default_rng(seed)
+    heights, radii = -random.uniform(0, 40e-9, count), random.uniform(5e-6, 20e-6, count)
+    return hs.InclinedEnsemble(PAIR, heights, radii, friction, slope=random.normal(0, 0.15, count))
+
+
+def legs(seed, count):
+    """Random targets: approach [m] or load [N] as a share of the greatest, and displacement [m]."""
+    random = np.random.default_rng(seed)
+    return np.column_stack([random.uniform(0.1, 1.0, count), random.uniform(-30e-9, 30e-9, count)])
+
+
+class Springs:
+    """Rows of Coulomb springs, one for each asperity, on axes turned by its slope; moved in small steps."""
+
+    def __init__(self, ensemble, count=1500):
+        self.label = np.linspace(0.0, REACH, count)
+        stiffness = 4 / 3 * PAIR.contact_modulus * np.sqrt(ensemble.summit_radius)
+        gain = np.diff(self.label**1.5) / np.diff(self.label)
+        self.weight = stiffness[:, None] * np.append(np.diff(gain, prepend=0.0), 0.0)
+        angle = np.arctan(ensemble.slope)
+        self.cosine, self.sine = np.cos(angle), np.sin(angle)
+        self.gap, self.friction = ensemble.first_touch, ensemble.friction[:, None]
+        self.place = np.zeros(2)
+        self.bent = np.zeros_like(self.weight)
+
+    def turned(self, place):
+        depth = place[0] - self.gap
+        return depth * self.cosine + place[1] * self.sine, place[1] * self.cosine - depth * self.sine
+
+    def moved(self, place):
+        """How the springs are bent in a place next to the present one, and both loads of the body there."""
+        (d0, u0), (d1, u1) = self.turned(self.place), self.turned(place)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            touching = np.clip(np.nan_to_num((d1[:, None] - self.label) / (d1 - d0)[:, None], posinf=1.0), 0.0, 1.0)
+        share = np.where(d0[:, None] > self.label, 1.0, touching)
+        room = np.maximum(d1[:, None] - self.label, 0.0)
+        bent = np.clip(
+            self.bent + share * (u1 - u0)[:, None] / PAIR.displacement_ratio,
+            *(s * self.friction * room for s in (-1, 1)),
+        )
+        normal, tangential = (self.weight * room).sum(axis=1), (self.weight * bent).sum(axis=1)
+        along = float((tangential * self.cosine + normal * self.sine).sum())
+        return bent, (float((normal * self.cosine - tangential * self.sine).sum()), along)
+
+    def step(self, place):
+        bent, loads = self.moved(place)
+        self.bent, self.place = bent, place
+        return loads
+
+    def step_under(self, load, displacement):
+        def excess(approach):
+            return self.moved(np.array([approach, displacement]))[1][0] - load
+
+        near = self.place[0]
+        low, high = near - 5e-9, near + 5e-9
+        while excess(high) < 0:
+            high += 10e-9
+        return self.step(np.array([brentq(excess, low, high, xtol=1e-16), displacement]))
+
+
+@pytest.mark.parametrize("way", [1, -1])
+@pytest.mark.parametrize("slope", [SLOPE, -0.3])
+def test_sphere_that_slides_on_a_slope_under_a_load(slope, way):
+    ensemble = sphere(slope)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=LOAD)
+    state = ensemble.advance(state, tangential_displacement=way * 100e-9)
+    incline, angle = math.atan(slope), math.atan(FRICTION)
+    assert state.normal_load == pytest.approx(LOAD, rel=1e-12)
+    assert state.tangential_load == pytest.approx(LOAD * math.tan(incline + way * angle), rel=1e-11)
+    pressed = LOAD / (math.cos(incline) - way * FRICTION * math.sin(incline))
+    assert state.slope_load == pytest.approx(pressed * math.sin(incline), rel=1e-11)
+    depth = (3 * pressed / (4 * PAIR.contact_modulus * math.sqrt(RADIUS))) ** (2 / 3)
+    lifted = (depth - way * 100e-9 * math.sin(incline)) / math.cos(incline)
+    assert state.approach == pytest.approx(lifted, rel=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_paths_against_springs_on_turned_axes(seed):
+    ensemble, parts = rough(5, seed), 150
+    springs, state = Springs(ensemble), ensemble.initial_state()
+    for share, displacement in legs(seed, 6):
+        target = np.array([share * 100e-9, displacement])
+        for place in np.linspace(springs.place, target, parts + 1)[1:]:
+            normal, tangential = springs.step(place)
+        state = ensemble.advance(state, normal_displacement=target[0], tangential_displacement=target[1])
+        limit = FRICTION * max(normal, 1e-5)
+        assert state.normal_load == pytest.approx(normal, abs=5e-4 * limit)
+        assert state.tangential_load == pytest.approx(tangential, abs=1e-3 * limit)
+
+
+def test_random_paths_under_a_load_against_springs_on_turned_axes():
+    ensemble, parts = rough(5, 3), 150
+    springs, state = Springs(ensemble, 800), ensemble.advance(rough(5, 3).initial_state(), normal_load=1e-3)
+    for load in np.linspace(0, 1e-3, parts + 1)[1:]:
+        springs.step_under(load, 0.0)
+    load, here = 1e-3, 0.0
+    for share, displacement in legs(3, 4):
+        for part in np.linspace(0, 1, parts + 1)[1:]:
+            now = load + (share * 2e-3 - load) * part
+            _, tangential = springs.step_under(now, here + (displacement - here) * part)
+        load, here = share * 2e-3, displacement
+        state = ensemble.advance(state, normal_load=load, tangential_displacement=displacement)
+        assert state.normal_load == pytest.approx(load, rel=1e-12)
+        assert state.tangential_load == pytest.approx(tangential, abs=2e-3 * FRICTION * load)
+        assert state.approach == pytest.approx(springs.place[0], abs=0.02e-9)
+
+
+@pytest.mark.parametrize(
+    ("channel", "largest", "close"), [("normal_displacement", 80e-9, 1e-13), ("normal_load", 4e-3, 3e-5)]
+)
+@pytest.mark.parametrize("seed", range(2))
+def test_one_large_step_and_many_small_ones(seed, channel, largest, close):
+    parts = 100 if channel == "normal_displacement" else 30
+    ensemble = rough(4, seed)
+    large = small = ensemble.initial_state()
+    start = np.zeros(2)
+    for share, displacement in legs(seed, 3):
+        end = np.array([share * largest, displacement])
+        large = ensemble.advance(large, **{channel: end[0]}, tangential_displacement=end[1])
+        for target, place in np.linspace(start, end, parts + 1)[1:]:
+            small = ensemble.advance(small, **{channel: target}, tangential_displacement=place)
+        start = end
+        limit = FRICTION * large.normal_load
+        assert small.tangential_load == pytest.approx(large.tangential_load, abs=close * limit)
+        assert small.approach == pytest.approx(large.approach, rel=close)
+        assert small.dissipated_energy == pytest.approx(large.dissipated_energy, rel=close)
+
+
+def elastic_energy(ensemble, state):
+    """Of all asperities, normal and tangential."""
+    angle = np.arctan(ensemble.slope)
+    depth = (state.approach - ensemble.first_touch) * np.cos(angle) + state.tangential_displacement * np.sin(angle)
+    normal = 8 / 15 * PAIR.contact_modulus * np.sqrt(ensemble.summit_radius) * np.maximum(depth, 0) ** 2.5
+    return float(normal.sum()) + state.stored_energy
+
+
+def test_work_of_the_loads_is_stored_or_dissipated():
+    ensemble = rough(2, 1)
+    state, work, begin = ensemble.initial_state(), 0.0, None
+    corners = [(50e-9, 12e-9), (45e-9, -15e-9), (20e-9, 12e-9), (50e-9, 12e-9)]
+    for corner in corners:
+        start, here = state, np.array([state.approach, state.tangential_displacement])
+        move = np.array(corner) - here
+
+        def power(share, start=start, here=here, move=move):
+            d, u = here + share * move
+            there = ensemble.advance(start, normal_displacement=d, tangential_displacement=u)
+            return there.normal_load * move[0] + there.tangential_load * move[1]
+
+        work += quad(power, 0, 1, epsabs=1e-24, epsrel=1e-11, limit=60)[0]
+        state = ensemble.advance(state, normal_displacement=corner[0], tangential_displacement=corner[1])
+        assert elastic_energy(ensemble, state) + state.dissipated_energy == pytest.approx(work, rel=1e-11)
+        begin = begin or state
+    loop = state.dissipated_energy - begin.dissipated_energy
+    assert loop > 0.1 * elastic_energy(ensemble, state)
+
+
+def test_no_slope_gives_the_bits_of_level_asperities():
+    whole = rough(8, 5)
+    inclined = hs.InclinedEnsemble(PAIR, whole.summit_height, whole.summit_radius, 0.25, slope=0.0)
+    level = hs.Ensemble(PAIR, whole.summit_height, whole.summit_radius, 0.25)
+    events = [
+        hs.NormalLoad(0.0, 2e-3),
+        hs.TangentialDisplacement(1.0, 10e-9),
+        hs.NormalLoad(2.0, 3e-3),
+        hs.TangentialLoad(2.0, -0.2e-3),
+        hs.NormalDisplacement(3.0, 50e-9),
+    ]
+    how = {"substeps": 5, "record": "all"}
+    found, expected = hs.replay(inclined, events, **how), hs.replay(level, events, **how)
+    assert found.drop_vars("slope").identical(expected.assign_attrs(found.attrs))
+
+
+def test_slopes_and_displacements_mirrored_give_loads_mirrored():
+    ensemble = rough(6, 2)
+    mirrored = hs.InclinedEnsemble(PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope)
+    one, other = ensemble.initial_state(), mirrored.initial_state()
+    for share, displacement in legs(2, 4):
+        one = ensemble.advance(one, normal_displacement=share * 80e-9, tangential_displacement=displacement)
+        other = mirrored.advance(other, normal_displacement=share * 80e-9, tangential_displacement=-displacement)
+        assert one.tangential_load == -other.tangential_load
+        assert one.normal_load == other.normal_load
+
+
+def test_gentle_slopes_come_to_the_level_contact():
+    """A slope of 1e-4 changes loads by about its share of the normal load, and no more."""
+    whole = rough(8, 5)
+    steep = 1e-4
+    inclined = hs.InclinedEnsemble(
+        PAIR, whole.summit_height, whole.summit_radius, 0.25, slope=np.resize([steep, -steep], 8)
+    )
+    level = hs.Ensemble(PAIR, whole.summit_height, whole.summit_radius, 0.25)
+    one, other = inclined.initial_state(), level.initial_state()
+    for share, displacement in legs(5, 4):
+        goal = {"normal_load": share * 2e-3, "tangential_displacement": displacement}
+        one, other = inclined.advance(one, **goal), level.advance(other, **goal)
+        assert one.tangential_load == pytest.approx(other.tangential_load, abs=2 * steep * one.normal_load)
+
+
+def test_replay_records_what_stepping_finds_whatever_the_substeps():
+    ensemble = rough(6, 7)
+    events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.TangentialDisplacement(2.0, -20e-9)]
+    coarse, fine = (hs.replay(ensemble, events, substeps=parts) for parts in (1, 7))
+    assert fine.sizes["asperity"] == 6
+    np.testing.assert_allclose(fine.total_normal_load, 2e-3, rtol=1e-12)
+    at = fine.isel(step=[0, 7, 14])
+    for name in ("total_tangential_load", "separation", "total_dissipated_energy"):
+        np.testing.assert_allclose(at[name], coarse[name], rtol=1e-5)
+    state = hs.Replay(ensemble, events).state()
+    assert state.tangential_load == pytest.approx(float(coarse.total_tangential_load[-1]), rel=1e-12)
+    angle = np.arctan(fine.slope)
+    rotated = fine.tangential_load * np.cos(angle) + fine.normal_load * np.sin(angle)
+    np.testing.assert_allclose(rotated.sum("asperity"), fine.total_tangential_load, rtol=1e-12)
+    moved = hs.Replay(ensemble, events).state(until=1.5)
+    again = ensemble.advance(hs.Replay(ensemble, events[:2]).state(), tangential_displacement=0.0)
+    assert moved.tangential_load == pytest.approx(again.tangential_load, rel=1e-5)
+
+
+def test_tangential_stiffness_is_that_of_a_turn():
+    ensemble = rough(6, 7)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=60e-9)
+    there = ensemble.advance(state, tangential_displacement=1e-13, normal_displacement=60e-9)
+    slope = (there.tangential_load - state.tangential_load) / 1e-13
+    assert state.tangential_stiffness == pytest.approx(slope, rel=1e-3)
+
+
+def test_states_go_to_bytes_and_back():
+    ensemble = rough(4, 1)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=1e-3, tangential_displacement=5e-9)
+    again = pickle.loads(pickle.dumps(state))  # noqa: S301 # its own
+    assert again == state != ensemble.initial_state()
+    assert hash(again) == hash(state)
+    kept = pickle.loads(pickle.dumps(ensemble))  # noqa: S301 # its own
+    assert kept.advance(again, normal_load=2e-3) == ensemble.advance(state, normal_load=2e-3)
+    content = state.to_bytes()
+    for damaged in (b"", content[:-1], content[:60], b"x" + content[1:], content + b"\0"):
+        with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
+            InclinedState.from_bytes(damaged)
+    other = hs.InclinedEnsemble(PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope)
+    for foreign in (sphere(), other):
+        with pytest.raises(hs.InputError, match="expected one of this ensemble"):
+            foreign.advance(state, normal_load=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("refused", "message"),
+    [
+        (lambda e, s: e.advance(s, tangential_load=1e-4), "no tangential load that is given"),
+        (lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)), "no second tangential direction"),
+        (lambda e, s: e.advance(s, friction=0.1), "no change of friction"),
+        (lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)), "no instrument"),
+        (lambda e, s: e.with_geometry(s, summit_height=0.0), "no change of geometry"),
+        (lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.FrictionChange(1, 0.1)]), "no change of friction"),
+        (lambda e, s: e.stepper(s), "no stepper"),
+        (lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()), "expected one of this ensemble"),
+        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1), "no law of friction"),
+        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.2, slope=0.1, yielding="thornton"), "no yielding"),
+        (
+            lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=[0.1, -2.0]),
+            r"slope\[1\] is -2 with friction 0.5",
+        ),
+        (lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]), "for 3 asperities"),
+        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=math.nan), "slope is nan"),
+    ],
+)
+def test_what_does_not_go_with_slopes_is_refused(refused, message):
+    ensemble = sphere()
+    with pytest.raises(hs.InputError, match=message):
+        refused(ensemble, ensemble.initial_state())

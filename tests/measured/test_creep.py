@@ -1,0 +1,147 @@
+"""Creep in holds beside the contact's memory: records of the engine, whose contact creeps by a known law."""
+
+import re
+
+import attrs
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from held import STIFF, Holds, contact
+
+import historysim as hs
+from historysim.cli import main
+from historysim.errors import InputError
+from historysim.measured.creep import creep_of
+from historysim.measured.reduction import Measurement
+
+RECORDS = {
+    "plain": {},
+    "noise of the displacement": {"displacement_noise": 3e-9, "load_noise": 2e-5},
+    "sensor that drifts": {"sensor": 5e-8, "load_noise": 2e-5},
+    "load that falls a little": {"fall": 0.03},
+    "load that falls much": {"fall": 0.1},
+    "early onset": {"onset": 0.05},
+    "late onset": {"onset": 5.0},
+}
+
+
+def creep(seed=0, **shape):
+    return creep_of(Holds(**shape).record(seed), contact(), STIFF)
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_creep_is_found_within_five_percent(name):
+    record = Holds(**RECORDS[name])
+    found = creep(**RECORDS[name])
+    assert not found.unknown
+    assert found.per_decade.value == pytest.approx(record.creep, rel=0.05)
+    assert found.onset == pytest.approx(record.onset, rel=0.2)
+    assert found.sensor_drift.low < record.sensor < found.sensor_drift.high
+    # the parts add up to what was measured, but for noise
+    assert all(abs(hold.rest) < 6e-5 for hold in found.holds)
+
+
+def test_memory_is_what_the_engine_makes_of_a_load_that_falls_alone():
+    """Where nothing creeps, the contact slides on as the load falls: T = μN."""
+    found = creep(creep=0.0, fall=0.1)
+    assert "slip as the normal load falls hides it" in found.unknown
+    for hold in found.holds:
+        assert hold.memory == pytest.approx(-0.1 * hold.tangential_load, rel=0.02)
+        assert hold.change == pytest.approx(hold.memory, abs=2e-5)
+
+
+def test_a_little_creep_takes_the_effect_of_a_falling_load():
+    """Once the contact is below its limit, a load that falls on lets little of it slide."""
+    found = creep(fall=0.03)
+    assert max(abs(hold.memory) for hold in found.holds) < 0.01 * abs(found.holds[0].relaxation)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"load_noise": 2e-5, "correlation": 0.99},
+        {"scatter": 0.1, "sensor": 2e-8},
+        {"count": 4, "load_noise": 2e-5, "scatter": 0.05},
+        {"fall": 0.1, "load_noise": 2e-5},
+    ],
+)
+def test_intervals_hold_the_truth_as_often_as_they_say(shape):
+    found = [creep(seed, **shape).per_decade for seed in range(30)]
+    # 95 of 100; fewer than 25 of 30 has a chance of 1 in 300
+    assert sum(each.low <= Holds().creep <= each.high for each in found) >= 25
+
+
+@pytest.mark.parametrize(
+    ("shape", "reason"),
+    [
+        ({"creep": 0.0, "load_noise": 2e-5}, "noise decides|too noisy"),
+        ({"exponential": True, "onset": 20.0}, "the load levels off"),
+        ({"length": 3.0, "load_noise": 5e-5}, "too short, or too noisy|noise decides"),
+        ({"count": 2}, "it has 2 holds; expected 3 or more"),
+    ],
+)
+def test_the_record_says_where_it_does_not_say(shape, reason):
+    found = creep(**shape)
+    assert found.unknown
+    assert re.search(reason, found.unknown)
+    assert np.isnan([hold.relaxation for hold in found.holds]).all()
+    assert dict(found.summary())["relaxation"] == f"the record does not say: {found.unknown}"
+
+
+@pytest.mark.parametrize("form", ["triangle", "sine"])
+def test_turns_without_a_hold_are_none(form):
+    time = np.arange(0, 40, 0.02)
+    way = np.sin(time) if form == "sine" else 2 / np.pi * np.arcsin(np.sin(time))
+    noise = 1e-9 * np.random.default_rng(1).standard_normal(time.size)
+    channels = {"normal_load": np.full(time.size, 0.05), "tangential_displacement": 2e-7 * way + noise}
+    with pytest.raises(InputError, match="never rests at a reversal"):
+        creep_of(Measurement(time, channels, {"tangential_load": 0.01 * way}), contact(), STIFF)
+
+
+SCENARIO = """
+title = "Holds at reversals"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "summits"
+file = "summits.csv"
+columns = { height = { column = "z", unit = "m" }, radius = { column = "R", unit = "m" } }
+[friction]
+coefficient = 0.2
+[instrument]
+lateral_stiffness = "334 mN/µm"
+[loading]
+file = "record.csv"
+[loading.columns]
+time = { column = "t", unit = "s" }
+normal_load = { column = "N", unit = "N" }
+tangential_displacement = { column = "U", unit = "m" }
+[loading.response]
+tangential_load = { column = "T", unit = "N" }
+"""
+
+
+def test_the_command_and_the_function_say_the_same(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    record = Holds(length=50.0, count=4).record(0)
+    names = ("normal_load", "tangential_displacement", "tangential_load")
+    columns = np.column_stack([record.time, *(record[name] for name in names)])
+    np.savetxt("record.csv", columns, "%.12g", ",", header="t,N,U,T", comments="")
+    summits = np.column_stack([contact().summit_height, contact().summit_radius])
+    np.savetxt("summits.csv", summits, "%.17g", ",", header="z,R", comments="")
+    (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
+    done = CliRunner().invoke(main, ["creep", "s.toml", "-o", "c.png"])
+    assert done.exit_code == 0, done.output
+    found = hs.creep("s.toml")
+    assert all(text in done.output for _, text in found.summary())
+    assert len(found.rows()) == 5
+    figure = hs.plot(found)
+    assert [axes.get_title(loc="left") for axes in figure.axes] == ["Relaxation", "Parts of the change"]
+    assert (tmp_path / "c.png").stat().st_size > 1e4
+    again = CliRunner().invoke(main, ["creep", "s.toml", "-o", "record.csv"])
+    assert again.exit_code == 2
+    flat = attrs.evolve(record, response={"tangential_load": np.zeros(record.time.size)})
+    with pytest.raises(InputError, match="tangential load is 0 in all holds"):
+        creep_of(flat, contact(), STIFF)
