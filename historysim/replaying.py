@@ -130,7 +130,7 @@ class Replay(FieldsAsHtml):
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
-        with progress_bar(progress, "step", target.steps, initial=start.rows, delay=2) as done:
+        with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
                 state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)

@@ -43,6 +43,8 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
             if ensemble.evolves or ensemble.law is not None:
                 raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
+            if ensemble.slope is not None:
+                raise InputError("the asperities are inclined; expected level ones for a fit")
             start = {name: _start(name, ensemble, instrument) for name in section.parameters}
 
     height = ensemble.summit_height
@@ -221,7 +223,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     scenario : Scenario or path
         A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
-        Count the walks along the record on standard error where that is a terminal and they take long.
+        Show a bar of the walks along the record on standard error where that is a terminal and they take long; how
+        many there will be is an estimate.
 
     Raises
     ------
@@ -242,9 +245,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             displacement_noise=section.displacement_noise,
             load_noise=section.load_noise,
         )
-        # nobody knows the number of walks before
-        with progress_bar(progress, " walks", desc="fitting", delay=2) as notify:
-            estimates = fit_parameters(model, start, observation, notify=notify)
+        with progress_bar(progress, "walk", desc="fitting", delay=2) as done:
+            estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)

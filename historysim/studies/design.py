@@ -147,7 +147,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     with executor_for(workers, executor) as (chosen, count):
 
         def each(function: Callable[[Point], T]) -> list[T]:
-            with progress_bar(progress, "search", len(points), leave=False) as done:
+            with progress_bar(progress, "point", len(points), desc="searching", leave=False) as done:
                 return in_order(function, points, chosen, count, done)
 
         roots = each(functools.partial(_search, problem))

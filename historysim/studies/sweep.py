@@ -225,7 +225,9 @@ class _Plan:
             executor = None
             if given is not None or workers == 1:
                 executor, workers = stack.enter_context(executor_for(workers, given))
-            done = stack.enter_context(progress_bar(progress, "cell", len(self.points), initial=len(self.cells)))
+            done = stack.enter_context(
+                progress_bar(progress, "cell", len(self.points), desc="sweep", initial=len(self.cells))
+            )
             passed_over = self._run(self._batches(workers), executor, workers, done)
             self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
 
