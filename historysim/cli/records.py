@@ -14,6 +14,7 @@ from historysim.cli.output import (
     TABLES_OF_LOOPS,
     TABLES_OF_SLIDING,
     Answer,
+    notice,
     save,
     save_table,
     write_answer,
@@ -34,6 +35,10 @@ if TYPE_CHECKING:
     Rows = Sequence[tuple[str, ...]]
 
 
+FEWEST_OF_A_MAP = 16
+"""Columns of numbers without names that may be heights."""
+
+
 @click.command()
 @options.file_argument
 @options.output_option("Also write a whole scenario to start from to this file (.toml).")
@@ -51,8 +56,15 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     from historysim.scenario.suggestion import suggested_loading, suggested_scenario
     from historysim.tables import describe, what_is_seen
 
-    seen, blocks = what_is_seen(file, layout)
-    listings = describe(file, layout)
+    if file.suffix == ".toml":
+        raise InputError(f"{file}: is a scenario; expected a file of numbers: historysim show {file} reads scenarios")
+    try:
+        seen, blocks = what_is_seen(file, layout)
+        listings = describe(file, layout)
+    except InputError as error:
+        raise InputError(f"{error}; a height map is read by historysim show {file}") from error
+    if len(listings) >= FEWEST_OF_A_MAP and all(each.column.startswith("{") for each in listings):
+        notice(f"{len(listings)} columns without names; if this is a height map: historysim show {file}")
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")

@@ -93,10 +93,11 @@ several_files = click.argument("files", type=options.path_type, nargs=-1, requir
 
 @click.command()
 @several_files
+@click.option("-v", "--verbose", is_flag=True, help="Of a result: also its attributes, digests and versions.")
 @options.json_option
 @options.set_option
 @height_map_options
-def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **height_map: object) -> None:
+def show(files: tuple[Path, ...], verbose: bool, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
     Also what `loops -o` and `sliding -o` have written. Two height maps of one place, before and after: what was lost
@@ -105,7 +106,7 @@ def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **heigh
     from historysim.verbs import show as shown
 
     what = _one(files, values) if len(files) == 1 or values else list(files)
-    write_answer(Answer(shown(what, **_given(height_map))), as_json=as_json)
+    write_answer(Answer(shown(what, attributes=verbose, **_given(height_map))), as_json=as_json)
 
 
 @click.command()

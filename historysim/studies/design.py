@@ -167,7 +167,10 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
     section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
         if section is None:
-            raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
+            raise InputError(
+                "missing; expected [design] with key, between and target, as key = 'friction.coefficient', between = "
+                "[0.05, 0.5] and target = '10 nm'"
+            )
         if section.output not in SUMMARIES:
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()

@@ -129,7 +129,7 @@ def sweep_of(
     with reported(scenario.path.name):
         if over is None:
             if section is None:
-                raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
+                raise InputError("has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]")
             over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
         with at("sweep"):
             grid, outputs = grid_of(over, together), chosen_outputs(outputs)

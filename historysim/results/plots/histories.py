@@ -71,6 +71,7 @@ class HistoryPicture(Picture):
 
     def size_of(self, data: xr.Dataset) -> Size:
         """Return the size of its panels."""
+        check_recorded(data)
         if self.panels is not None:
             return TWO_COLUMNS if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
         return TWO_COLUMNS, 99.0 + 25.4 * sum(_lower_heights(data))
