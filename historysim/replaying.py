@@ -20,15 +20,7 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.recording import provenance
-from historysim.recording.recorder import (
-    DatasetRecorder,
-    Recorder,
-    Selection,
-    StateOnly,
-    changes_of,
-    check_planar,
-    chosen_asperities,
-)
+from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, changes_of, chosen_asperities
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -88,7 +80,6 @@ class Replay(FieldsAsHtml):
     @cached_property
     def changes(self) -> Changes:
         """What changes beside the loads, and is recorded at each step."""
-        check_planar(self.ensemble, self.events)
         return changes_of(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:

@@ -80,7 +80,8 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
 
 
 def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
-    """Return what changes along the history of these events."""
+    """Return what changes along the history of these events; InputError for two directions where one alone goes."""
+    _check_planar(ensemble, events)
     law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
     ruled = law is not None and law.depends_on != "nothing"
     each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
@@ -100,7 +101,7 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
     )
 
 
-def check_planar(ensemble: Ensemble, events: Sequence[Event]) -> None:
+def _check_planar(ensemble: Ensemble, events: Sequence[Event]) -> None:
     """Check that events in two tangential directions, if they are, go with the ensemble and with one another.
 
     Raises InputError: what there is in one direction alone.
