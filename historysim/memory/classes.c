@@ -11,9 +11,11 @@
 #define WIDEST_CELL 1.01
 #define JOINED_CELL 1.1
 /* rings from the edge at which it is looked whether they slip at once, where cells are refined; cells there are no finer than
- * this share of the way over μ, and grow by a share of their depth; and how many are cut at a time */
+ * this share of the way over μ, and no finer than this of the depth of the class, and grow by a share of their depth; and
+ * how many are cut at a time */
 #define LOOKED_AT 6
 #define FINEST 0.125
+#define FINEST_OF_DEPTH 1e-9
 #define GROWING 0.25
 #define MOST_CUT 16
 /* A node is not missed if the tangential load changes by so little of the friction limit; and by so little of what a step has
@@ -22,8 +24,8 @@
 #define NOT_MISSED_OF_STEP 1e-3
 #define NEVER_MISSED 1e-7
 /* A step is taken as it is where its two stages slide so evenly: the load that differs, over the tolerance of the limit, and
- * of the load that has slid, unless it is next to nothing. Otherwise it is halved until the load settles, and so does what is lost, over the tolerance of itself or of the limit times
- * the way. */
+ * of the load that has slid, unless it is next to nothing. Otherwise it is halved until the load settles, and so does what
+ * is lost, over the tolerance of itself or of the limit times the way. */
 #define EVEN 2.0
 #define EVEN_OF_SLIP 15.0
 #define ALWAYS_EVEN 0.01
@@ -218,6 +220,8 @@ static int refine(hs_class *part, double friction, hs_vector way) {
     double least = FINEST * hs_length(way) / friction, fresh[MOST_CUT];
     if (part->count < 2 || least == 0.0) return HS_OK;
     double edge = nodes[0].label, first = edge - nodes[1].label;
+    /* labels have to differ */
+    least = hs_most(least, hs_most(FINEST_OF_DEPTH * (edge - deepest_of(part)), 8.0 * HS_TIE * fabs(edge)));
     for (int32_t i = 1; i <= last; ++i) {
         double depth = edge - nodes[i].label, share = (sqrt(depth) - sqrt(hs_most(depth - first, 0.0))) / first;
         if (hs_length(hs_plus(hs_ring_traction(nodes, i), share, way)) > friction * sqrt(depth)) beyond = i;
