@@ -276,7 +276,7 @@ def _refuse_guess(channel: Any, header: str) -> None:
     if channel.physical_sizes is None and not channel.unit:
         raise InputError(
             f"has a header without a unit or size that SurfaceTopography understands{f', {header}' if header else ''}; "
-            "take it out, name the file .txt, and give pixel_size and height_unit"
+            "take these lines out, in a file named .txt, and give pixel_size and height_unit"
         )
 
 

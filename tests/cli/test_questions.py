@@ -34,8 +34,9 @@ def read(path):
 
 
 # an asperity is no table, and `state --asperity` shows it; maps are those of a surface with interaction, see
-# tests/results/plots/test_contact_map.py; and slopes are of inclined asperities
-OTHERS = {"asperity", "point_maps", "slope_load"}
+# tests/results/plots/test_contact_map.py; slopes are of inclined
+# asperities; and a load curve needs the contact itself, see test_load_curve.py
+OTHERS = {"asperity", "load_curve", "point_maps", "slope_load"}
 TABLES = [name.replace("_", "-") for name in questions() if name not in OTHERS]
 NEEDED = {
     **{question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")},

@@ -45,6 +45,9 @@ def test_many_summits_are_near_greenwood_and_williamson():
 
 def test_tables_over_time_have_totals_or_long_rows(tmp_path):
     history = hs.run("scenarios/08_mixed_control.toml", tmp_path / "h.nc")
+    done = CliRunner().invoke(main, ["table", str(tmp_path / "h.nc"), "load-curve", "-o", str(tmp_path / "curve.csv")])
+    assert done.exit_code == 0, done.output
+    assert pd.read_csv(tmp_path / "curve.csv")["normal_load [N]"].is_monotonic_increasing
     for options, rows in (((), history.sizes["step"]), (("--with", "form=long"), history["slip_state"].size)):
         path = tmp_path / "time.csv"
         done = CliRunner().invoke(main, ["table", str(tmp_path / "h.nc"), "time-series", "-o", str(path), *options])
