@@ -119,6 +119,8 @@ def test_each_says_what_it_shows_and_balances(path, histories):
     history = histories[path.stem]
     assert history.attrs["title"]
     force = history.tangential_load
+    if "slope" in history.coords:
+        force = (force + history.normal_load * history.slope) / np.hypot(1.0, history.slope)
     # a patch has its share of a table
     error = 1e-3 * float(history.friction_limit.max()) if path.stem == INTERACTING else 1e-14
     assert force.sum("asperity").values == pytest.approx(history.total_tangential_load.values, abs=error)
@@ -380,6 +382,22 @@ def test_26_a_surface_that_was_run_in_displaces_less(histories):
     # the reversals with tractions in them did not come through unstrained
     assert float(history.total_dissipated_energy[-1]) > 0
     assert float(history.yielded_load_share[-1]) > 0.95
+
+
+def test_29_slopes_make_a_loop_that_is_not_symmetric(histories):
+    history = histories["29_summits_that_meet"]
+    load, slope = history.normal_load.values, history.slope.values
+    uphill, downhill = (int(np.flatnonzero(history.time.values == time)[0]) for time in (1.0, 3.0))
+    for step, way in ((uphill, 1), (downhill, -1)):
+        # all of them slide
+        angle = np.arctan(slope)
+        expected = load[step] * (way * FRICTION * np.cos(angle) + np.sin(angle))
+        assert float(history.total_tangential_load[step]) == pytest.approx(expected.sum(), rel=1e-9)
+        carried = load[step] * (np.cos(angle) - way * FRICTION * np.sin(angle))
+        assert carried.sum() == pytest.approx(4e-3, rel=1e-9)
+    limits = history.total_tangential_load.values[[uphill, downhill]]
+    assert limits == pytest.approx([867.4e-6, -747.2e-6], rel=1e-3)
+    assert float(history.separation[uphill] - history.separation[downhill]) == pytest.approx(1.77e-9, rel=0.01)
 
 
 def test_the_data_are_made_again_byte_for_byte(tmp_path):

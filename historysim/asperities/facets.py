@@ -25,7 +25,7 @@ LEAST_LOSS = 1e-3
 """Energy of a chord that has to settle, over that of sliding."""
 LOSSES = 10
 """Tolerance of energies over that of loads and approaches."""
-_SUMMED = ("contact_count", "real_contact_area", "dissipated_energy", "friction_limit")
+_SUMMED = ("contact_count", "real_contact_area", "dissipated_energy")
 
 
 def towards(start: Any, end: Any, share: Any) -> Any:
@@ -90,6 +90,7 @@ class Facet(Ensemble):
             totals[name] += own[name]
         totals["normal_load"] += c * own["normal_load"] - s * own["tangential_load"]
         totals["tangential_load"] += c * own["tangential_load"] + s * own["normal_load"]
+        totals["friction_limit"] += c * own["friction_limit"]
         normal = 2.0 * self.pair.contact_modulus * rows.each["contact_radius"].sum(axis=1)
         totals["tangential_stiffness"] += c * c * own["tangential_stiffness"] + s * s * normal
         totals["traction_ratio"] = np.maximum(totals["traction_ratio"], own["traction_ratio"])

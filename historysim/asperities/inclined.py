@@ -15,7 +15,7 @@ from historysim.asperities.facets import Body, Facet, Way, towards
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import channel, path_to
-from historysim.basics.arguments import Floats, one_per, scalar
+from historysim.basics.arguments import Booleans, Floats, one_per, scalar
 from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text
 from historysim.contact.materials import MaterialPair
@@ -294,14 +294,17 @@ class InclinedEnsemble(Ensemble):
         ends = np.stack([legs["normal_target"], legs["tangential_target"]])
         columns, facets = np.asarray(asperities, dtype=np.int64), []
         rows.totals[:] = np.zeros((), rows.totals.dtype)
+        pushed = np.zeros(len(rows.totals))
         for facet, start in zip(self.facets, state.facets, strict=True):
             own, turned, each = blank_rows(len(rows.totals), len(facet)), legs.copy(), np.arange(len(facet))
             turned["normal_target"], turned["tangential_target"] = facet.turned(*ends)
             facets.append(facet.walk(start, turned, rows=own, asperities=each, threads=how.get("threads", 1)))
             facet.add_to(rows.totals, own)
+            pushed += facet.sine * own.totals["normal_load"]
             _, mine, theirs = np.intersect1d(facet.members, columns, return_indices=True)
             for name, values in rows.each.items():
                 values[:, theirs] = own.each[name][:, mine]
+        rows.totals["friction_limit"] += np.abs(pushed)
         ways = np.column_stack([(state.approach, state.tangential_displacement), ends])
         rows.totals["approach"], rows.totals["displacement"] = _of_rows(ways, legs)
         controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"])
@@ -318,6 +321,16 @@ class InclinedEnsemble(Ensemble):
         """Return the approach [m] at which the asperities first carry a total normal load ≥ 0 [N] where U = 0."""
         load = scalar("normal_load", normal_load, least=0.0)
         return self.advance(self.initial_state(), normal_load=load).approach
+
+    def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
+        """Return which asperities may touch up to a normal load [N], an approach [m] and a displacement either way [m].
+
+        At least the share 1 - μ |tan α| of what presses an asperity carries the body, and at most 1 + μ |tan α|.
+        """
+        most, steep = float((self.friction * np.abs(self.slope)).max()), np.abs(self.slope)
+        deepest = max(approach, self.approach_at(normal_load * (1 + most) / (1 - most)))
+        found: Booleans = self.first_touch < deepest + displacement * (steep.max() + steep)
+        return found
 
     def asperity(self, index: int, state: InclinedState) -> "Asperity":  # type: ignore[override] # a state of its kind
         """Return one asperity as it is in the axes of its slope; an index that is not there raises InputError."""

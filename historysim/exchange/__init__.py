@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from historysim.basics.wording import Notify, silent
+from historysim.errors import InputError
 from historysim.replaying import Replay
 from historysim.scenario.run import Source, source_of
 from historysim.scenario.scenario import Scenario
@@ -27,7 +28,12 @@ class Exported(NamedTuple):
 def exported(given: Exportable, notify: Notify = silent) -> Exported:
     """Return what is exported; InputError where it cannot be used as it is."""
     if isinstance(given, Replay):
-        return Exported(given, "contact", "", ())
-    source = source_of(given)
-    header, events, _ = source.content(notify)
-    return Exported(header.replay(events), source.files[0].stem, str(header.settings.get("title", "")), source.files)
+        found = Exported(given, "contact", "", ())
+    else:
+        source = source_of(given)
+        header, events, _ = source.content(notify)
+        title = str(header.settings.get("title", ""))
+        found = Exported(header.replay(events), source.files[0].stem, title, source.files)
+    if found.replay.ensemble.slope is not None:
+        raise InputError("the asperities are inclined, which no export follows; expected level ones")
+    return found

@@ -13,6 +13,7 @@ from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.friction import FrictionLaw
+from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
@@ -26,10 +27,10 @@ from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
-FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING = 1, 3, 4, 5
-"""Forms of a log: plain, with asperities that evolve, with patches of normal curves, and with summits that yield."""
-FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING)
-OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y")
+FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES = 1, 3, 4, 5, 7
+"""Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes."""
+FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES)
+OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
 OF_SETTINGS: Mapping[str, Any] = {
@@ -161,7 +162,7 @@ class LogHeader:
             # another version of numpy draws otherwise; what stands in the log holds
             drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(kept.size), kept)
             own["friction"] = kept if drawn_anew else law
-        return Ensemble(
+        return (InclinedEnsemble if "slope" in own else Ensemble)(
             pair,
             **own,
             **laws,
@@ -227,6 +228,8 @@ def _form(ensemble: Ensemble, *, evolves: bool) -> int:
     """Return the earliest form of a log that has what the ensemble has."""
     if ensemble.curves is not None:
         return FORMAT_OF_CURVES
+    if ensemble.slope is not None:
+        return FORMAT_OF_SLOPES
     if ensemble.yielding is not None:
         return FORMAT_OF_YIELDING
     return FORMAT_OF_LAWS if evolves else FORMAT

@@ -8,7 +8,6 @@ from typing import Self
 import attrs
 
 from historysim._version import __version__
-from historysim.asperities.state import EnsembleState
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
@@ -114,7 +113,8 @@ def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
     if cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
         return f"the snapshot at t = {time_text(cursor.time)} was made before events were appended"
     try:
-        return Start(EnsembleState.from_bytes(snapshot.state, file.head.ensemble.initial_state()), cursor)
+        start = file.head.ensemble.initial_state()
+        return Start(type(start).from_bytes(snapshot.state, start), cursor)
     except InputError as error:
         return f"a snapshot cannot be used ({error})"
 

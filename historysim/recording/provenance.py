@@ -27,6 +27,8 @@ KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis
 
 MADE_BY = "replay"
 """Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself."""
+MOST_TURN = 5e-3
+"""Change of a slope as its spheres move past each other, up to which it is taken as kept."""
 VALIDITY, NAMED_STATES = "validity", "named_states"
 """Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name."""
 
@@ -97,12 +99,14 @@ def validity_findings(
     """Return which assumptions of the model do not hold where the asperities are pressed most.
 
     Those of `asperities.validity.findings`; ``amplitude``: the greatest tangential displacement [m] or load [N] that is
-    asked for is below the resolution of the instrument; and ``contact``: nothing ever touches, though the events move
-    it tangentially. `approach` is the largest one of the history [m]; computed by default.
+    asked for is below the resolution of the instrument; ``contact``: nothing ever touches, though the events move it
+    tangentially; and ``turning``: slopes, which are kept, would turn by more than `MOST_TURN`. `approach` is the
+    largest one of the history [m]; computed by default.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     of_contact = validity.findings(ensemble, approach, instrument)
-    return of_contact + tuple(_amplitudes(events, instrument)) + tuple(_untouched(events, approach))
+    of_events = *_amplitudes(events, instrument), *_untouched(events, approach), *_turning(ensemble, events, approach)
+    return of_contact + of_events
 
 
 def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
@@ -121,6 +125,19 @@ def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
             "nothing ever touches: no normal load presses, and before its first event a contact is unloaded; all loads "
             "are 0. Give a normal load, or a normal displacement above 0, before the tangential motion",
         )
+
+
+def _turning(ensemble: Ensemble, events: Sequence[Event], approach: float) -> Iterator[Finding]:
+    touching = ensemble.first_touch < approach
+    if ensemble.slope is None or not touching.any():
+        return
+    amplitude = max(map(abs, values_of(events, TangentialDisplacement)), default=0.0)
+    # the centres of two spheres are four radii of their contact apart, or more
+    turn = amplitude / (4 * float(ensemble.summit_radius[touching].min()))
+    if turn > MOST_TURN:
+        moved = quantity_text(amplitude, "m", 3)
+        text = f"the contact moves by {moved}, which would turn slopes, kept here, by up to {turn:.2g}: move less"
+        yield Finding("turning", turn, MOST_TURN, text)
 
 
 def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Finding]:

@@ -8,11 +8,12 @@ import attrs
 import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import Array, Floats, Integers
 from historysim.errors import InputError
 from historysim.loads.event_sequence import values_of
-from historysim.loads.events import Event, NormalDisplacement, NormalLoad
+from historysim.loads.events import Event, NormalDisplacement, NormalLoad, TangentialDisplacement
 from historysim.loads.schedule import changes_geometry, friction_changes
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
 from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, recorded
@@ -35,16 +36,21 @@ CELLS_IN_MEMORY = 1 << 24
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    "touching" stands for those that touch at any time; where asperities wear or slope, or their geometry changes, that
-    is not known, and it stands for all. Another word, or an index that does not exist or is given twice, is an
-    InputError.
+    "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, that is not
+    known, and it stands for all; of inclined ones it stands for those that may touch. Another word, or an index that
+    does not exist or is given twice, is an InputError.
     """
     if isinstance(record, str) and record in {"totals", "all", "touching"}:
         if record == "totals":
             return None
-        moves = ensemble.wear is not None or ensemble.slope is not None or changes_geometry(events)
-        if record == "all" or moves:
+        if record == "all" or ensemble.wear is not None or changes_geometry(events):
             return np.arange(len(ensemble))
+        if isinstance(ensemble, InclinedEnsemble):
+            load, approach, way = (
+                max(map(abs, values_of(events, kind)), default=0.0)
+                for kind in (NormalLoad, NormalDisplacement, TangentialDisplacement)
+            )
+            return np.flatnonzero(ensemble.may_touch(load, approach, way))
         return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
     given = np.asarray(record if not isinstance(record, str) else ())
     if given.ndim != 1 or given.dtype.kind not in "iu" or given.size == 0:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.inclined import InclinedEnsemble
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
 from historysim.errors import InputError, at, misfit
@@ -171,7 +172,8 @@ def ensemble_on(sections: Sections, name: str, pair: "MaterialPair", surface: Bu
             ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
         else:
             with at("surface"):
-                ensemble = Ensemble.from_summits(
+                sloping = surface.summits is not None and surface.summits.slope is not None
+                ensemble = (InclinedEnsemble if sloping else Ensemble).from_summits(
                     pair,
                     surface.summits,
                     coefficients,

@@ -43,6 +43,8 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 raise InputError("friction: is a column of the surface; expected [friction] with a coefficient to fit")
             if ensemble.evolves or ensemble.law is not None:
                 raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
+            if ensemble.slope is not None:
+                raise InputError("the asperities are inclined; expected level ones for a fit")
             start = {name: _start(name, ensemble, instrument) for name in section.parameters}
 
     height = ensemble.summit_height

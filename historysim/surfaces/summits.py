@@ -28,6 +28,8 @@ class Summits(FrozenArrays):
         Position [m].
     nominal_area : float, optional
         Area of the surface that they were found on [m²], > 0; None where it is not known or it is a profile.
+    slope : array_like (summit), optional
+        Of summits that `meeting` has found: tan α of the contact plane along x; one number stands for all.
     """
 
     height: Floats
@@ -35,6 +37,7 @@ class Summits(FrozenArrays):
     x: Floats | None
     y: Floats | None
     nominal_area: float | None
+    slope: Floats | None
 
     def __init__(
         self,
@@ -44,6 +47,7 @@ class Summits(FrozenArrays):
         y: "ArrayLike | None" = None,
         *,
         nominal_area: float | None = None,
+        slope: "ArrayLike | None" = None,
     ) -> None:
         heights = workable("height", one_per("summit", "summits", "height", height))
         radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
@@ -53,15 +57,66 @@ class Summits(FrozenArrays):
             x=None if x is None else one_per("summit", "summits", "x", x, heights.size),
             y=None if y is None else one_per("summit", "summits", "y", y, heights.size),
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
+            slope=None if slope is None else one_per("summit", "summits", "slope", slope, heights.size),
         )
 
     def at_heights(self, height: "ArrayLike") -> Self:
         """Return the same summits at other heights [m]."""
-        return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area)
+        return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area, slope=self.slope)
 
     def on_area(self, nominal_area: float) -> Self:
         """Return the same summits on another nominal area [m²]."""
-        return type(self)(self.height, self.radius, self.x, self.y, nominal_area=nominal_area)
+        return type(self)(self.height, self.radius, self.x, self.y, nominal_area=nominal_area, slope=self.slope)
+
+    def meeting(self, other: "Summits", *, shift: tuple[float, float] = (0.0, 0.0)) -> Self:
+        """Return where these summits meet those of a body that lies on them, as summits with slopes.
+
+        Summits are the spheres of their radii. Each chooses the one that it touches first as the bodies approach; those
+        that have chosen each other meet. Where their centres lie b apart along x and y, of which b_x from this one to
+        the other, they touch at the height z1 + z2 - (ρ - √(ρ² - b²)) with ρ = R1 + R2, on a slope of -b_x/√(ρ² - b²),
+        with the radius R1 R2/ρ.
+
+        Parameters
+        ----------
+        other : Summits
+            With heights from a datum of its own towards these.
+        shift : pair of float
+            By which the other is moved along x and y [m].
+
+        Raises
+        ------
+        InputError
+            Summits without positions, or of which none meet.
+        """
+        if self.x is None or self.y is None or other.x is None or other.y is None:
+            raise InputError("summits without positions cannot meet others; expected x and y of both")
+        x, y = other.x + shift[0], other.y + shift[1]
+        chosen, most = np.zeros(len(self), dtype=np.int64), np.full(len(other), -np.inf)
+        choosing = np.full(len(other), -1)
+        for one in range(len(self) if len(other) else 0):
+            reach = self.radius[one] + other.radius
+            square = reach**2 - (x - self.x[one]) ** 2 - (y - self.y[one]) ** 2
+            upright = np.sqrt(np.maximum(square, 0.0))
+            touch = np.where(square > 0.0, self.height[one] + other.height - (reach - upright), -np.inf)
+            chosen[one] = np.argmax(touch)
+            first = touch > most
+            most[first], choosing[first] = touch[first], one
+        second = np.flatnonzero(choosing >= 0)
+        second = second[chosen[choosing[second]] == second]
+        if not second.size:
+            raise InputError("no summit meets one of the other body; expected maps that lie on each other")
+        first = choosing[second]
+        reach = self.radius[first] + other.radius[second]
+        along, share = x[second] - self.x[first], self.radius[first] / reach
+        across = y[second] - self.y[first]
+        return type(self)(
+            most[second],
+            share * other.radius[second],
+            self.x[first] + share * along,
+            self.y[first] + share * across,
+            nominal_area=self.nominal_area,
+            slope=-along / np.sqrt(reach**2 - along**2 - across**2),
+        )
 
     def __len__(self) -> int:
         """Return the number of summits."""

@@ -224,7 +224,8 @@ def test_replay_records_what_stepping_finds_whatever_the_substeps():
     ensemble = rough(6, 7)
     events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.TangentialDisplacement(2.0, -20e-9)]
     coarse, fine = (hs.replay(ensemble, events, substeps=parts) for parts in (1, 7))
-    assert fine.sizes["asperity"] == 6
+    touching = (fine.slip_state != 0).sum("asperity")
+    np.testing.assert_array_equal(touching, fine.contact_count)
     np.testing.assert_allclose(fine.total_normal_load, 2e-3, rtol=1e-12)
     at = fine.isel(step=[0, 7, 14])
     for name in ("total_tangential_load", "separation", "total_dissipated_energy"):
@@ -290,3 +291,24 @@ def test_what_does_not_go_with_slopes_is_refused(refused, message):
     ensemble = sphere()
     with pytest.raises(hs.InputError, match=message):
         refused(ensemble, ensemble.initial_state())
+
+
+def test_questions_to_a_history_of_slopes():
+    ensemble = rough(6, 7)
+    events = [hs.NormalLoad(0.0, 2e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.TangentialDisplacement(2.0, -20e-9)]
+    history = hs.replay(ensemble, events, record="all")
+    state = hs.Replay(ensemble, events).state()
+    assert float(history.contact.slope_load()[-1]) == pytest.approx(state.slope_load, rel=1e-12)
+    for name in ("preliminary_displacement", "presliding_work"):
+        with pytest.raises(hs.InputError, match="the asperities are inclined"):
+            getattr(history.contact, name)()
+    with pytest.raises(hs.InputError, match="expected slopes"):
+        hs.replay(ensemble, events, record=[0]).contact.slope_load()
+    assert dict(history.contact.summary())["preliminary displacement"] == "not available: the asperities are inclined"
+    with pytest.raises(hs.InputError, match="inclined, which no export follows"):
+        hs.reduce(hs.Replay(ensemble, events), elements=4)
+    assert not history.contact.validity()
+    far = hs.replay(ensemble, [*events, hs.TangentialDisplacement(3.0, 2e-6)], record="totals")
+    (finding,) = far.contact.validity()
+    assert finding.name == "turning"
+    assert finding.value == pytest.approx(2e-6 / (4 * ensemble.summit_radius.min()), rel=0.5)

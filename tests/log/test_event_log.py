@@ -121,6 +121,17 @@ def test_the_state_is_the_same_bits_from_any_snapshot(path):
         assert [start.time for start in starts] == [0.0, 2.0, 4.0]
 
 
+def test_a_log_of_slopes_makes_its_states_and_history_again(path):
+    ensemble = hs.InclinedEnsemble(ENSEMBLE.pair, [0.0, -2e-8, -3e-8], 1e-5, 0.2, slope=[0.1, -0.2, 0.05])
+    events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.NormalLoad(2.0, 0.5e-3)]
+    times = (0.0, 1.0, 1.5, 2.0)
+    with hs.EventLog.create(path, ensemble, events) as log:
+        plain = [log.state(at=time) for time in times]
+        snapshots_everywhere(log)
+        assert [log.state(at=time, notify=pytest.fail) for time in times] == plain
+        assert log.replay().equals(hs.replay(ensemble, events))
+
+
 def test_the_state_of_all_asperities_is_a_row_of_the_history(path):
     everything = hs.replay(ENSEMBLE, EVENTS, record="all")
     with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:

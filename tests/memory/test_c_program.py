@@ -1,7 +1,9 @@
 import ctypes
 import math
+import re
 import shutil
 import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -33,11 +35,18 @@ def test_a_c_program_walks_loops_by_itself(tmp_path, compiler, standard):
 
 def test_what_the_readme_shows_runs(tmp_path):
     text = (ROOT / "historysim" / "memory" / "README.md").read_text(encoding="utf-8")
-    shown = {name: text.split(f"```{name}\n")[1].split("```")[0] for name in ("c", "python")}
-    head, *body = shown["c"].splitlines()
-    lines = [head, "#include <math.h>", "int main(void) {", *body, "return !(force > 0.0); }"]
-    (tmp_path / "shown.c").write_text("\n".join(lines), encoding="utf-8")
-    subprocess.run([compiled(CC, tmp_path / "shown.c", tmp_path)], check=True)
+    shown = dict(re.findall(r"```(python)\n(.*?)```", text, re.DOTALL))
+    programs = re.findall(r"```c\n(.*?)```", text, re.DOTALL)
+    assert len(programs) == 2
+    for number, (sign, code) in enumerate(zip(("", "-"), programs, strict=True)):
+        head, *body = code.splitlines()
+        lines = [head, "#include <math.h>", "int main(void) {", *body, f"return !({sign}force > 0.0); }}"]
+        (tmp_path / "program.c").write_text("\n".join(lines), encoding="utf-8")
+        subprocess.run([compiled(CC, tmp_path / "program.c", tmp_path, name=f"shown{number}")], check=True)
+    # the lines that link the library of the installed package
+    (link,) = re.findall(r"^    (I=.*?)\n    (cc .*?)$", text, re.MULTILINE)
+    if sys.platform == "linux" and shutil.which("cc") and shutil.which("python"):
+        subprocess.run(["sh", "-ec", "\n".join([*link, "./program"])], check=True, cwd=tmp_path)  # noqa: S607 - the shell of the system
     pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
     ensemble = hs.Ensemble(pair, [0.0, -1e-9], 1e-4, 0.3)
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)

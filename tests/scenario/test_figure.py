@@ -116,7 +116,7 @@ def test_a_sweep_has_curves_bars_and_loops(write):
     assert curve.get_xlabel() == r"friction coefficient $\mu$"
     assert [tick.get_text() for tick in bars.get_xticklabels()] == ["low", "high"]
     difference = float(found.preliminary_displacement[2] - found.preliminary_displacement[1]) * 1e9
-    assert any(text.get_text() == f"high: drift {difference:.2g} nm" for text in bars.texts)
+    assert any(text.get_text() == f"high: drift {difference:.3g} nm" for text in bars.texts)
     assert [str(line.get_label()) for line in loops.get_lines()][-2:] == [r"$\mu$ = 0.1", r"$\mu$ = 0.4"]
     # one run of it has none of these but its loop
     assert len(hs.plot(hs.run(hs.load(write(BALL + SWEPT.replace("[0.1, 0.4]", "0.1"))))).axes) == 1

@@ -63,7 +63,7 @@ def without(entry, key):
 
 
 def bits(summits):
-    columns = (summits.height, summits.radius, summits.x, summits.y)
+    columns = (summits.height, summits.radius, summits.x, summits.y, summits.slope)
     return [None if column is None else column.tobytes() for column in columns] + [summits.nominal_area]
 
 
@@ -72,6 +72,15 @@ def bits(summits):
 
 def found_on(surface, rule=9):
     return surface.summits(rule), surface
+
+
+def met(first, second, shift):
+    """Summits of both, the second centre over centre and then moved."""
+    sides = [
+        (size - 1) / 2 * pixel for one in (first, second) for size, pixel in zip(one.shape, one.pixel_size, strict=True)
+    ]
+    over = sides[0] - sides[2] + shift[0], sides[1] - sides[3] + shift[1]
+    return first.summits().meeting(second.summits(), shift=over)
 
 
 def rough_map(folder, pixel_size):
@@ -114,6 +123,8 @@ BY_FUNCTIONS = {
     "sum": lambda _: found_on(
         random_surface(**ROUGH).combined(random_surface(**OTHER), shift=(1e-6, 3e-6), rotation=0.3), 5
     ),
+    "inclined summits": lambda _: (Summits([0.0, -1e-8], 1e-6, slope=[0.1, -0.2]), None),
+    "meeting": lambda _: (met(random_surface(**ROUGH), random_surface(**OTHER), (1e-6, 3e-6)), None),
 }
 # and of each short one, which has the defaults
 BY_FUNCTIONS_IN_SHORT = {
@@ -146,7 +157,7 @@ def test_a_kind_gives_what_its_function_gives_bit_for_bit(folder, entry, by_func
     assert len(summits) > 0
     assert bits(found.summits) == bits(summits)
     history = hs.run(folder / "s.toml")
-    coordinates = {"summit_height": "height", "summit_radius": "radius", "x": "x", "y": "y"}
+    coordinates = {"summit_height": "height", "summit_radius": "radius", "x": "x", "y": "y", "slope": "slope"}
     for name, column in coordinates.items():
         values = getattr(summits, column)
         assert (name in history.coords) == (values is not None)
@@ -231,6 +242,12 @@ EFFECTS = {
         "rotation": -0.3,
         "rule": 9,
     },
+    "inclined summits": {"slope": 0.1},
+    "meeting": {
+        "first": {"kind": "random", **OTHER},
+        "second": {"kind": "random", **ROUGH},
+        "shift": [2e-6, 3e-6],
+    },
 }
 """By the names of sections, keys with other values."""
 
@@ -252,6 +269,7 @@ def test_every_key_has_an_effect(folder, name, key):
         ("random", {"pixel_size": ["1 µm", "2 µm"], "rms_height": "10 nm", "autocorrelation_length": ["4 µm", 5e-6]}),
         ("measured", {"pixel_size": ["1 µm", "2 µm"], "height_unit": "1e-9 m", "rms_height": "20 nm"}),
         ("sum", {"shift": ["1 µm", "3000 nm"], "rotation": "0.3 rad"}),
+        ("meeting", {"shift": ["1 µm", "3000 nm"]}),
     ],
 )
 def test_texts_with_units_are_numbers_in_si(folder, name, changes):
@@ -479,10 +497,19 @@ def test_what_was_begun_is_named(folder, entry, said):
     assert refusal(folder, entry).splitlines()[0].startswith(f"s.toml: {said}")
 
 
+WRONG_VALUES = (True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg")
+KEYS_OF_SECTIONS = [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+
+
 @pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
-@pytest.mark.parametrize("value", [True, "nonsense", {"a": 1}, [[1]], [], math.nan, -1, 2**70, 10**400, "5 kg"])
 @pytest.mark.parametrize(
-    ("name", "key"), [(name, key) for name, entry in SECTIONS.items() for key in entry if key != "kind"]
+    ("name", "key", "value"),
+    [
+        # a fifth of them at every change: each key with two values, each value at a fifth of the keys
+        pytest.param(name, key, value, marks=pytest.mark.slow if (place + number) % 5 else ())
+        for place, (name, key) in enumerate(KEYS_OF_SECTIONS)
+        for number, value in enumerate(WRONG_VALUES)
+    ],
 )
 def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, key, value):
     entry = {**SECTIONS[name], key: value}
@@ -501,7 +528,7 @@ def test_values_of_a_wrong_type_or_size_are_refused_by_their_key(folder, name, k
     ("kind", "said"),
     [
         ("Sphere", "surface.kind: 'Sphere'; did you mean 'sphere'?"),
-        (["sphere"], "surface.kind: an array; expected one of measured, normal_curve, random, sphere"),
+        (["sphere"], "surface.kind: an array; expected one of measured, meeting, normal_curve, random, sphere"),
         (7, "surface.kind: 7; expected one of measured"),
     ],
 )
@@ -532,6 +559,14 @@ def test_kinds_that_there_are_not(folder, kind, said):
         ("measured", {"rms_height": -1}, "surface.rms_height: rms_height is -1; expected a finite number greater"),
         ("measured", {"mirrored": 1}, "surface.mirrored: 1; expected true or false"),
         ("sum", {"shift": 1e-6}, "surface: shift has shape (); expected one length along x and one along y"),
+        ("meeting", {"shift": 1e-6}, "surface.shift: 1e-06; expected one length along x and one along y"),
+        ("meeting", {"shift": [1.0, 0.0]}, "surface: no summit meets one of the other body; expected maps that lie on"),
+        (
+            "inclined summits",
+            {"slope": [1.0, -9.0]},
+            "surface: slope[1] is -9 with friction 0.2; expected less than 0.9",
+        ),
+        ("inclined summits", {"yielding": "thornton"}, "surface: inclined asperities have no yielding"),
         (
             "sum",
             {"shift": [1, 1], "first": SHORT["measured"], "second": SHORT["measured"]},

@@ -21,6 +21,7 @@ TABLE_HEIGHTS, DENSITY = [-1e-8, 0.0, 3e-8], [1.0, 4.0, 0.5]
 SECTIONS = {
     "sphere": {"kind": "sphere", "radius": RADIUS},
     "inline summits": {"kind": "summits", "height": [0.0, -1e-8], "radius": [1e-6, 2e-6], "x": [0.0, 1e-5], "y": 0.0},
+    "inclined summits": {"kind": "summits", "height": [0.0, -1e-8], "radius": 1e-6, "slope": [0.1, -0.2]},
     "summit table": {
         "kind": "summits",
         "file": "summits.csv",
@@ -82,6 +83,12 @@ SECTIONS = {
         "rotation": 0.3,
         "interpolation": "spline",
         "rule": 5,
+    },
+    "meeting": {
+        "kind": "meeting",
+        "first": {"kind": "random", **ROUGH},
+        "second": {"kind": "random", **OTHER},
+        "shift": [1e-6, 3e-6],
     },
 }
 # sections with as few keys as there can be

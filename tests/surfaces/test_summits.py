@@ -7,6 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as npst
 from scipy import ndimage
+from scipy.optimize import minimize
 from scipy.stats import multivariate_normal
 
 import historysim as hs
@@ -638,3 +639,62 @@ def test_few_summits_and_equal_heights_have_no_outliers():
     assert detached_summits([5.0] + [1.0] * 100) == 0
     # but one above a thousand of one height is one
     assert detached_summits([5.0] + [1.0] * 1000) == 1
+
+
+def test_summits_meet_where_the_sum_of_their_paraboloids_is_highest():
+    random = np.random.default_rng(4)
+    first, second = (
+        Summits(
+            random.uniform(0, 20e-9, 6),
+            random.uniform(20e-6, 60e-6, 6),
+            40e-6 * np.arange(6) + random.uniform(-1e-6, 1e-6, 6),
+            random.uniform(-1e-6, 1e-6, 6),
+        )
+        for _ in range(2)
+    )
+    found = first.meeting(second, shift=(0.3e-6, -0.2e-6))
+    assert len(found) == 6
+    order = np.argsort(found.x)
+    for one, other, at in zip(range(6), range(6), order, strict=True):
+        centre = np.array([second.x[other] + 0.3e-6, second.y[other] - 0.2e-6])
+
+        def gap(place, one=one, other=other, centre=centre):
+            of_first = np.sum((place - (first.x[one], first.y[one])) ** 2) / (2 * first.radius[one])
+            of_second = np.sum((place - centre) ** 2) / (2 * second.radius[other])
+            return (of_first + of_second) * 1e9
+
+        lowest = minimize(gap, centre, method="Nelder-Mead", options={"xatol": 1e-13, "fatol": 1e-12})
+        # paraboloids are spheres but for the square of the slope
+        height = first.height[one] + second.height[other] - lowest.fun * 1e-9
+        assert found.height[at] == pytest.approx(height, abs=2e-12 * lowest.fun)
+        np.testing.assert_allclose([found.x[at], found.y[at]], lowest.x, atol=1e-12)
+        assert 1 / found.radius[at] == pytest.approx(1 / first.radius[one] + 1 / second.radius[other])
+        # it rises towards the first where the second lies before it
+        flank = -(lowest.x[0] - first.x[one]) / first.radius[one]
+        assert found.slope[at] == pytest.approx(flank, rel=2e-3)
+
+
+def test_summits_meet_that_have_chosen_each_other():
+    first = Summits([0.0, -5e-9, 1e-9], 10e-6, [0.0, 1e-6, 50e-6], [0.0, 0.0, 0.0])
+    second = Summits([0.0, 0.0], 10e-6, [0.4e-6, 90e-6], [0.0, 0.0])
+    found = first.meeting(second)
+    # the second one is nearer to a higher one, which has chosen it, and the last two are beyond reach of any
+    assert len(found) == 1
+    assert found.slope == pytest.approx(-0.4 / 20, rel=1e-3)
+    assert found.x == pytest.approx(0.2e-6)
+    mirrored = second.meeting(first)
+    assert mirrored.slope == pytest.approx(-found.slope)
+    assert mirrored.height == pytest.approx(found.height)
+
+
+@pytest.mark.parametrize(
+    ("other", "message"),
+    [
+        (Summits(0.0, 1e-6, 1.0, 0.0), "no summit meets one of the other body"),
+        (Summits([], [], [], []), "no summit meets one of the other body"),
+        (Summits(0.0, 1e-6), "expected x and y of both"),
+    ],
+)
+def test_summits_that_cannot_meet_are_refused(other, message):
+    with pytest.raises(InputError, match=message):
+        Summits(0.0, 1e-6, 0.0, 0.0).meeting(other)

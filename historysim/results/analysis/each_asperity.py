@@ -14,7 +14,7 @@ from xarray.core import indexing
 
 from historysim.basics.arguments import Floats, scalar
 from historysim.errors import InputError
-from historysim.results.analysis.recorded import check_recorded
+from historysim.results.analysis.recorded import SLOPE, check_recorded, is_complete
 from historysim.results.asking import question
 
 PEAK_OVER_MEAN = 1.5  # greatest over mean pressure of a Hertz contact
@@ -35,6 +35,20 @@ def stick_ratio(history: xr.Dataset) -> xr.DataArray:
 
     text = "stick radius over contact radius"
     return _derived(history, "stick_ratio", ratio, ["stick_radius", "contact_radius"], units="1", long_name=text)
+
+
+@question(per_step=True)
+def slope_load(history: xr.Dataset) -> xr.DataArray:
+    """Return the part of the tangential load that needs no friction [N]: Σ N sin α of inclined asperities.
+
+    Along ``step``. InputError: level asperities, or not all of them are recorded.
+    """
+    check_recorded(history, "normal_load")
+    if SLOPE not in history or not is_complete(history):
+        raise InputError('the history is not of all asperities of an inclined contact; expected slopes, record = "all"')
+    sine = history[SLOPE] / np.hypot(1.0, history[SLOPE])
+    found = (history["normal_load"] * sine).sum("asperity").rename("slope_load")
+    return found.assign_attrs(units="N", long_name="tangential load that needs no friction")
 
 
 @question(per_step=True)

@@ -10,7 +10,14 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Finding, read_findings
 from historysim.errors import InputError
 from historysim.results.analysis.preliminary import capacity, friction_of
-from historysim.results.analysis.recorded import CHANGING_HEIGHT, Recorded, is_complete, of_patches, present_friction
+from historysim.results.analysis.recorded import (
+    CHANGING_HEIGHT,
+    SLOPE,
+    Recorded,
+    is_complete,
+    of_patches,
+    present_friction,
+)
 from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
 from historysim.results.asking import question
 
@@ -58,7 +65,8 @@ def summary(history: "Traceable") -> list[tuple[str, str]]:
     try:
         displacement, asperity = capacity(history)
     except InputError:
-        lines.append(("preliminary displacement", "not available: not all asperities that touch are recorded"))
+        why = "the asperities are inclined" if SLOPE in history else "not all asperities that touch are recorded"
+        lines.append(("preliminary displacement", f"not available: {why}"))
     else:
         lines += [
             ("preliminary displacement", _preliminary(history, normal, displacement, asperity)),
@@ -127,7 +135,7 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
 def _touched(history: Recorded) -> str:
     most = int(history["contact_count"].values.max())
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
-    if not is_complete(history):
+    if not is_complete(history) or SLOPE in history:
         return f"{most:,}{total} at one time"
     separation = history["separation"].values
     if CHANGING_HEIGHT in history:

@@ -77,7 +77,12 @@ def check_any(history: Recorded) -> None:
 
 
 def check_all_recorded(history: Recorded) -> None:
-    """Check that all asperities that touch are recorded; InputError where not."""
+    """Check that all asperities that touch are recorded, and level; InputError where not."""
+    if SLOPE in history:
+        raise InputError(
+            "the asperities are inclined, of which no closed form says when the last one slides; expected level ones, "
+            "or see slide_time of the history"
+        )
     if not is_complete(history):
         raise InputError(
             "the history does not hold all asperities that touch, so the preliminary displacement is not available; "
@@ -87,6 +92,9 @@ def check_all_recorded(history: Recorded) -> None:
 
 def is_complete(history: Recorded) -> bool:
     """Return whether all asperities that touch are recorded."""
+    if SLOPE in history:
+        touching = (history["slip_state"].values != SEPARATED).sum(axis=1)
+        return bool((touching == history["contact_count"].values).all())
     if "summit_height" not in history or "friction" not in history:
         return False
     most = int(history["contact_count"].values.max())
@@ -103,6 +111,7 @@ def is_complete(history: Recorded) -> bool:
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
 
 
+SLOPE = "slope"  # coordinate of a history of inclined asperities
 CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
 
 

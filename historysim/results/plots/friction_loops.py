@@ -15,7 +15,7 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
-from historysim.results.analysis.recorded import is_complete
+from historysim.results.analysis.recorded import SLOPE, is_complete
 from historysim.results.origin import dense, named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
@@ -252,7 +252,7 @@ def cells_of(
 
 def _of_history(history: xr.Dataset) -> Cell:
     label = str(history.attrs.get("title", ""))
-    if not is_complete(history):
+    if not is_complete(history) or SLOPE in history:
         return Cell(history, label)
     peak = history.isel(step=[int(history["total_normal_load"].values.argmax())])
     reach, work = analysis.preliminary_displacement(peak), analysis.presliding_work(peak)

@@ -41,6 +41,7 @@ LINES, MOST_LINES = 24, 200
 POINTS = 401
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
 """Dashes of the limits of one friction coefficient, and of the next."""
+GREY = "#7a7a7a"
 LIMIT = "friction limit"
 """The group of limits among the lines."""
 
@@ -109,9 +110,10 @@ class TractionPicture(Panel):
         zero_lines(axes, vertical=False)
         frictions = list(dict.fromkeys(f"{_friction(part):.3g}" for part in profiles if _friction(part) > 0))
         shades: Any = line_colours()(np.linspace(0, 1, len(states)))
-        if len(states) <= len(STYLES) and all(state.named for state in states):
-            # states with names are no course: each has a colour of its own
-            shades = [colour for colour, *_ in STYLES[: len(states)]]
+        # states with names are no course: each has a colour of its own, but grey, which limits have
+        own = [colour for colour, *_ in STYLES if colour != GREY]
+        if len(states) <= len(own) and all(state.named for state in states):
+            shades = own[: len(states)]
         for colour, label, state in zip(shades, self.labels or [each.label for each in states], states, strict=True):
             self._draw_state(axes, state, label, colour, along, factor, frictions)
         if self.fronts and self.letters:

@@ -1,4 +1,4 @@
-"""Surfaces given by a height map: random, measured, or the sum of two."""
+"""Surfaces given by a height map: random, measured, or two, as their sum or where their summits meet."""
 
 import abc
 from collections.abc import Mapping
@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import attrs
+import numpy as np
 
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
-from historysim.basics.wording import Notify, silent
-from historysim.errors import InputError, at
+from historysim.basics.wording import Notify, shown, silent
+from historysim.errors import InputError, at, misfit
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
@@ -267,3 +268,54 @@ class SumOfMaps(HeightMap):
             rotation=self.rotation,
             interpolation=self.interpolation,  # type: ignore[arg-type] # its value is checked there
         )
+
+
+@SURFACES.register
+@attrs.frozen(kw_only=True)
+class MeetingMaps(SurfaceKind):
+    """Two rough surfaces of which summits meet on slopes: asperities are inclined.
+
+    Examples
+    --------
+    [surface]
+    kind = "meeting"
+
+    [surface.first]
+    kind = "random"
+    shape = [64, 64]
+    pixel_size = "1 µm"
+    rms_height = "20 nm"
+    autocorrelation_length = "10 µm"
+    seed = 1
+
+    [surface.second]
+    kind = "random"
+    shape = [64, 64]
+    pixel_size = "1 µm"
+    rms_height = "20 nm"
+    autocorrelation_length = "10 µm"
+    seed = 2
+    """
+
+    kind = "meeting"
+
+    first: HeightMap
+    """A surface of a kind that has a height map."""
+    second: HeightMap
+    """The other one, with heights towards the first, which lies on it centre over centre and moves along x."""
+    shift: Lengths = (0.0, 0.0)
+    """By which the second is moved first, ``[x, y]``."""
+
+    def build(self, folder: Path) -> BuiltSurface:
+        """Return where summits meet."""
+        if np.shape(self.shift) != (2,):
+            raise misfit(f"{shown(self.shift)}; expected one length along x and one along y", "shift")
+        notices: list[str] = []
+        summits, centres = [], []
+        for name, kind in (("first", self.first), ("second", self.second)):
+            with at(name), representable():
+                surface = kind.surface(folder, notices.append)
+                summits.append(kind.found_summits(surface))
+                centres.append((np.array(surface.shape) - 1) / 2 * surface.pixel_size)
+        x, y = centres[0] - centres[1] + self.shift
+        return BuiltSurface(summits[0].meeting(summits[1], shift=(float(x), float(y))), notices=tuple(notices))

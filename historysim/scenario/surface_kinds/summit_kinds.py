@@ -68,6 +68,8 @@ class InlineSummits(SurfaceKind):
     """Positions along x."""
     y: Lengths | None = None
     """Positions along y."""
+    slope: Numbers | None = None
+    """Slopes of the contact planes along x, tan α, or one for all: asperities are inclined."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -81,7 +83,7 @@ class InlineSummits(SurfaceKind):
             if size == 0:
                 raise misfit("an empty array; expected one number, or one for each summit", key)
         height = np.broadcast_to(self.height, max(sizes.values())) if sizes["height"] == 1 else self.height
-        return BuiltSurface(Summits(height, self.radius, self.x, self.y))
+        return BuiltSurface(Summits(height, self.radius, self.x, self.y, slope=self.slope))
 
 
 @attrs.frozen(kw_only=True)

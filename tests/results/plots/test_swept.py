@@ -195,7 +195,7 @@ def test_bars_in_groups_tell_the_difference():
     mean = [np.nanmean(row) * 1e9 for row in VALUES[:, 0]]
     heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
     assert heights == pytest.approx(mean)
-    assert f"a: drift {abs(mean[1] - mean[0]):.2g} nm" in [text.get_text() for text in axes.texts]
+    assert f"a: drift {abs(mean[1] - mean[0]):.3g} nm" in [text.get_text() for text in axes.texts]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
     with pytest.raises(InputError, match=r"groups have 2 bars; expected one for each cell .* 3 along rms_height"):
         hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"]})
