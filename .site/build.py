@@ -80,17 +80,18 @@ def main() -> int:
     parser.add_argument("-o", "--output", type=Path, default=ROOT / "build" / "site")
     parser.add_argument("--no-pictures", action="store_true", help="draw no gallery, which takes some minutes")
     parser.add_argument("--workers", type=int, default=2, help="processes that draw the gallery")
+    parser.add_argument("-q", "--quiet", action="store_true", help="show no progress")
     arguments = parser.parse_args()
     output = arguments.output.resolve()
     source = output.with_name(f"{output.name}-source")
     pictures = output.with_name(f"{output.name}-pictures.html")
     if not arguments.no_pictures:
-        gallery.draw(ROOT, pictures, arguments.workers)
+        gallery.draw(ROOT, pictures, arguments.workers, progress=not arguments.quiet)
     lay_out(source, pictures)
-    warnings_are_errors = ["-W", "--keep-going"]
-    code = build_main(
-        ["-q", *warnings_are_errors, "-c", str(HERE), "-d", str(source / ".doctrees"), str(source), str(output)]
-    )
+    # Sphinx shows which share of the pages it has read and written: for those who watch
+    quiet = [] if sys.stderr.isatty() and not arguments.quiet else ["-q"]
+    options = [*quiet, "-W", "--keep-going", "-c", str(HERE), "-d", str(source / ".doctrees")]
+    code = build_main([*options, str(source), str(output)])
     if not code:
         sys.stdout.write(f"{output / 'index.html'}\n")
     return code

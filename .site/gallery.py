@@ -20,11 +20,11 @@ def is_up_to_date(page: Path, root: Path) -> bool:
     return page.exists() and page.stat().st_mtime >= newest
 
 
-def draw(root: Path, page: Path, workers: int) -> None:
+def draw(root: Path, page: Path, workers: int, *, progress: bool) -> None:
     """Write the pictures of all scenarios to one page, which takes some minutes, if they are not up to date."""
     if not is_up_to_date(page, root):
         page.parent.mkdir(parents=True, exist_ok=True)
-        gallery(root / "scenarios", page, workers=workers, scripts=True, progress=True)
+        gallery(root / "scenarios", page, workers=workers, scripts=True, progress=progress)
 
 
 def _sections(text: str) -> dict[str, tuple[str, str]]:

@@ -11,10 +11,10 @@ import attrs
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import Integers
-from historysim.basics.files import replacing
+from historysim.basics.files import path_of_numbers, replacing
 from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
-from historysim.basics.wording import FieldsAsHtml, progress_bar
+from historysim.basics.wording import FieldsAsHtml, brief, progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
@@ -32,6 +32,12 @@ RecorderType = TypeVar("RecorderType", bound=Recorder)
 
 
 # slots would leave no place for what is computed once
+def _is_ensemble(_: object, __: object, given: Any) -> None:
+    if not isinstance(given, Ensemble):
+        run = f"; a scenario is run by hs.run({given!r})" if isinstance(given, str | Path) else ""
+        raise InputError(f"ensemble is {brief(given)}; expected an Ensemble{run}")
+
+
 @attrs.frozen(eq=False, slots=False)
 class Replay(FieldsAsHtml):
     """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
@@ -58,7 +64,7 @@ class Replay(FieldsAsHtml):
         When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
     """
 
-    ensemble: Ensemble
+    ensemble: Ensemble = attrs.field(validator=_is_ensemble)
     events: Sequence[Event] = attrs.field(converter=as_events, repr=events_text)
     substeps: int = attrs.field(default=1, kw_only=True)
     saturate: bool = attrs.field(default=False, kw_only=True)
@@ -102,7 +108,10 @@ class Replay(FieldsAsHtml):
         from historysim.recording.netcdf import FileRecorder
 
         made_of = self.attributes()
-        with replacing(Path(path)) as file, self.recorder(FileRecorder, path=file, attributes=made_of) as target:
+        with (
+            replacing(path_of_numbers(path)) as file,
+            self.recorder(FileRecorder, path=file, attributes=made_of) as target,
+        ):
             self.walk(target, progress=progress)
             target.finish()
 
@@ -130,7 +139,7 @@ class Replay(FieldsAsHtml):
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
         plan = schedule.segments(self.events, self.substeps, at_once, start=start.cursor, until=seconds(until))
-        with progress_bar(progress, "step", target.steps, initial=start.rows, delay=2) as done:
+        with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
                 state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 
-from historysim.basics.files import is_netcdf
-from historysim.basics.wording import Lines
+from historysim.basics.files import as_path, is_netcdf, kind_text
+from historysim.basics.wording import Lines, brief
 from historysim.errors import InputError
 from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
 
@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface | Sequence[str | Path | Surface]
     Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
 
+MOST_CHANNELS = 40
+"""Columns of a record; a height map has as many as points."""
 MAP_ALONE = "expected with the path of a height map alone, which is read with them"
 
 
@@ -98,7 +100,7 @@ def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading
 @contextlib.contextmanager
 def opened(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
     """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
-    path = Path(path)
+    path = as_path(path)
     kind = kind_of(path)
     if kind == "height map":
         yield _height_map(path, form or "plane", **reading)
@@ -139,14 +141,32 @@ def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
     try:
         surface = read_surface(path, **reading)
     except InputError as error:
-        raise InputError(
-            f"{error} (read as a height map: neither named .toml nor a result of historysim run)"
-        ) from error
+        read_so = "read as a height map: neither named .toml nor a result of historysim run"
+        raise InputError(_no_map(path) or f"{error} ({read_so})") from error
     with representable():
         return surface.detrended(form)
 
 
-def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading]) -> Lines:
+def _no_map(path: Path) -> str:
+    """Return what a file is that is no height map, a picture or a record; empty where it may be one."""
+    from historysim.tables import describe
+
+    if (kind := kind_text(path)) == "is a picture":
+        return f"{path}: {kind}; expected a scenario, a result, a log, a sweep or a height map"
+    if is_netcdf(path):
+        return ""
+    with contextlib.suppress(InputError):
+        listings = describe(path)
+        names = [each.column for each in listings]
+        # a record has a few columns, with names or far longer than they are many
+        long = int(listings[0].values.replace(",", "")) > MOST_CHANNELS * len(names)
+        if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
+            seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
+            return f"{path}: is a record with the columns {seen}, and no height map; expected historysim columns {path}"
+    return ""
+
+
+def show(what: "Showable", *, form: str | None = None, attributes: bool = False, **reading: Unpack[Reading]) -> Lines:
     """Summarise a scenario, result, log or height map (object or path).
 
     Parameters
@@ -155,6 +175,8 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
         Two height maps of one place, or their paths, in a list: what was lost between them (`registered`).
     form : str, optional
         What is taken off the height map of a file first; by default a plane.
+    attributes : bool
+        Whether the lines of a result go on with its attributes: digests, versions, conventions.
     **reading
         What the height map of a file leaves open, as for `read_surface`.
 
@@ -182,11 +204,11 @@ def show(what: "Showable", *, form: str | None = None, **reading: Unpack[Reading
     if not isinstance(what, str | Path):
         if form is not None or reading:
             raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
-        return Lines(_lines(what))
+        return Lines(_lines(what, attributes=attributes))
     kind = kind_of(Path(what))
     if kind == "result" and form is None and not reading:
         with open_recorded(Path(what)) as history:
-            return Lines(_lines_of_history(history))
+            return Lines(_lines_of_history(history, attributes=attributes))
     if kind == "height map":
         return Lines(_lines_of_map(Path(what), form or "plane", **reading))
     with opened(what, form=form, **reading) as content:
@@ -207,7 +229,7 @@ def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  
     return registered(*found)  # type: ignore[arg-type] # both are surfaces
 
 
-def _lines(what: Any) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
+def _lines(what: Any, *, attributes: bool = False) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
     import xarray as xr
 
     from historysim.results import tables
@@ -222,14 +244,14 @@ def _lines(what: Any) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a
             return summary(what)
         if "total_normal_load" not in what:
             raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-        return _lines_of_history(what)
+        return _lines_of_history(what, attributes=attributes)
     if isinstance(what, Scenario):
         return of_scenario(what)
     if isinstance(what, Surface):
         return of_surface(what)
     if not hasattr(what, "summary"):
         raise InputError(
-            f"{what!r} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them"
+            f"{brief(what)} cannot be shown; expected a history, a scenario, a log, a surface, or a file of them"
         )
     return list(what.summary())
 
@@ -246,16 +268,15 @@ def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tup
     return lines if coarse is None else [*lines, ("warning", coarse)]
 
 
-def _lines_of_history(history: "xr.Dataset | RecordedFile") -> list[tuple[str, str]]:
+def _lines_of_history(history: "xr.Dataset | RecordedFile", *, attributes: bool) -> list[tuple[str, str]]:
     from historysim.results.analysis.history_summary import readable_attributes, summary
 
-    attributes = readable_attributes(history)
-    # strings of many lines, such as the scenario, would hide the rest
-    return [
-        *summary(history),
-        ("", ""),
-        *((name, text) for name, text in attributes.items() if "\n" not in text.strip()),
-    ]
+    lines = list(summary(history))
+    if attributes:
+        # strings of many lines, such as the scenario, would hide the rest
+        found = readable_attributes(history)
+        lines += [("", ""), *((name, text) for name, text in found.items() if "\n" not in text.strip())]
+    return lines
 
 
 def plot(
@@ -417,7 +438,7 @@ def _page_of_scenario(scenario: "Scenario") -> str:
     try:
         _ = scenario.measured_files
     except InputError as error:
-        raise InputError(f"{error}, to set the model beside; the result of historysim run has a report, too") from error
+        raise InputError(f"{error}, and then historysim report of its result") from error
     comparison = compare(scenario)
     return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
 

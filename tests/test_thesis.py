@@ -105,9 +105,10 @@ def ran(tmp_path):
 
 
 def foot_of(figure):
-    """What stands at the foot of a figure."""
+    """What stands in a figure beside its axes, and what is said of it."""
     parts = [figure, *figure.subfigs]
-    return " ".join(text.get_text() for part in parts for text in part.texts).replace("\n", " ")
+    texts = [text.get_text() for part in parts for text in part.texts]
+    return " ".join([*texts, *figure.notices]).replace("\n", " ")
 
 
 def at_states(history):

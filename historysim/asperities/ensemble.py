@@ -24,7 +24,7 @@ from historysim.basics.arguments import Floats, Integers, checked, one_per, scal
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted, html_table
+from historysim.basics.wording import brief, counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import (
@@ -186,6 +186,8 @@ class Ensemble:
 
         Those with a ``slope`` are for `InclinedEnsemble`, else an InputError.
         """
+        if not all(hasattr(summits, name) for name in ("height", "radius", "x", "y")):
+            raise InputError(f"summits is {brief(summits)}; expected Summits, such as Surface.summits() gives")
         options = {"x": summits.x, "y": summits.y, "nominal_area": getattr(summits, "nominal_area", None)} | options
         if getattr(summits, "slope", None) is not None:
             if cls is Ensemble:
@@ -664,8 +666,8 @@ class Ensemble:
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError."""
         from historysim.asperities.asperity import Asperity
 
-        if not 0 <= index < len(self):
-            raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+        if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
+            raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
         memory, evolved = self._memory_of(state), state.evolved or self
         return Asperity(
             index=index,

@@ -93,7 +93,7 @@ class PlanarState:
     >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 5e-9))
     >>> tx, ty = state.tangential_load
     >>> print(f"{tx * 1e3:.3f} mN along x, {ty * 1e3:.3f} mN along y")
-    4.073 mN along x, 4.273 mN along y
+    4.067 mN along x, 4.277 mN along y
     """
 
     memory: Any

@@ -49,7 +49,8 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
     try:
         given = np.asarray(values)
         # strings, booleans and complex numbers would become floats, too
-        result = given.astype(np.float64, copy=False) if given.dtype.kind in NUMBERS else None
+        is_none = given.dtype.kind == "O" and any(each is None for each in given.ravel())
+        result = None if is_none or given.dtype.kind not in NUMBERS else given.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         result = None
     if result is None:

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from historysim.basics import system
+from historysim.basics.wording import brief
 from historysim.errors import InputError
 
 UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
@@ -111,6 +112,22 @@ def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()
 def is_own(found: os.stat_result) -> bool:
     """Return whether a file is regular, one's own, and called by no other name."""
     return stat.S_ISREG(found.st_mode) and found.st_nlink == 1 and found.st_uid == system.user(found)
+
+
+def as_path(path: "str | os.PathLike[str]") -> Path:
+    """Return the name of a file; anything else is an InputError."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise InputError(f"path is {brief(path)}; expected the name of a file") from None
+
+
+def path_of_numbers(path: "str | os.PathLike[str]") -> Path:
+    """Return the name of a file of numbers that is written; an InputError where it is that of a scenario or a log."""
+    path = as_path(path)
+    if path.suffix.lower() in {".toml", ".history"}:
+        raise InputError(f"{path}: {path.suffix} ending, of a scenario or a log; expected .nc or .csv")
+    return path
 
 
 def is_file(path: Path) -> bool:

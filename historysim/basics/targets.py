@@ -54,7 +54,7 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
         path = output.path
         check_place(path)
         if any(is_same(path, other) for other in used):
-            raise InputError(f"{path}: would overwrite what it is made from; choose another name")
+            raise InputError(f"{path}: would overwrite what it is made from; choose another name (-o)")
         form = output.form
         if not force and is_file(path) and path.stat().st_size and not form.is_own(path):
             raise InputError(

@@ -163,9 +163,13 @@ def silent(_: str) -> None:
 
 @contextmanager
 def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
-    """Show a bar of tqdm where standard error is a terminal; yields what counts units, 1 by default."""
+    """Show a bar of tqdm where standard error is a terminal: what is done, of how much, and how long it will take yet.
+
+    Yields a function of a number of units that were done, 1 by default, and of how many there are, where that becomes
+    known or changes on the way.
+    """
     if not (shown and sys.stderr is not None and sys.stderr.isatty()):
-        yield lambda _=1: None
+        yield lambda *_: None
         return
     from tqdm import tqdm
 
@@ -173,4 +177,9 @@ def progress_bar(shown: bool, unit: str, total: int | None = None, **options: An
     tqdm.set_lock(threading.RLock())
     tqdm.monitor_interval = 0
     with tqdm(unit=unit, total=total, **options) as bar:
-        yield bar.update
+
+        def done(units: int = 1, of: int | None = None) -> None:
+            bar.total = bar.total if of is None else of
+            bar.update(units)
+
+        yield done

@@ -1,6 +1,7 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
 import codecs
+import difflib
 import functools
 import importlib
 import io
@@ -13,7 +14,7 @@ from typing import Any
 
 import click
 
-from historysim.basics.wording import printable
+from historysim.basics.wording import nearest, printable
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
 PLAIN = "historysim.plain"
@@ -59,6 +60,33 @@ def _after_interrupt(error: BaseException | None) -> bool:
     return error is not None
 
 
+def _with_mend(error: click.UsageError) -> click.UsageError:
+    """Return an error of a command line that says what to write instead, where that is known."""
+    taken = error.ctx.command.params if error.ctx else []
+    options = {name for each in taken if isinstance(each, click.Option) for name in each.opts}
+    text, mend = error.message, ""
+    if isinstance(error, click.NoSuchOption):
+        text = f"No such option {error.option_name!r}."
+        plain = [name.lstrip("-") for name in options]
+        if near := difflib.get_close_matches(error.option_name.lstrip("-"), plain, n=1):
+            mend = f"Did you mean '--{near[0]}'?"
+        elif isinstance(error.ctx and error.ctx.command, click.Group):
+            mend = "Options of a command stand behind its name."
+        elif "--set" in options:
+            mend = "A key of the scenario is set by --set KEY=VALUE."
+    elif extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", text):
+        if "--at" in options:
+            mend = f"A time is given by --at, as --at {extra[1]}."
+        elif "--set" in options and re.fullmatch(r"[-+.\d]\S*", extra[1]):
+            mend = f"--set takes KEY=VALUE without blanks, as --set friction.coefficient={extra[1]}."
+        elif "-o" in options and Path(extra[1]).suffix:
+            mend = f"A file to write is named by -o, as -o {extra[1]}."
+        else:
+            names = [each.human_readable_name for each in taken if isinstance(each, click.Argument)]
+            mend = f"Expected {' '.join(names)} alone; a value with blanks stands in quotes."
+    return click.UsageError(f"{text.rstrip('.')}. {mend}", error.ctx) if mend else error
+
+
 GROUPS = {
     "Begin": "columns validate run show plot report",
     "Measured records": "loops sliding compare fit",
@@ -86,6 +114,32 @@ class Commands(click.Group):
             for name, function, text in re.findall(_COMMAND, source, re.DOTALL | re.MULTILINE):
                 found[name or function] = path.stem, function, text
         return found
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read what stands before the command."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            raise _with_mend(error) from None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that is meant, or end with what to write instead."""
+        word, *others = args
+        if word == "help":
+            raise click.UsageError(f"Expected historysim {others[0] if others else ''} --help".replace("  ", " "), ctx)
+        if word == "log" and others and others[0] in GROUPS["The log"].split():
+            raise click.UsageError(f"Expected historysim {others[0]}, without log before it.", ctx)
+        if word not in self.found and Path(word).exists():
+            known = {".toml": "run", ".nc": "show", ".history": "log"}
+            command = known.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
+            raise click.UsageError(f"{word} is a file; expected a command before it: historysim {command}", ctx)
+        if word not in self.found and not word.startswith("-"):
+            near = nearest(word, self.found)
+            mend = near if near.startswith("did") else "expected one that historysim --help lists"
+            raise click.UsageError(f"No such command {word!r}; {mend}", ctx)
+        return super().resolve_command(ctx, args)
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - as click calls it
         """Return the names of all commands."""
@@ -122,6 +176,8 @@ class Commands(click.Group):
             with warnings.catch_warnings():
                 warnings.showwarning = _showing(warnings.showwarning)
                 return super().invoke(ctx)
+        except click.UsageError as error:
+            raise _with_mend(error) from None
         except InputError as error:
             raise Ended(str(error), code=2) from error
         except HistorySimError as error:

@@ -42,6 +42,7 @@ CONTROLS = click.Choice(["load", "displacement"])
     help="Platforms to compile for, such as x86_64-linux,x86_64-windows; those other than this one need ziglang. "
     "[default: this one]",
 )
+@options.quiet_option
 @options.json_option
 @options.force_option
 @options.set_option
@@ -50,6 +51,7 @@ def fmu(
     output: Path | None,
     fmi: str,
     platforms: str | None,
+    quiet: bool,
     as_json: bool,
     values: dict[str, Any],
     **choices: Any,
@@ -65,8 +67,9 @@ def fmu(
     from historysim.exchange.fmu.unit_file import write_fmu
 
     names = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    write_fmu(source, output, fmi=int(fmi), platforms=names, progress=True, notify=notice, **choices)
-    write_answer(Answer(files=[output]), as_json=as_json)
+    write_fmu(source, output, fmi=int(fmi), platforms=names, progress=not quiet, notify=notice, **choices)
+    if not quiet:
+        write_answer(Answer(files=[output]), as_json=as_json)
 
 
 @click.command()
@@ -94,6 +97,7 @@ def fmu(
     type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
 )
 @options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
+@options.size_option
 @options.json_option
 @options.force_option
 @options.set_option
@@ -104,6 +108,7 @@ def reduce(
     outputs: tuple[Path, ...],
     form: str | None,
     picture: Path | None,
+    size: tuple[float, float] | None,
     as_json: bool,
     force: bool,
     values: dict[str, Any],
@@ -119,6 +124,7 @@ def reduce(
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
+    options.check_drawn(size, [picture])
     targets = [output_of(path, form) for path, form in forms.items()]
     if picture is not None:
         targets.append(Output(picture, (PICTURE,)))
@@ -129,6 +135,6 @@ def reduce(
     if picture is not None:
         from historysim.exchange.reduced.reduced_model import ReducedPicture
 
-        save(ReducedPicture().figure(model), picture)
+        save(ReducedPicture().figure(model, {"size": size}), picture)
     files = [*outputs, *([] if picture is None else [picture])]
     write_answer(Answer(model.summary(), files=files, data=model.dataset), as_json=as_json)

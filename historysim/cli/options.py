@@ -3,7 +3,7 @@
 import functools
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +63,20 @@ class QuantityType(click.ParamType):  # type: ignore[type-arg]
             raise InputError(f"{param.opts[0] if param else ''}: {error}") from error
 
 
+class SizeType(click.ParamType):  # type: ignore[type-arg]
+    """Width and height of a picture in millimetres."""
+
+    name = "size"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, float]:  # noqa: ARG002 - as click calls it
+        """Return both [mm]."""
+        try:
+            width, height = map(float, str(value).lower().split("x"))
+        except ValueError as error:
+            raise InputError(f"--size {value}: expected width and height in millimetres, as 90x70") from error
+        return width, height
+
+
 path_type = PathType(path_type=Path)
 scenario_argument = click.argument("scenario", type=path_type)
 file_argument = click.argument("file", type=path_type)
@@ -73,6 +87,20 @@ force_option = click.option(
     is_flag=True,
     help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
 )
+size_option = click.option(
+    "--size",
+    type=SizeType(),
+    metavar="WIDTHxHEIGHT",
+    help="Of the picture, in millimetres, as 90x70; panels for which there is no room are left out, and named.",
+)
+
+
+def check_drawn(size: object, drawn: Iterable[Path | None]) -> None:
+    """Check that something is drawn where a size is given for it."""
+    if size is not None and not any(path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in drawn):
+        raise InputError("--size: nothing is drawn; expected the file of a picture, as -o loops.pdf")
+
+
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one object of JSON, with numbers in SI.")
 quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
 workers_option = click.option(

@@ -13,7 +13,8 @@ from historysim.basics.wording import columns, printable, two_columns
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
+
+    from historysim.results.plots.printed import PrintedFigure
 
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),
@@ -117,7 +118,7 @@ def save_dataset(dataset: "xr.Dataset", path: Path, *, measured: bool = False) -
 
 
 def save_table(
-    dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "Figure"], *, measured: bool
+    dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "PrintedFigure"], *, measured: bool
 ) -> None:
     """Write a table as its ending says: netCDF, CSV, or else a picture of it."""
     if path.suffix.lower() in {".nc", ".csv"}:
@@ -126,7 +127,9 @@ def save_table(
         save(picture(dataset), path)
 
 
-def save(figure: "Figure", picture: Path) -> None:
-    """Write a figure to a file, in the format that its ending names."""
+def save(figure: "PrintedFigure", picture: Path) -> None:
+    """Write a figure to a file, in the format that its ending names; what is to be known of it goes to stderr."""
     with replacing(picture) as unfinished:
         figure.savefig(unfinished, format=picture.suffix.removeprefix(".").lower())
+    for text in figure.notices:
+        notice(f"{picture}: {text}")

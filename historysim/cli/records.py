@@ -1,5 +1,6 @@
 """Commands that read records of an instrument: columns, loops, sliding, compare, creep, fit."""
 
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from historysim.cli.output import (
     TABLES_OF_LOOPS,
     TABLES_OF_SLIDING,
     Answer,
+    notice,
     save,
     save_table,
     write_answer,
@@ -24,12 +26,17 @@ if TYPE_CHECKING:
     from typing import TypeGuard
 
     from historysim.measured.loops import Loops
+    from historysim.results.plots.canvas import Place
     from historysim.scenario.fit import Fit
     from historysim.scenario.record_search import Run
     from historysim.scenario.scenario import Scenario
     from historysim.tables import Format
 
     Rows = Sequence[tuple[str, ...]]
+
+
+FEWEST_OF_A_MAP = 16
+"""Columns of numbers without names that may be heights."""
 
 
 @click.command()
@@ -49,8 +56,15 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
     from historysim.scenario.suggestion import suggested_loading, suggested_scenario
     from historysim.tables import describe, what_is_seen
 
-    seen, blocks = what_is_seen(file, layout)
-    listings = describe(file, layout)
+    if file.suffix == ".toml":
+        raise InputError(f"{file}: is a scenario; expected a file of numbers: historysim show {file} reads scenarios")
+    try:
+        seen, blocks = what_is_seen(file, layout)
+        listings = describe(file, layout)
+    except InputError as error:
+        raise InputError(f"{error}; a height map is read by historysim show {file}") from error
+    if len(listings) >= FEWEST_OF_A_MAP and all(each.column.startswith("{") for each in listings):
+        notice(f"{len(listings)} columns without names; if this is a height map: historysim show {file}")
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")
@@ -91,6 +105,7 @@ def columns(file: Path, output: Path | None, as_json: bool, layout: "Format") ->
 @options.path_option("--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there.")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
 @options.path_option("--picture", help="Also draw the loops to this file (PNG, PDF, SVG).")
+@options.size_option
 @click.option("--model", "with_model", is_flag=True, help="Also draw the loops of the scenario's model, dashed.")
 @options.json_option
 @options.force_option
@@ -104,6 +119,7 @@ def loops(
     levels: Path | None,
     with_picture: bool,
     picture: Path | None,
+    size: tuple[float, float] | None,
     with_model: bool,
     as_json: bool,
     force: bool,
@@ -115,6 +131,7 @@ def loops(
     FILE is a result, or a scenario with a measured record. At several normal loads a table has a row for each load.
     """
     pictures = [path for path in (Path(f"{file.stem}_loops.png") if with_picture else None, picture) if path]
+    options.check_drawn(size, [*pictures, output, levels])
     outputs = [
         *([Output(output, (*TABLES_OF_LOOPS, PICTURE))] if output else []),
         *([Output(levels, (*TABLES_OF_LEVELS, PICTURE))] if levels else []),
@@ -144,12 +161,14 @@ def loops(
     by_load = evaluation.by_load()
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
+    place: Place = {"size": size}
     if output is not None:
-        save_table(evaluation.to_dataset(), output, lambda _: drawn.figure(evaluation), measured=measured)
+        save_table(evaluation.to_dataset(), output, lambda _: drawn.figure(evaluation, place), measured=measured)
     if levels is not None:
-        save_table(by_load.to_dataset(), levels, LoopLevelsPicture(title=file.name).figure, measured=measured)
+        by_level = LoopLevelsPicture(title=file.name)
+        save_table(by_load.to_dataset(), levels, lambda table: by_level.figure(table, place), measured=measured)
     for path in pictures:
-        save(drawn.figure(evaluation), path)
+        save(drawn.figure(evaluation, place), path)
     tables, below = _loop_tables(evaluation)
     files = [target.path for target in outputs]
     write_answer(Answer(evaluation.summary(), tables, files, evaluation.to_dataset, below), as_json=as_json)
@@ -176,12 +195,14 @@ def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]
 @click.option("--over", type=click.Choice(["time", "distance"]), help="[default: distance, where it is known]")
 @click.option("--windows", default=50, show_default=True, help="Windows of equal length that friction is averaged in.")
 @options.output_option("Also write the windows to this file (.nc, .csv), or draw them there.")
+@options.size_option
 @options.json_option
 @options.force_option
 @options.set_option
 def sliding(
     file: Path,
     output: Path | None,
+    size: tuple[float, float] | None,
     as_json: bool,
     force: bool,
     values: dict[str, Any],
@@ -195,6 +216,7 @@ def sliding(
     from historysim.scenario.record_search import sliding as find_sliding
     from historysim.scenario.record_search import sliding_rows
 
+    options.check_drawn(size, [output])
     outputs = [] if output is None else [Output(output, (*TABLES_OF_SLIDING, PICTURE))]
     record, measured = _record(file, values, outputs, force=force)
     if _is_each(record):
@@ -204,7 +226,7 @@ def sliding(
     found = find_sliding(record, **choices)
     if output is not None:
         picture = SlidingPicture(title=file.name)
-        save_table(found.to_dataset(), output, lambda _: picture.figure(found), measured=measured)
+        save_table(found.to_dataset(), output, lambda _: picture.figure(found, {"size": size}), measured=measured)
     files = [target.path for target in outputs]
     write_answer(Answer(found.summary(), files=files, data=found.to_dataset), as_json=as_json)
 
@@ -213,10 +235,19 @@ def sliding(
 @options.scenario_argument
 @click.option("--skip", default=0, show_default=True, help="Loops at the start to leave out.")
 @options.output_option("The picture. [default: SCENARIO's name with _comparison.png]")
+@options.size_option
 @options.json_option
 @options.force_option
 @options.set_option
-def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
+def compare(
+    scenario: Path,
+    skip: int,
+    output: Path | None,
+    size: tuple[float, float] | None,
+    as_json: bool,
+    force: bool,
+    values: dict[str, Any],
+) -> None:
     """Compare the model of SCENARIO with its measured record.
 
     Time series, loops, and energy per loop.
@@ -229,7 +260,7 @@ def compare(scenario: Path, skip: int, output: Path | None, as_json: bool, force
     loaded = load(scenario, values)
     check_outputs([Output(output, (PICTURE,))], loaded.files, force=force)
     comparison = compare_scenario(loaded, skip=skip)
-    save(ComparisonPicture(title=loaded.title).figure(comparison), output)
+    save(ComparisonPicture(title=loaded.title).figure(comparison, {"size": size}), output)
     write_answer(Answer(comparison.summary(), [comparison.rows()], [output]), as_json=as_json)
 
 
@@ -260,6 +291,8 @@ def creep(scenario: Path, output: Path | None, as_json: bool, force: bool, value
 @options.scenario_argument
 @options.output_option("The fitted scenario. [default: SCENARIO's name with _fitted.toml]")
 @options.path_option("--picture", help="The picture (PNG, PDF, SVG). [default: the fitted scenario's with .png]")
+@options.size_option
+@options.quiet_option
 @options.json_option
 @options.force_option
 @options.set_option
@@ -267,6 +300,8 @@ def fit(
     scenario: Path,
     output: Path | None,
     picture: Path | None,
+    size: tuple[float, float] | None,
+    quiet: bool,
     as_json: bool,
     force: bool,
     values: dict[str, Any],
@@ -291,7 +326,7 @@ def fit(
         # both stand under their names, or neither
         with replacing(output) as unfinished:
             unfinished.write_text(fitted.scenario_text(output), encoding="utf-8")
-            save(ComparisonPicture(title=loaded.title).figure(fitted.comparison), picture)
+            save(ComparisonPicture(title=loaded.title).figure(fitted.comparison, {"size": size}), picture)
         return [picture, output]
 
     def of_run(number: int) -> list[Path]:
@@ -305,11 +340,13 @@ def fit(
                 check(*of_run(run.number))
             return [path for run in runs if run.result is not None for path in write(run.result, *of_run(run.number))]
 
-        _write_runs(loaded, lambda run: fit_scenario(run, progress=True), fit_rows, written, as_json=as_json)
+        find = functools.partial(fit_scenario, progress=not quiet)
+        _write_runs(loaded, find, fit_rows, written, as_json=as_json, quiet=quiet)
         return
-    fitted = fit_scenario(loaded, progress=True)
+    fitted = fit_scenario(loaded, progress=not quiet)
     files = write(fitted, output, picture)
-    write_answer(Answer(fitted.summary(), [fitted.comparison.rows()], files), as_json=as_json)
+    if not quiet:
+        write_answer(Answer(fitted.summary(), [fitted.comparison.rows()], files), as_json=as_json)
 
 
 def _record(
@@ -341,6 +378,7 @@ def _write_runs(
     write: "Callable[[list[Run[Any]]], Sequence[Path]]" = lambda _: (),
     *,
     as_json: bool,
+    quiet: bool = False,
 ) -> None:
     """Print a table with a row for each run of a scenario's file, and why others cannot be used."""
     from historysim.scenario.record_search import each_run
@@ -348,7 +386,8 @@ def _write_runs(
     runs = each_run(scenario, find)
     files = write(runs)
     problems = [(f"run {run.number}", run.problem) for run in runs if run.problem]
-    write_answer(Answer(tables=[rows(runs)], files=files, below=problems), as_json=as_json)
+    if not quiet:
+        write_answer(Answer(tables=[rows(runs)], files=files, below=problems), as_json=as_json)
 
 
 def _model_loops(record: "Scenario | Path", skip: int) -> "Loops | None":

@@ -93,10 +93,11 @@ several_files = click.argument("files", type=options.path_type, nargs=-1, requir
 
 @click.command()
 @several_files
+@click.option("-v", "--verbose", is_flag=True, help="Of a result: also its attributes, digests and versions.")
 @options.json_option
 @options.set_option
 @height_map_options
-def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **height_map: object) -> None:
+def show(files: tuple[Path, ...], verbose: bool, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
     Also what `loops -o` and `sliding -o` have written. Two height maps of one place, before and after: what was lost
@@ -105,7 +106,7 @@ def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **heigh
     from historysim.verbs import show as shown
 
     what = _one(files, values) if len(files) == 1 or values else list(files)
-    write_answer(Answer(shown(what, **_given(height_map))), as_json=as_json)
+    write_answer(Answer(shown(what, attributes=verbose, **_given(height_map))), as_json=as_json)
 
 
 @click.command()
@@ -115,7 +116,7 @@ def show(files: tuple[Path, ...], as_json: bool, values: dict[str, Any], **heigh
     "[default: FILE's name with .png]"
 )
 @picture_options
-@click.option("--size", metavar="WIDTHxHEIGHT", help="Of the picture, in millimetres, as 90x70.")
+@options.size_option
 @options.force_option
 @options.set_option
 @height_map_options
@@ -124,7 +125,7 @@ def plot(
     output: Path | None,
     picture: str | None,
     choices: dict[str, Any],
-    size: str | None,
+    size: tuple[float, float] | None,
     force: bool,
     values: dict[str, Any],
     **height_map: object,
@@ -134,11 +135,10 @@ def plot(
     A result: what [picture] of its scenario says, or the friction loop, the loads, and the slip state of the
     asperities; with --step the surface, its summits in contact coloured by their slip state; other pictures by name.
     Several results: their friction loops over one another. A scenario or a height map: the surface with its
-    summits; two height maps of one place: what was lost between them. Friction loops: how they change from one to the
+    summits, and with the name of a picture of results what a run of it gives; two height maps of one place: what was
+    lost between them. Friction loops: how they change from one to the
     next. Friction over time or distance: that. A sweep: a number over what was swept.
     """
-    # before a file is opened, which may take long
-    millimetres = None if size is None else _millimetres(size)
     file = files[0]
     from historysim.results.result_files import kind_of
 
@@ -160,11 +160,11 @@ def plot(
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
         if unused := [f"--{name}" for name in ("picture" if picture else "", *choices) if name]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
-        _animate(file, output, millimetres)
+        _animate(file, output, size)
         return
     from historysim.verbs import plot as drawn
 
-    save(drawn(what, picture=picture, size=millimetres, **choices, **_given(height_map)), output)
+    save(drawn(what, picture=picture, size=size, **choices, **_given(height_map)), output)
     click.echo(output)
 
 
@@ -191,13 +191,14 @@ def report(file: Path, output: Path | None, force: bool) -> None:
 @click.argument("folder", type=options.path_type, default="scenarios")
 @options.output_option("The page (HTML).", default="gallery.html", show_default=True)
 @options.workers_option
+@options.quiet_option
 @click.option(
     "--scripts",
     is_flag=True,
     help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
 )
 @options.force_option
-def gallery(folder: Path, output: Path, workers: int, scripts: bool, force: bool) -> None:
+def gallery(folder: Path, output: Path, workers: int, quiet: bool, scripts: bool, force: bool) -> None:
     """Run all scenarios in FOLDER and draw them on one HTML page.
 
     Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
@@ -208,8 +209,9 @@ def gallery(folder: Path, output: Path, workers: int, scripts: bool, force: bool
     from historysim.studies.gallery import gallery as written
 
     check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
-    written(folder, output, workers=workers, scripts=scripts, progress=True, notify=notice)
-    click.echo(output)
+    written(folder, output, workers=workers, scripts=scripts, progress=not quiet, notify=notice)
+    if not quiet:
+        click.echo(output)
 
 
 def _one(files: tuple[Path, ...], values: dict[str, Any]) -> "Scenario | Path":
@@ -227,15 +229,6 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
     with open_result(file) as history:
         save_animation(animate_contact_map(history, size=size), output)
     click.echo(output)
-
-
-def _millimetres(text: str) -> tuple[float, float]:
-    """Return width and height of a picture."""
-    try:
-        width, height = map(float, text.lower().split("x"))
-    except ValueError as error:
-        raise InputError(f"--size {text}: expected width and height in millimetres, as 90x70") from error
-    return width, height
 
 
 def _given(height_map: dict[str, object]) -> dict[str, Any]:

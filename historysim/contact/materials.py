@@ -25,7 +25,7 @@ from historysim.basics.units import (
     quantity_text,
     warn_unlikely,
 )
-from historysim.basics.wording import html_table
+from historysim.basics.wording import html_table, nearest
 from historysim.errors import InputError
 
 
@@ -234,13 +234,11 @@ def material(name: str) -> Material:
     key = _key(name) if isinstance(name, str) else ""
     if key in _BY_KEY:
         return _BY_KEY[key]
-    import difflib
-
-    close = difflib.get_close_matches(key, _BY_KEY)
-    hint = f"did you mean {' or '.join(repr(_BY_KEY[each].name) for each in close)}? " if close else ""
+    known = [_BY_KEY[each].name for each in _BY_KEY]
+    hint = "" if (near := nearest(key, known)).startswith("expected") else f"{near} "
     raise InputError(
-        f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; give any other material "
-        "as Material(name, youngs_modulus, poissons_ratio)"
+        f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; any other one has name, "
+        "youngs_modulus and poissons_ratio, as { … } in a scenario, or as Material(…)"
     )
 
 

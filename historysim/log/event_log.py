@@ -12,6 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
+from historysim.basics.files import as_path
 from historysim.basics.wording import Notify, counted, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
@@ -84,7 +85,7 @@ class EventLog:
     """
 
     def __init__(self, path: str | Path | LogFile) -> None:
-        self._file = path if isinstance(path, LogFile) else LogFile(Path(path))
+        self._file = path if isinstance(path, LogFile) else LogFile(as_path(path))
 
     @classmethod
     def create(

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Array
-from historysim.basics.files import is_log, is_netcdf, kind_text
+from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
@@ -126,7 +126,7 @@ def verify(
     LoadError
         A load that the contact cannot carry.
     """
-    path = Path(path)
+    path = as_path(path)
     if is_log(path):
         return _verify_log(path, notify=notify)
     return _verify_result(path, None if log is None else Path(log), progress=progress, notify=notify)

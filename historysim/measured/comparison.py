@@ -259,14 +259,14 @@ class Residuals:
     def text(self) -> str:
         """Return how much is left, and where."""
         shares = {
-            "alike in all loops where the contact sticks or slips in part": self.at_reversals,
-            "alike in all loops along sliding": self.along_sliding,
-            "from branch to branch": self.between_branches,
-            "from sample to sample": self.rest,
+            "the same in all loops before sliding": self.at_reversals,
+            "the same in all loops during sliding": self.along_sliding,
+            "offsets of branches": self.between_branches,
+            "noise": self.rest,
         }
         parts = sorted(shares.items(), key=lambda item: -item[1])
         of = ", ".join(f"{100 * share:.0f} % {where}" for where, share in parts if share >= 0.01)
-        return f"the model leaves {100 * self.rms / self.largest:.2g} % of the largest load; of its squares {of}"
+        return f"rms residual {100 * self.rms / self.largest:.2g} % of the largest load; of its square {of}"
 
 
 def residuals_of(observation: Observation, response: ModelResponse, compared: Integers | None = None) -> Residuals:

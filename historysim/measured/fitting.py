@@ -145,12 +145,16 @@ class ParameterFit:
 
 
 def fit_parameters(
-    model: Model, start: Mapping[str, float], observation: Observation, *, notify: Callable[[], object] = lambda: None
+    model: Model,
+    start: Mapping[str, float],
+    observation: Observation,
+    *,
+    notify: Callable[[int], object] = lambda _: None,
 ) -> ParameterFit:
     """Return the parameters with which a model comes closest to measured loops.
 
     The model makes an ensemble and an instrument of the parameters by name; the start, > 0, may be off by 10⁴. `notify`
-    is called at each walk of the model along the observation.
+    is called at each walk of the model along the observation, with how many there will be, by an estimate.
     """
     search = Search.of(model, start, observation)
     return _read_off(search, search.ended(notify))

@@ -109,7 +109,9 @@ class Loops(LoopValues):
         reached = self.definitions.reached
         drive = ""
         if math.isfinite(self.lateral_stiffness):
-            drive = f", and what the load bends the instrument of {quantity_text(self.lateral_stiffness, 'N/m')} by"
+            drive = (
+                f", plus the load over the stiffness of the instrument, {quantity_text(self.lateral_stiffness, 'N/m')}"
+            )
         place = f"to where {reached:.3g} of the way from the reversal to the friction force is first reached"
         first, second = (f"{of(reached):.3g} θμδ on a sphere{drive}" for of in (reversal_factor, zero_load_factor))
         return [

@@ -165,11 +165,13 @@ class Search:
             raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
         return cls(model, names, logarithms, observation, free, compared, load_noise, np.ones(compared.size))
 
-    def ended(self, notify: Callable[[], object] = lambda: None) -> SearchResult:
-        """Return where the search ends; `notify` is called at each walk along the observation."""
+    def ended(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
+        """Return where the search ends; `notify` is called at each walk along the observation, with their number."""
+        walks, scanned = itertools.count(1), len(self._scanned())
 
         def reporting_model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
-            notify()
+            # what follows the scan takes about as many
+            notify(max(2 * scanned, next(walks)))
             return self.model(values)
 
         reporting = attrs.evolve(self, model=reporting_model)

@@ -10,8 +10,26 @@
 /* cells wider than this are cut, and joined ones are no wider than that */
 #define WIDEST_CELL 1.01
 #define JOINED_CELL 1.1
-/* change of the tangential load over the friction limit below which a node is not missed */
-#define NOT_MISSED 1e-7
+/* rings from the edge at which it is looked whether they slip at once, where cells are refined; cells there are no finer than
+ * this share of the way over μ, and grow by a share of their depth; and how many are cut at a time */
+#define LOOKED_AT 6
+#define FINEST 0.125
+#define GROWING 0.25
+#define MOST_CUT 16
+/* A node is not missed if the tangential load changes by so little of the friction limit; and by so little of what a step has
+ * changed, that small loops stay. */
+#define NOT_MISSED 1e-5
+#define NOT_MISSED_OF_STEP 1e-3
+#define NEVER_MISSED 1e-7
+/* A step is taken as it is where its two stages slide so evenly: the load that differs, over the tolerance of the limit, and
+ * of the load that has slid, unless it is next to nothing. Otherwise it is halved until the load settles, and so does what is lost, over the tolerance of itself or of the limit times
+ * the way. */
+#define EVEN 2.0
+#define EVEN_OF_SLIP 15.0
+#define ALWAYS_EVEN 0.01
+#define SETTLED_LOAD 1.0
+#define SETTLED_LOSS 15.0
+#define SETTLED_WORK 0.05
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
@@ -54,6 +72,7 @@ void hs_body_free(hs_body *body) {
     if (!body) return;
     for (int64_t c = 0; c < body->classes; ++c) {
         free(body->parts[c].nodes);
+        free(body->parts[c].held);
         free(body->parts[c].problem);
     }
     free(body->parts);
@@ -64,13 +83,15 @@ void hs_body_free(hs_body *body) {
 int hs_class_room(hs_class *part, int64_t count) {
     if (count <= part->room) return HS_OK;
     hs_node *nodes = (hs_node *)realloc(part->nodes, (size_t)(count + 8) * sizeof *nodes);
-    if (!nodes) return HS_OUT_OF_MEMORY;
-    part->nodes = nodes;
+    if (nodes) part->nodes = nodes;
+    hs_held *held = (hs_held *)realloc(part->held, (size_t)(count + 8) * sizeof *held);
+    if (held) part->held = held;
+    if (!nodes || !held) return HS_OUT_OF_MEMORY;
     part->room = (int32_t)count + 8;
     return HS_OK;
 }
 
-/* Have a body be where another one of the same classes is. */
+/* Have a body be where another one of the same classes is, but for what each asperity has lost. */
 static int assign(hs_body *target, const hs_body *source) {
     target->approach = source->approach;
     target->normal_load = source->normal_load;
@@ -78,7 +99,6 @@ static int assign(hs_body *target, const hs_body *source) {
     target->time = source->time;
     target->displacement = source->displacement;
     target->tangential_load = source->tangential_load;
-    memcpy(target->each, source->each, (size_t)source->contact->count * sizeof(double));
     for (int64_t c = 0; c < source->classes; ++c) {
         hs_class *to = target->parts + c;
         const hs_class *from = source->parts + c;
@@ -89,32 +109,43 @@ static int assign(hs_body *target, const hs_body *source) {
     return HS_OK;
 }
 
-hs_body *hs_body_copy(const hs_body *body) {
-    size_t count = (size_t)body->contact->count;
+/* A copy to try a step with, without numbers of each asperity. */
+static hs_body *trial_of(const hs_body *body) {
     hs_body *copy = (hs_body *)malloc(sizeof *copy);
-    double *numbers = (double *)malloc(3 * count * sizeof *numbers);
     hs_class *parts = (hs_class *)malloc((size_t)(body->classes + 1) * sizeof *parts);
-    if (!copy || !numbers || !parts) {
+    if (!copy || !parts) {
         free(copy);
-        free(numbers);
         free(parts);
         return NULL;
     }
     *copy = *body;
-    copy->each = numbers;
-    copy->slide_time = numbers + count;
-    copy->scratch = numbers + 2 * count;
-    memcpy(copy->slide_time, body->slide_time, count * sizeof *numbers);
+    copy->each = copy->slide_time = copy->scratch = NULL;
     copy->parts = parts;
     for (int64_t c = 0; c < body->classes; ++c) {
         parts[c] = body->parts[c];
         parts[c].nodes = NULL;
-        parts[c].room = 0;
+        parts[c].held = NULL;
+        parts[c].room = parts[c].slid = 0;
         parts[c].problem = NULL;
     }
     if (assign(copy, body) == HS_OK) return copy;
     hs_body_free(copy);
     return NULL;
+}
+
+hs_body *hs_body_copy(const hs_body *body) {
+    size_t count = (size_t)body->contact->count;
+    hs_body *copy = trial_of(body);
+    if (!copy) return NULL;
+    copy->each = (double *)malloc(3 * count * sizeof *copy->each);
+    if (!copy->each) {
+        hs_body_free(copy);
+        return NULL;
+    }
+    copy->slide_time = copy->each + count;
+    copy->scratch = copy->each + 2 * count;
+    memcpy(copy->each, body->each, 2 * count * sizeof *copy->each);
+    return copy;
 }
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------------ */
@@ -148,9 +179,8 @@ static int cut_cells(hs_class *part, double cell) {
     return HS_OK;
 }
 
-/* Leave nodes out whose neighbours are near, and between which v is straight but for a change of the load; or which are
- * too many. */
-static void join_cells(hs_class *part, double cell, double change, int64_t most) {
+/* Leave nodes out whose neighbours are near, and between which v is straight but for a change of the load. */
+static void join_cells(hs_class *part, double cell, double change) {
     hs_node *nodes = part->nodes;
     int32_t kept = 1;
     for (int32_t k = 1; k + 1 < part->count; ++k) {
@@ -160,18 +190,64 @@ static void join_cells(hs_class *part, double cell, double change, int64_t most)
         double mass = (outer.normal - here.normal) / (outer.label - here.label) -
                       (here.normal - inner.normal) / (here.label - inner.label);
         double missed = fabs(mass) * hs_length(hs_plus(here.deflection, -1.0, straight));
-        int left_out = width <= JOINED_CELL * cell && (missed <= change || part->count - k + kept > most);
+        int left_out = width <= JOINED_CELL * cell && missed <= change;
         if (!left_out) nodes[kept++] = here;
     }
     nodes[kept++] = nodes[part->count - 1];
     part->count = kept;
 }
 
-int hs_regrid(hs_class *part, int64_t rings, double limit) {
+int hs_regrid(hs_class *part, int64_t rings, double change) {
     if (part->count < 2) return HS_OK;
     double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
     if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
-    join_cells(part, cell, NOT_MISSED * limit, 3 * rings);
+    double least = HS_LIMIT_SLACK * part->nodes[0].normal;
+    for (int attempt = 0; attempt < MOST_CUTS; ++attempt) {
+        join_cells(part, cell, change);
+        if (part->count <= 2 * rings + 2) break;
+        change = hs_most(4.0 * change, least);
+    }
+    return HS_OK;
+}
+
+/* Cut cells into which springs would slip first on a way, which changes nothing: nodes then stand as near the front as it
+ * is near the edge, and a small turn, too, is seen. */
+static int refine(hs_class *part, double friction, hs_vector way) {
+    const hs_node *nodes = part->nodes;
+    int32_t beyond = 0, last = part->count - 1 < LOOKED_AT ? part->count - 1 : LOOKED_AT;
+    double least = FINEST * hs_length(way) / friction, fresh[MOST_CUT];
+    if (part->count < 2 || least == 0.0) return HS_OK;
+    double edge = nodes[0].label, first = edge - nodes[1].label;
+    for (int32_t i = 1; i <= last; ++i) {
+        double depth = edge - nodes[i].label, share = (sqrt(depth) - sqrt(hs_most(depth - first, 0.0))) / first;
+        if (hs_length(hs_plus(hs_ring_traction(nodes, i), share, way)) > friction * sqrt(depth)) beyond = i;
+    }
+    if (beyond == LOOKED_AT) return HS_OK;
+    int32_t count = 0, end = beyond + 2 < part->count ? beyond + 2 : part->count - 1;
+    for (int32_t k = beyond; k < end; ++k) {
+        double inner = edge - nodes[k + 1].label, at = edge - nodes[k].label;
+        for (;;) {
+            double cell = hs_most(least, GROWING * at);
+            if (at + 1.5 * cell > inner || count == MOST_CUT) break;
+            fresh[count++] = edge - (at += cell);
+        }
+    }
+    if (count == 0) return HS_OK;
+    if (hs_class_room(part, part->count + count) != HS_OK) return HS_OUT_OF_MEMORY;
+    int32_t k = part->count - 1, at = k + count;
+    part->count += count;
+    while (count > 0) {
+        hs_node outer = part->nodes[k];
+        if (outer.label < fresh[count - 1]) {
+            part->nodes[at--] = outer;
+            --k;
+            continue;
+        }
+        hs_node inner = part->nodes[at + 1];
+        double label = fresh[--count], share = (label - inner.label) / (outer.label - inner.label);
+        hs_vector deflection = hs_plus(inner.deflection, share, hs_plus(outer.deflection, -1.0, inner.deflection));
+        part->nodes[at--] = node_at(part, label, deflection);
+    }
     return HS_OK;
 }
 
@@ -198,10 +274,11 @@ static int prepare(hs_class *part, double from, double to, int64_t rings) {
 static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int second) {
     hs_ring_problem *problem = part->problem;
     double nearest = NEAREST * (edge - deepest_of(part)) / (double)rings;
-    int32_t at = 0, first = 0;
-    while (part->nodes[first].label > edge - nearest) ++first;
+    int32_t at = 0, first = 0, stays = edge == from;
+    while (stays ? part->nodes[first].label >= edge : part->nodes[first].label > edge - nearest) ++first;
+    int same = second && stays;
     problem->label[0] = edge;
-    problem->normal[0] = hs_load_at(part->curve, edge).load;
+    if (!same) problem->normal[0] = stays ? part->nodes[0].normal : hs_load_at(part->curve, edge).load;
     for (int32_t k = first; k < part->count; ++k) {
         const hs_node *node = part->nodes + k;
         ++at;
@@ -210,7 +287,7 @@ static void set_up(hs_class *part, double from, double edge, double friction, in
         problem->share[at] = node->label > from ? (edge - node->label) / (edge - from) : 1.0;
         problem->base[at] = second ? hs_plus(node->deflection, -REST, problem->slipped[k]) : node->deflection;
     }
-    hs_ring_nodes(problem, at + 1, friction);
+    if (!same) hs_ring_nodes(problem, at + 1, friction);
 }
 
 static hs_vector forces(hs_body *body, double edge, hs_vector way, double *lost, double slopes[2][2]) {
@@ -310,33 +387,63 @@ static hs_vector force_of(const hs_class *part) {
     return force;
 }
 
-/* Loads of asperities between two labels, times a slope. */
-HS_WIDE static void add_between(const double *restrict gap, const double *restrict weight, int64_t count, double low,
-                                double high, double slope, double *restrict sum) {
+/* Loads of asperities at a label, times a factor. */
+HS_WIDE static void add_node(const double *restrict gap, const double *restrict weight, int64_t count, double label,
+                             double factor, double *restrict sum) {
     for (int64_t i = 0; i < count; ++i) {
-        double above = high - gap[i] > 0.0 ? high - gap[i] : 0.0, below = low - gap[i] > 0.0 ? low - gap[i] : 0.0;
-        sum[i] += slope * weight[i] * (above * sqrt(above) - below * sqrt(below));
+        double depth = label - gap[i] > 0.0 ? label - gap[i] : 0.0;
+        sum[i] += factor * weight[i] * depth * sqrt(depth);
     }
 }
 
-/* Spread what a class has lost in a stage over its asperities, by what its springs held while they slid. */
-static void spread_loss(hs_body *body, const hs_class *part, double lost) {
-    const hs_ring_problem *problem = part->problem;
-    double *own = body->scratch, sum = 0.0, outer = 0.0;
-    int64_t touching = hs_touching(part->curve.gap, part->curve.count, problem->label[0]);
-    if (part->curve.load || !(lost > 0.0)) return;
+/* Spread what a class has lost in a step over its asperities, by what its springs held while they slid. */
+static void spread_loss(hs_body *body, const hs_class *part, double scale) {
+    double *own = body->scratch, sum = 0.0, slope = 0.0;
+    if (part->curve.load || !(part->lost > 0.0) || part->slid < 2) return;
+    int64_t touching = hs_touching(part->curve.gap, part->curve.count, part->held[0].label);
     memset(own, 0, (size_t)touching * sizeof *own);
-    for (int32_t k = 1; k <= problem->rings; ++k) {
-        hs_vector slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
-        double inner = hs_dot(problem->found[k], slid);
-        double slope = (inner - outer) / (problem->label[k - 1] - problem->label[k]);
-        if (inner != outer)
-            add_between(part->curve.gap, part->curve.weight, touching, problem->label[k], problem->label[k - 1], slope, own);
-        outer = inner;
-        if (k > problem->active) break;
+    for (int32_t k = 0; k < part->slid; ++k) {
+        const hs_held *here = part->held + k, *inner = here + 1;
+        double next = k + 1 < part->slid ? (inner->product - here->product) / (here->label - inner->label) : 0.0;
+        int64_t below = hs_touching(part->curve.gap, part->curve.count, here->label);
+        if (next != slope) add_node(part->curve.gap, part->curve.weight, below, here->label, next - slope, own);
+        slope = next;
     }
     for (int64_t i = 0; i < touching; ++i) sum += own[i] = hs_most(own[i], 0.0);
-    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->each[part->start + i] += lost / sum * own[i];
+    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->each[part->start + i] += scale * part->lost / sum * own[i];
+}
+
+/* Spread what a step has lost; what springs held that it lifted off is lost, too. */
+static void spread_losses(hs_body *body, const hs_body *from, const hs_body *to, double scale) {
+    for (int64_t c = 0; c < body->classes; ++c) {
+        const hs_class *before = from->parts + c, *part = to->parts + c;
+        if (part->count)
+            spread_loss(body, part, scale);
+        else if (before->count && !before->curve.load)
+            hs_class_stored(before, body->each + part->start);
+    }
+}
+
+/* Begin to note what a class loses on a step, and where. */
+static void begin_loss(hs_class *part, double from, double to) {
+    part->lost = 0.0;
+    part->slid = part->count;
+    for (int32_t k = 0; k < part->count; ++k) {
+        part->held[k].label = part->nodes[k].label;
+        part->held[k].product = 0.0;
+    }
+    part->held[0].label = hs_most(from, to);
+}
+
+/* Add what a class has lost in a stage. */
+static void add_loss(hs_class *part, double weight) {
+    const hs_ring_problem *problem = part->problem;
+    int32_t left_out = part->slid - problem->rings - 1;
+    part->lost += weight * problem->lost;
+    for (int32_t k = 1; k <= problem->solved; ++k) {
+        hs_vector slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
+        part->held[left_out + k].product += weight * hs_dot(problem->found[k], slid);
+    }
 }
 
 /* What the springs of classes hold that are lifted off on the way to an approach is lost, too. */
@@ -344,7 +451,7 @@ static void lose_lifted(hs_body *body, double approach) {
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         if (part->count == 0 || approach > deepest_of(part)) continue;
-        body->dissipated += hs_class_stored(part, part->curve.load ? NULL : body->each + part->start);
+        body->dissipated += hs_class_stored(part, NULL);
         part->count = 0;
     }
 }
@@ -392,23 +499,53 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
     return found;
 }
 
+/* Have classes nodes where a step needs them, and place to work in. */
+static int make_ready(hs_body *body, const hs_planar_target *to) {
+    const hs_planar_aim *aim = &to->aim;
+    hs_vector way = left_of(aim, body->displacement, body->tangential_load);
+    if (!is_rigid(aim)) {
+        /* as if all stuck */
+        double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope;
+        double x = aim->rigid + aim->compliance.x * sticks, y = aim->rigid + aim->compliance.y * sticks;
+        way.x = x > 0.0 ? way.x / x : 0.0;
+        way.y = y > 0.0 ? way.y / y : 0.0;
+    }
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        if (to->approach <= deepest_of(part)) continue;
+        if (refine(part, body->friction[part->group], way) != HS_OK ||
+            prepare(part, body->approach, to->approach, body->rings) != HS_OK)
+            return HS_OUT_OF_MEMORY;
+        begin_loss(part, body->approach, to->approach);
+        memset(part->problem->slipped, 0, (size_t)part->count * sizeof(hs_vector));
+    }
+    return HS_OK;
+}
+
+/* Add by how much of the load a class has slid, and by how much more it would have, had it gone on as in the first stage. */
+static void add_unevenness(hs_body *body, const hs_class *part) {
+    const hs_ring_problem *problem = part->problem;
+    int32_t left_out = part->count - problem->rings - 1;
+    for (int32_t k = 1; k <= problem->rings; ++k) {
+        hs_vector before = problem->slipped[left_out + k], slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
+        body->uneven += problem->mass[k] * hs_length(hs_plus(slid, -1.0, before));
+        body->slid_load += problem->mass[k] * hs_length(hs_plus(slid, REST, before));
+    }
+}
+
 /* One step of SDIRK2, in place: two problems, the second of which begins with what has slipped in the first. */
 static int step_to(hs_body *body, const hs_planar_target *to) {
     const double from = body->approach;
     hs_planar_target first = hs_part_of_way(body, to, STAGE);
     hs_vector way = nowhere, force = nowhere;
     lose_lifted(body, to->approach);
-    for (int64_t c = 0; c < body->classes; ++c)
-        if (to->approach > deepest_of(body->parts + c) && prepare(body->parts + c, from, to->approach, body->rings) != HS_OK)
-            return HS_OUT_OF_MEMORY;
+    if (make_ready(body, to) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int second = 0; second < 2; ++second) {
         const hs_planar_target *at = second ? to : &first;
         double weight = second ? 1.0 : REST, lost;
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
-            if (to->approach <= deepest_of(part)) continue;
-            if (!second) memset(part->problem->slipped, 0, (size_t)part->count * sizeof(hs_vector));
-            if (at->approach > deepest_of(part))
+            if (to->approach > deepest_of(part) && at->approach > deepest_of(part))
                 set_up(part, from, at->approach, body->friction[part->group], body->rings, second);
         }
         way = way_to(body, at->approach, second ? hs_plus(nowhere, 1.0 / STAGE, way) : nowhere, &at->aim, &force, &lost);
@@ -417,23 +554,28 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
             hs_class *part = body->parts + c;
             hs_ring_problem *problem = part->problem;
             if (to->approach <= deepest_of(part) || at->approach <= deepest_of(part)) continue;
-            spread_loss(body, part, weight * problem->lost);
+            add_loss(part, weight);
             int32_t before = part->count - problem->rings - 1;
             for (int32_t k = 1; !second && k <= problem->rings; ++k)
                 problem->slipped[before + k] = hs_plus(problem->trial[k], -1.0, problem->found[k]);
         }
     }
+    double change = hs_length(hs_plus(force, -1.0, body->tangential_load)), limit = hs_body_limit(body, to->approach);
+    double missed = limit > 0.0 ? hs_most(hs_least(NOT_MISSED_OF_STEP * change / limit, NOT_MISSED), NEVER_MISSED) : 0.0;
+    body->uneven = body->slid_load = 0.0;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         const hs_ring_problem *problem = part->problem;
         if (to->approach <= deepest_of(part)) continue;
+        add_unevenness(body, part);
         if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         part->count = problem->rings + 1;
         for (int32_t k = 0; k < part->count; ++k) {
             hs_node node = {problem->label[k], problem->normal[k], problem->found[k]};
             part->nodes[k] = node;
         }
-        if (hs_regrid(part, body->rings, body->friction[part->group] * part->nodes[0].normal) != HS_OK) return HS_OUT_OF_MEMORY;
+        if (hs_regrid(part, body->rings, missed * body->friction[part->group] * part->nodes[0].normal) != HS_OK)
+            return HS_OUT_OF_MEMORY;
     }
     body->approach = to->approach;
     body->normal_load = to->normal_load;
@@ -456,10 +598,18 @@ static int step_with(hs_body *body, hs_body *owner, const hs_planar_target *to) 
 
 /* Whether two half steps make of a path what a whole one does: halving leaves a third of the difference. */
 static int settled(const hs_body *body, const hs_body *one, const hs_body *two) {
-    double limit = 3.0 * body->tolerance * hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
+    double limit = hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
     double force = hs_length(hs_plus(one->tangential_load, -1.0, two->tangential_load));
     double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
-    return force <= limit && fabs(one->dissipated - two->dissipated) <= limit * way;
+    double change = fabs(one->dissipated - two->dissipated), lost = two->dissipated - body->dissipated;
+    return force <= SETTLED_LOAD * body->tolerance * limit &&
+           change <= hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance;
+}
+
+/* Whether a step has slid so evenly that it need not be halved. */
+static int is_even(const hs_body *body, const hs_body *one) {
+    double limit = hs_body_limit(body, one->approach), most = hs_least(EVEN * limit, EVEN_OF_SLIP * one->slid_load);
+    return one->uneven <= hs_most(most, ALWAYS_EVEN * limit) * body->tolerance;
 }
 
 /* Note when asperities first slide as a whole on a settled step: the front goes straight. */
@@ -481,29 +631,40 @@ static void note_slides(hs_body *body, const hs_body *after) {
     }
 }
 
+/* Be where a step of two halves has led. What it has lost is worked out as if it were of no error of second order. */
+static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
+    double lost = two->dissipated - body->dissipated, more = (two->dissipated - one->dissipated) / 3.0;
+    double scale = lost > 0.0 ? 1.0 + hs_within(more / lost, 0.2) : 1.0, end = body->dissipated + scale * lost;
+    spread_losses(body, body, first, scale);
+    spread_losses(body, first, two, scale);
+    note_slides(body, two);
+    int status = assign(body, two);
+    body->dissipated = end;
+    return status;
+}
+
 /* `one`, unless it is NULL, is where a single step leads. */
 static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
-    hs_body *whole = one ? one : hs_body_copy(body), *first = NULL, *two = NULL, *found = NULL;
+    hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
-    if (status == HS_OK && (halvings == 0 || (whole->dissipated == body->dissipated && to->approach == body->approach))) {
-        found = whole;
+    if (status == HS_OK &&
+        (halvings == 0 || is_even(body, whole))) {
+        spread_losses(body, body, whole, 1.0);
+        note_slides(body, whole);
+        status = assign(body, whole);
     } else if (status == HS_OK) {
         hs_planar_target middle = hs_part_of_way(body, to, 0.5);
-        first = hs_body_copy(body);
+        first = trial_of(body);
         status = first ? step_with(first, body, &middle) : HS_OUT_OF_MEMORY;
-        two = status == HS_OK ? hs_body_copy(first) : NULL;
+        two = status == HS_OK ? trial_of(first) : NULL;
         if (status == HS_OK) status = two ? step_with(two, body, to) : HS_OUT_OF_MEMORY;
         if (status == HS_OK && settled(body, whole, two)) {
-            found = two;
+            status = arrive(body, whole, first, two);
         } else if (status == HS_OK) {
             status = travel(body, &middle, halvings - 1, first);
             if (status == HS_OK) status = travel(body, to, halvings - 1, NULL);
         }
-    }
-    if (found) {
-        note_slides(body, found);
-        status = assign(body, found);
     }
     if (whole != one) hs_body_free(whole);
     hs_body_free(first);
@@ -534,7 +695,10 @@ int hs_body_relax(hs_body *body, const hs_planar_aim *aim) {
         for (int32_t k = 1; k <= problem->rings; ++k) part->nodes[left_out + k].deflection = problem->found[k];
         lost += 0.5 * hs_dot(hs_plus(before, 1.0, force_of(part)), way) - hs_class_stored(part, NULL);
         lost = hs_most(lost, 0.0);
-        spread_loss(body, part, lost);
+        begin_loss(part, edge, edge);
+        add_loss(part, 1.0);
+        part->lost = lost;
+        spread_loss(body, part, 1.0);
         body->dissipated += lost;
     }
     body->displacement = hs_plus(body->displacement, 1.0, way);

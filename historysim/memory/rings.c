@@ -14,7 +14,7 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     if (rings->problem && rings->problem->room >= room) return HS_OK;
     room += 8;
     size_t n = (size_t)room + 1, pairs = n * (size_t)room;
-    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (7 * n + 2 * n);
+    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
     hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
     free(rings->problem);
@@ -30,8 +30,8 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     problem->factor = at;
     problem->step = at + 4 * pairs;
     at = problem->step + 2 * n;
-    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found};
-    for (int k = 0; k < 7; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
+    hs_vector **vectors[] = {&problem->slipped, &problem->base, &problem->trial, &problem->load, &problem->traction, &problem->slip, &problem->found, &problem->slope};
+    for (int k = 0; k < 8; ++k, at += 2 * n) *vectors[k] = (hs_vector *)at;
     problem->basis = (hs_vector *)at;
     problem->ring = (int32_t *)(at + 4 * n);
     return HS_OK;
@@ -58,23 +58,7 @@ void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
             before = next;
         }
     }
-    /* F D = the matrix that sums slopes up, row by row from its end */
-    for (int32_t i = 1; i <= n; ++i)
-        for (int32_t j = i; j >= 1; --j) {
-            double left = r[j] - r[j - 1];
-            for (int32_t k = j + 1; k <= i; ++k) left -= AT(deflection_of, i, k) * AT(traction_of, k, j - 1);
-            AT(deflection_of, i, j) = left / AT(traction_of, j, j - 1);
-        }
-}
-
-static hs_vector traction_at(const hs_ring_problem *problem, const hs_vector *deflection, int32_t i) {
-    const double *r = problem->depth;
-    hs_vector sum = {0.0, 0.0};
-    for (int32_t j = 0; j < i; ++j) {
-        double share = AT(traction_of, i, j) / (r[j + 1] - r[j]);
-        sum = hs_plus(hs_plus(sum, share, deflection[j + 1]), -share, deflection[j]);
-    }
-    return sum;
+    problem->active = problem->solved = 0;
 }
 
 hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
@@ -96,15 +80,38 @@ static hs_vector shortened(hs_vector vector, double limit) {
     return found;
 }
 
+/* to += factor × from, of so many numbers. */
+static inline void add_row(double *restrict to, double factor, const double *restrict from, int32_t count) {
+    for (int32_t i = 0; i < count; ++i) to[i] += factor * from[i];
+}
+
+/* A row times vectors, in four lanes. */
+static inline hs_vector product(const double *restrict row, const hs_vector *restrict v, int32_t count) {
+    hs_vector sum[4] = {{0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}};
+    int32_t i = 0;
+    for (; i + 4 <= count; i += 4)
+        for (int lane = 0; lane < 4; ++lane) sum[lane] = hs_plus(sum[lane], row[i + lane], v[i + lane]);
+    for (int lane = 0; i < count; ++i, ++lane) sum[lane] = hs_plus(sum[lane], row[i], v[i]);
+    return hs_plus(hs_plus(sum[0], 1.0, sum[1]), 1.0, hs_plus(sum[2], 1.0, sum[3]));
+}
+
 /* Have so many rings be unknown. */
-static void activate(hs_ring_problem *problem, int32_t active) {
+HS_WIDE static void activate(hs_ring_problem *problem, int32_t active) {
+    const double *r = problem->depth;
+    double *left = problem->step;
     for (int32_t k = problem->active + 1; k <= active; ++k) {
+        double *row = &AT(deflection_of, k, 0);
+        /* F D = the matrix that sums slopes up, row by row from its end */
+        for (int32_t j = 0; j < k; ++j) left[j] = r[j + 1] - r[j];
+        for (int32_t j = k; j >= 1; --j) {
+            row[j] = left[j - 1] / AT(traction_of, j, j - 1);
+            add_row(left, -row[j], &AT(traction_of, j, 0), j - 1);
+        }
         for (int32_t i = 1; i <= k; ++i) AT(matrix, k, i) = 0.0;
-        problem->load[k].x = problem->load[k].y = problem->sum[k] = problem->push[k] = 0.0;
+        problem->sum[k] = problem->push[k] = 0.0;
         for (int32_t i = 1; i <= k; ++i) {
-            double share = problem->mass[k] * AT(deflection_of, k, i);
-            for (int32_t j = 1; j <= i; ++j) AT(matrix, i, j) += share * AT(deflection_of, k, j);
-            problem->load[i] = hs_plus(problem->load[i], share, problem->trial[k]);
+            double share = problem->mass[k] * row[i];
+            add_row(&AT(matrix, i, 1), share, row + 1, i);
             problem->sum[i] += share;
             problem->push[i] += share * problem->share[k];
         }
@@ -114,50 +121,64 @@ static void activate(hs_ring_problem *problem, int32_t active) {
     problem->active = active;
 }
 
-static hs_vector slip_of(const hs_ring_problem *problem, int32_t i) {
-    hs_vector left = problem->load[i];
-    for (int32_t j = 1; j <= problem->active; ++j) left = hs_plus(left, -AT(matrix, i, j), problem->traction[j]);
-    return left;
+/* Add what more rings are pulled with. */
+static void pull(hs_ring_problem *problem, int32_t active) {
+    for (int32_t k = problem->solved + 1; k <= active; ++k) {
+        problem->load[k].x = problem->load[k].y = 0.0;
+        for (int32_t i = 1; i <= k; ++i)
+            problem->load[i] = hs_plus(problem->load[i], problem->mass[k] * AT(deflection_of, k, i), problem->trial[k]);
+    }
+    problem->solved = active;
+}
+
+/* Take what a traction does to the slip of all rings off. */
+static inline void take_off(hs_ring_problem *problem, int32_t i, hs_vector traction) {
+    const double *restrict row = &AT(matrix, i, 0);
+    hs_vector *restrict slip = problem->slip;
+    for (int32_t j = 1; j <= problem->active; ++j) {
+        slip[j].x -= row[j] * traction.x;
+        slip[j].y -= row[j] * traction.y;
+    }
+}
+
+/* Work the slip of all rings out. */
+HS_WIDE static void slide(hs_ring_problem *problem) {
+    memcpy(problem->slip + 1, problem->load + 1, (size_t)problem->active * sizeof *problem->slip);
+    for (int32_t i = 1; i <= problem->active; ++i) take_off(problem, i, problem->traction[i]);
 }
 
 /* Move each traction to where it is best while the others stay; returns the farthest way, over its limit. */
-static double sweep(hs_ring_problem *problem) {
+HS_WIDE static double sweep(hs_ring_problem *problem) {
     double farthest = 0.0;
     for (int32_t i = 1; i <= problem->active; ++i) {
-        hs_vector before = problem->traction[i];
-        hs_vector free = hs_plus(before, 1.0 / AT(matrix, i, i), slip_of(problem, i));
-        problem->traction[i] = shortened(free, problem->limit[i]);
-        farthest = hs_most(farthest, hs_length(hs_plus(problem->traction[i], -1.0, before)) / problem->limit[i]);
+        hs_vector before = problem->traction[i], free = hs_plus(before, 1.0 / AT(matrix, i, i), problem->slip[i]);
+        hs_vector after = shortened(free, problem->limit[i]), way = hs_plus(after, -1.0, before);
+        problem->traction[i] = after;
+        take_off(problem, i, way);
+        farthest = hs_most(farthest, hs_length(way) / problem->limit[i]);
     }
     return farthest;
 }
 
-/* Lower triangular factor of a matrix of so many rows; whether it is positive definite. */
-static int factorise(double *factor, int64_t stride, int32_t count) {
-    for (int32_t i = 0; i < count; ++i) {
-        double *row = factor + i * stride;
-        for (int32_t j = 0; j <= i; ++j) {
-            const double *other = factor + j * stride;
-            double left = row[j];
-            for (int32_t k = 0; k < j; ++k) left -= row[k] * other[k];
-            if (j < i)
-                row[j] = left / other[j];
-            else if (left > 0.0)
-                row[i] = sqrt(left);
-            else
-                return 0;
-        }
+/* The factor U of a matrix UᵀU of so many rows, of which the upper half is given; whether it is positive definite. */
+HS_WIDE static int factorise(double *factor, int64_t stride, int32_t count) {
+    for (int32_t k = 0; k < count; ++k) {
+        double *row = factor + k * stride;
+        if (!(row[k] > 0.0)) return 0;
+        double root = sqrt(row[k]);
+        for (int32_t j = k; j < count; ++j) row[j] /= root;
+        for (int32_t i = k + 1; i < count; ++i) add_row(factor + i * stride + i, -row[i], row + i, count - i);
     }
     return 1;
 }
 
-static void substitute(const double *factor, int64_t stride, int32_t count, double *x) {
+HS_WIDE static void substitute(const double *factor, int64_t stride, int32_t count, double *x) {
     for (int32_t i = 0; i < count; ++i) {
-        for (int32_t k = 0; k < i; ++k) x[i] -= factor[i * stride + k] * x[k];
         x[i] /= factor[i * stride + i];
+        add_row(x + i + 1, -x[i], factor + i * stride + i + 1, count - i - 1);
     }
     for (int32_t i = count - 1; i >= 0; --i) {
-        for (int32_t k = i + 1; k < count; ++k) x[i] -= factor[k * stride + i] * x[k];
+        for (int32_t k = i + 1; k < count; ++k) x[i] -= factor[i * stride + k] * x[k];
         x[i] /= factor[i * stride + i];
     }
 }
@@ -168,7 +189,6 @@ static int linearise(hs_ring_problem *problem) {
     int32_t count = 0;
     for (int32_t i = 1; i <= problem->active; ++i) {
         hs_vector q = problem->traction[i];
-        problem->slip[i] = slip_of(problem, i);
         double limit = problem->limit[i], size = hs_length(q);
         int slips = hs_length(hs_plus(q, 1.0 / AT(matrix, i, i), problem->slip[i])) > limit && size > 0.0;
         hs_vector first = {1.0, 0.0}, second = {0.0, 1.0}, across = {-q.y / size, q.x / size};
@@ -180,7 +200,7 @@ static int linearise(hs_ring_problem *problem) {
     }
     for (int32_t a = 0; a < count; ++a) {
         int32_t i = abs(problem->ring[a]);
-        for (int32_t b = 0; b <= a; ++b)
+        for (int32_t b = a; b < count; ++b)
             problem->factor[a * stride + b] = AT(matrix, i, abs(problem->ring[b])) * hs_dot(problem->basis[a], problem->basis[b]);
         if (problem->ring[a] < 0) {
             double limit = problem->limit[i];
@@ -212,9 +232,17 @@ static void newton(hs_ring_problem *problem) {
 
 /* The innermost ring beyond its limit, 0 where there is none; v is known, tractions from a ring on are worked out. */
 static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
+    const double *r = problem->depth;
+    const hs_vector *v = problem->found;
+    hs_vector *slope = problem->slope;
     int32_t found = 0;
+    for (int32_t j = 0; j < problem->rings; ++j) {
+        double width = r[j + 1] - r[j];
+        slope[j].x = (v[j + 1].x - v[j].x) / width;
+        slope[j].y = (v[j + 1].y - v[j].y) / width;
+    }
     for (int32_t i = from; i <= problem->rings; ++i) {
-        problem->traction[i] = traction_at(problem, problem->found, i);
+        problem->traction[i] = product(&AT(traction_of, i, 0), slope, i);
         if (hs_length(problem->traction[i]) > problem->limit[i] * (1.0 + 1e-12)) found = i;
     }
     return found;
@@ -223,28 +251,32 @@ static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
 double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement) {
     const int32_t n = problem->rings;
     const hs_vector none = {0.0, 0.0};
-    problem->active = problem->unknowns = 0;
+    problem->unknowns = problem->solved = 0;
     problem->trial[0] = none;
     for (int32_t k = 1; k <= n; ++k) problem->trial[k] = hs_plus(problem->base[k], problem->share[k], displacement);
     memcpy(problem->found, problem->trial, (size_t)(n + 1) * sizeof *problem->found);
-    int32_t active = innermost_beyond(problem, 1);
-    if (active == 0) return 0.0;
-    while (active > problem->active) {
-        for (int32_t i = problem->active + 1; i <= active; ++i)
-            problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
-        activate(problem, active);
-        for (int round = 0; round < MOST_ROUNDS && sweep(problem) > SETTLED; ++round) newton(problem);
-        for (int32_t k = 1; k <= active; ++k) {
-            problem->found[k] = none;
-            for (int32_t j = 1; j <= k; ++j)
-                problem->found[k] = hs_plus(problem->found[k], AT(deflection_of, k, j), problem->traction[j]);
+    int32_t beyond = innermost_beyond(problem, 1);
+    if (beyond == 0) return 0.0;
+    for (int round = 0; round < MOST_ROUNDS; ++round) {
+        if (beyond) {
+            /* rings that have been unknown stay it, for the sake of their matrix */
+            if (beyond > problem->active) activate(problem, beyond);
+            for (int32_t i = problem->solved + 1; i <= problem->active; ++i)
+                problem->traction[i] = shortened(problem->traction[i], problem->limit[i]);
+            pull(problem, problem->active);
         }
-        int32_t beyond = innermost_beyond(problem, active + 1);
+        slide(problem);
+        int settled = sweep(problem) <= SETTLED;
+        if (!settled) newton(problem);
+        for (int32_t k = 1; k <= problem->active; ++k)
+            problem->found[k] = product(&AT(deflection_of, k, 1), problem->traction + 1, k);
+        beyond = innermost_beyond(problem, problem->active + 1);
+        if (settled && !beyond) break;
         /* one more ring at once: what slips deeper mostly spreads */
-        if (beyond) active = beyond < n ? beyond + 1 : n;
+        if (beyond && beyond < n) ++beyond;
     }
     double lost = 0.0;
-    for (int32_t i = 1; i <= active; ++i) lost += hs_dot(problem->traction[i], slip_of(problem, i));
+    for (int32_t i = 1; i <= problem->solved; ++i) lost += hs_dot(problem->traction[i], problem->slip[i]);
     return hs_most(lost, 0.0);
 }
 
@@ -256,10 +288,10 @@ hs_vector hs_ring_force(const hs_ring_problem *problem) {
 
 void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]) {
     double stuck = 0.0;
-    for (int32_t k = problem->active + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
+    for (int32_t k = problem->solved + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
     slopes[0][0] = slopes[1][1] = stuck;
     slopes[0][1] = slopes[1][0] = 0.0;
-    if (problem->active == 0) return;
+    if (problem->solved == 0) return;
     int32_t count = linearise(problem);
     double *x = problem->step;
     for (int axis = 0; axis < 2; ++axis) {

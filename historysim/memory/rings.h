@@ -11,6 +11,12 @@ typedef struct hs_node {
     hs_vector deflection;
 } hs_node;
 
+/* A product of deflection and slip, by label. */
+typedef struct hs_held {
+    double label;
+    double product;
+} hs_held;
+
 /* A class of asperities: those of one coefficient whose gaps lie close together. The first node is the edge, the last one the
  * deepest spring of all, which touched at the smallest gap. */
 typedef struct hs_class {
@@ -20,6 +26,9 @@ typedef struct hs_class {
     int32_t count; /* nodes; 0 where nothing touches */
     int32_t room;
     hs_node *nodes;
+    double lost;        /* that its springs lost in the last step */
+    int32_t slid;       /* labels between which they slid */
+    hs_held *held;      /* what they held times how far they slid, linear in between; room for `room` of it */
     struct hs_ring_problem *problem; /* place to work in, which copies do not share; NULL until it is needed */
 } hs_class;
 
@@ -28,7 +37,8 @@ typedef struct hs_class {
 typedef struct hs_ring_problem {
     int32_t room;
     int32_t rings;
-    int32_t active;      /* rings from the edge inward that are unknown: below them v = v* */
+    int32_t active;      /* rings from the edge inward that the matrices are of */
+    int32_t solved;      /* that are unknown: all of these, or none; below them v = v* */
     double *label;       /* of the nodes, the edge first */
     double *normal;      /* P there */
     double *share;       /* of a displacement of the contact that moves the springs: less where they touch on the way */
@@ -49,6 +59,7 @@ typedef struct hs_ring_problem {
     hs_vector *traction; /* Q */
     hs_vector *slip;     /* y = Fᵀ M (v* - v) */
     hs_vector *found;    /* v */
+    hs_vector *slope;    /* of v, towards the deeper node */
     hs_vector *basis;    /* directions in which the unknowns of Newton's step go */
     int32_t *ring;       /* whose they are */
     int32_t unknowns;    /* of the last factor; 0 where nothing slips */
@@ -70,7 +81,8 @@ typedef struct hs_body {
     double tolerance;
     double approach, normal_load, dissipated, time;
     hs_vector displacement, tangential_load;
-    double *each; /* (count) energy that each asperity has dissipated, by its position */
+    double slid_load, uneven; /* tangential load that has slid in the last step, and by which its two stages slid differently */
+    double *each;  /* (count) energy that each asperity has dissipated, by its position; NULL of steps that are tried */
     int64_t classes;
     hs_class *parts;
     double *slide_time; /* (count) when asperities have first slid as a whole since the first turn [s], by position; or NaN */
@@ -110,8 +122,8 @@ hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
 hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);
-/* Nodes where cells are wide, fewer where they are narrow and v is straight, beside a friction limit. */
-int hs_regrid(hs_class *part, int64_t rings, double limit);
+/* Nodes where cells are wide, fewer where they are narrow and v is straight but for so small a change of the load. */
+int hs_regrid(hs_class *part, int64_t rings, double change);
 /* Energy that the springs of a class hold, added per asperity of it unless `each` is NULL. */
 double hs_class_stored(const hs_class *part, double *each);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */

@@ -16,9 +16,9 @@ import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.arguments import Booleans, Floats
-from historysim.basics.files import replacing
+from historysim.basics.files import path_of_numbers, replacing
 from historysim.basics.units import quantity_text, range_text
-from historysim.basics.wording import counted, read_findings
+from historysim.basics.wording import brief, counted, read_findings
 from historysim.errors import InputError
 from historysim.measured.loop_table import LoopStatistics
 from historysim.measured.loop_values import OF_SLIP
@@ -64,11 +64,13 @@ def write_csv(table: xr.Dataset | xr.DataArray, path: str | Path) -> None:
     >>> history = hs.run("scenarios/04_normal_up_tangential_up.toml")
     >>> hs.write_csv(history.contact.stick_ratio(), "stick_ratio.csv")
     """
-    with replacing(Path(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
+    with replacing(path_of_numbers(path)) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
         csv.writer(stream, lineterminator=LINE_END).writerows(_rows(_dataset(table)))
 
 
 def _dataset(table: xr.Dataset | xr.DataArray) -> xr.Dataset:
+    if not isinstance(table, xr.Dataset | xr.DataArray):
+        raise InputError(f"table is {brief(table)}; expected a Dataset or DataArray of xarray")
     return table.to_dataset(name=table.name or "value") if isinstance(table, xr.DataArray) else table
 
 
@@ -186,7 +188,7 @@ def write_netcdf(table: xr.Dataset | xr.DataArray, path: str | Path, *, origin: 
     dataset = _dataset(table)
     along = next((name for name in ALONG_THE_HISTORY if _is_first(name, dataset)), None)
     written = _described(dataset, origin)
-    with replacing(Path(path)) as unfinished:
+    with replacing(path_of_numbers(path)) as unfinished:
         if along is None:
             written.to_netcdf(unfinished, engine="netcdf4", encoding=_encoding(written))
             return

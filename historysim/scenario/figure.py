@@ -1,13 +1,16 @@
 """The ``[picture]`` of a scenario, drawn of it or of its result."""
 
-from typing import TYPE_CHECKING
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from historysim.errors import InputError
-from historysim.results.plots.pictures import HISTORY, SCENARIO, SWEEP, draw, draw_figure, figure_of
+from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, figure_of
 from historysim.scenario.document import parsed, pictures_of
 from historysim.scenario.picture_section import adhering_of
+from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import Pictures
@@ -46,7 +49,7 @@ def _of_scenario(
     name: str = "",  # noqa: ARG001 - a scenario knows its own path
     adhesion: bool = False,
     asperity: int | str | None = None,
-    **options: object,
+    **options: Any,  # noqa: ANN401 - fields of pictures
 ) -> "FigureOrAxes":
     """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
     if asperity is not None:
@@ -58,6 +61,15 @@ def _of_scenario(
     if picture is None and not adhesion and not options and (pictures := drawable(scenario)):
         return draw_scenario_figure(scenario, pictures, place)
     kind = picture or ("adhesion-map" if adhesion else "surface")
+    if kind in PICTURES and HISTORY in PICTURES[kind].of and SCENARIO not in PICTURES[kind].of:
+        if scenario.sections.sweep is not None:
+            raise InputError(f"{scenario.path}: picture {kind}: has [sweep]; expected what historysim sweep writes")
+        # the surface stands in a file beside the history
+        with (
+            tempfile.TemporaryDirectory() as folder,
+            run(scenario, Path(folder) / "result.nc", progress=True) as history,
+        ):
+            return draw(history, kind, place, **options)
     if kind in {"surface", "record"}:
         options.setdefault("title", scenario.title or scenario.path.stem)
     return draw(scenario, kind, place, of=SCENARIO, **options)

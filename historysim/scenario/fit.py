@@ -223,7 +223,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     scenario : Scenario or path
         A scenario with ``[fit]`` and a measured loading, with a tangential load to fit to.
     progress : bool
-        Count the walks along the record on standard error where that is a terminal and they take long.
+        Show a bar of the walks along the record on standard error where that is a terminal and they take long; how
+        many there will be is an estimate.
 
     Raises
     ------
@@ -244,9 +245,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
             displacement_noise=section.displacement_noise,
             load_noise=section.load_noise,
         )
-        # nobody knows the number of walks before
-        with progress_bar(progress, " walks", desc="fitting", delay=2) as notify:
-            estimates = fit_parameters(model, start, observation, notify=notify)
+        with progress_bar(progress, "walk", desc="fitting", delay=2) as done:
+            estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)

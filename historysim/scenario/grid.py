@@ -10,7 +10,7 @@ from typing import Any
 import attrs
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import brief, nearest, shown
 from historysim.errors import InputError, at, misfit, path_text
 from historysim.scenario.schema import Place
 
@@ -230,6 +230,8 @@ def expand(value: object) -> list[Any]:
 
 def _flat(over: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:
     """Yield keys with dots; a table with ``from`` is a range, any other holds further keys."""
+    if not isinstance(over, Mapping):
+        raise InputError(f"{brief(over)}; expected keys with values, as {{'friction.coefficient': [0.1, 0.2]}}")
     for name, value in over.items():
         key = f"{above}.{name}" if above else str(name)
         if isinstance(value, Mapping) and "from" not in value:

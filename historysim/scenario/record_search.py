@@ -12,6 +12,7 @@ import xarray as xr
 
 from historysim.asperities.instrument import RIGID
 from historysim.basics.units import quantity_text
+from historysim.basics.wording import brief
 from historysim.errors import InputError, at
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
@@ -113,8 +114,8 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
 def _opened(record: object) -> AbstractContextManager[tuple[xr.Dataset | Measurement, Scenario | None]]:
     """Give a history or a measurement by the kind of record, and the scenario of a measurement."""
     raise InputError(
-        f"{record!r}: cannot be evaluated; expected a history (Dataset), a Measurement, a Scenario, or the path of a "
-        "scenario or a result"
+        f"{brief(record)}: cannot be evaluated; expected a history (Dataset), a Measurement, a Scenario, or the path "
+        "of a scenario or a result"
     )
 
 
@@ -151,7 +152,10 @@ def _(record: str | Path) -> Opened:
                 "scenario (.toml)"
             )
         case _:
-            raise InputError(f"{path}: is no scenario (.toml) and no result of historysim run; expected one of them")
+            raise InputError(
+                f"{path}: is no scenario (.toml) and no result of historysim run; expected one of them; of a record "
+                f"`historysim columns {path} -o my.toml` writes a scenario"
+            )
 
 
 def _question(scenario: Scenario) -> str:

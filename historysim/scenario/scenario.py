@@ -14,7 +14,7 @@ import attrs
 from historysim.asperities.instrument import Instrument
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import duration_text, quantity_text
-from historysim.basics.wording import Notify, counted, html_table, silent
+from historysim.basics.wording import Notify, brief, counted, html_table, silent
 from historysim.errors import InputError, LoadError, at, misfit
 from historysim.loads.events import Event
 from historysim.scenario.document import files_of, parsed, read_sections, sections_of
@@ -276,7 +276,8 @@ class Scenario:
         loading: Any = self.sections.loading
         with reported(self.path.name):
             if loading.kind != "file":
-                raise misfit("is written out; expected a measured file", "loading")
+                problem = "has no measured record; expected loading.file, or a scenario to run"
+                raise misfit(f"{problem}: historysim run {self.path}", "loading")
         measured: MeasuredLoading = loading
         return measured
 
@@ -313,7 +314,7 @@ def load(path: str | os.PathLike[str], values: Mapping[str, Any] | None = None) 
     242
     """
     if not isinstance(path, str | os.PathLike):
-        raise InputError(f"{path!r} is no scenario; expected the path of a TOML file")
+        raise InputError(f"{brief(path)} is no scenario; expected the path of a TOML file")
     path = Path(path)
     with reported(path.name or str(path)):
         return Scenario(path, *read_sections(path, values))

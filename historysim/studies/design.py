@@ -147,7 +147,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     with executor_for(workers, executor) as (chosen, count):
 
         def each(function: Callable[[Point], T]) -> list[T]:
-            with progress_bar(progress, "search", len(points), leave=False) as done:
+            with progress_bar(progress, "point", len(points), desc="searching", leave=False) as done:
                 return in_order(function, points, chosen, count, done)
 
         roots = each(functools.partial(_search, problem))
@@ -167,7 +167,10 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
     section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
         if section is None:
-            raise InputError("missing; expected [design], or a key, the values that it lies between, and a target")
+            raise InputError(
+                "missing; expected [design] with key, between and target, as key = 'friction.coefficient', between = "
+                "[0.05, 0.5] and target = '10 nm'"
+            )
         if section.output not in SUMMARIES:
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()

@@ -83,7 +83,7 @@ def gallery(
     paths = files_of_gallery(folder, scripts=scripts)
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
-    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(paths)) as done:
+    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(paths), desc="drawing") as done:
         entries = in_order(functools.partial(_shown, folder), paths, executor, count, done)
     titles = Counter(section.title for section, _ in entries)
     groups: dict[str, list[Section]] = {}

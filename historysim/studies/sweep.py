@@ -129,7 +129,7 @@ def sweep_of(
     with reported(scenario.path.name):
         if over is None:
             if section is None:
-                raise InputError("has no [sweep]; expected one, or keys with their values to sweep over")
+                raise InputError("has no [sweep]; expected one, as [sweep.over] with friction.coefficient = [0.1, 0.2]")
             over, together, outputs = section.over, section.together, tuple(outputs) or section.outputs
         with at("sweep"):
             grid, outputs = grid_of(over, together), chosen_outputs(outputs)
@@ -225,7 +225,9 @@ class _Plan:
             executor = None
             if given is not None or workers == 1:
                 executor, workers = stack.enter_context(executor_for(workers, given))
-            done = stack.enter_context(progress_bar(progress, "cell", len(self.points), initial=len(self.cells)))
+            done = stack.enter_context(
+                progress_bar(progress, "cell", len(self.points), desc="sweep", initial=len(self.cells))
+            )
             passed_over = self._run(self._batches(workers), executor, workers, done)
             self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
 

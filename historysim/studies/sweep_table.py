@@ -12,7 +12,7 @@ from historysim._version import __version__
 from historysim.basics.arguments import Array
 from historysim.basics.fields import unit_in
 from historysim.basics.units import quantity
-from historysim.basics.wording import Finding, counted, nearest, read_findings, written_findings
+from historysim.basics.wording import Finding, brief, counted, nearest, read_findings, written_findings
 from historysim.errors import InputError, at
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS, VALIDITY, made_with
 from historysim.results.tables import SWEEP
@@ -288,6 +288,8 @@ def drift_along(found: xr.Dataset, along: str, name: str = "preliminary_displace
 
 
 def _check_dimension(table: xr.Dataset, along: str) -> None:
+    if not isinstance(table, xr.Dataset):
+        raise InputError(f"{brief(table)} is no sweep; expected the Dataset of hs.sweep")
     if along not in table.dims:
         dims = [str(dim) for dim in table.dims]
         raise InputError(f"{along!r} is no dimension of this sweep; {nearest(along, dims)}")

@@ -15,7 +15,6 @@ from typing import Any, Final, Protocol, Self
 
 import attrs
 import numpy as np
-from scipy.special import ndtri
 
 from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked, per_axis, scalar
 from historysim.errors import InputError
@@ -67,6 +66,9 @@ class Gaussian:
             raise InputError(
                 f"probability is {values.max():g}; expected less than 1: Gaussian heights have no highest one"
             )
+        # takes longer to import than a ball to validate
+        from scipy.special import ndtri
+
         result: Floats = self.mean + self.rms_height * ndtri(values)
         return result
 

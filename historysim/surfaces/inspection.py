@@ -153,7 +153,7 @@ def _product(texts: Iterable[str]) -> str:
 
 
 def _length(value: float) -> str:
-    return "none" if math.isnan(value) else quantity_text(value, "m")
+    return "not reached" if math.isnan(value) else quantity_text(value, "m")
 
 
 def _number(value: float, unit: str = "") -> str:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from historysim.basics.arguments import Floats, per_axis
-from historysim.basics.files import what_is_there
+from historysim.basics.files import as_path, what_is_there
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor
@@ -98,10 +98,7 @@ def read_surface(
     >>> print(f"{surface.detrended('sphere').statistics().rms_height * 1e9:.1f} nm")
     64.1 nm
     """
-    try:
-        path = Path(path)
-    except TypeError as error:
-        raise InputError(f"path is {path!r}; expected the name of a file") from error
+    path = as_path(path)
     with _named(path):
         found = _read(path, channel)
         factor = _factor("height_unit", found.unit, height_unit, "heights")
@@ -152,7 +149,9 @@ def _start(path: Path) -> bytes:
 def _factor(name: str, own: str | None, given: str | None, what: str) -> float:
     if own is None:
         if given is None:
-            raise InputError(f"does not name the unit of its {what}; give {name}, as in {name}='nm'")
+            raise InputError(
+                f"does not name the unit of its {what}; give {name}='nm', in the shell --{name.replace('_', '-')} nm"
+            )
         return _metres(given, name)
     factor = _metres(own, f"the unit of its {what}")
     if given is not None and not math.isclose(_metres(given, name), factor, rel_tol=1e-9):

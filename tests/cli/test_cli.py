@@ -214,7 +214,8 @@ def test_show_tells_a_scenario_from_a_result():
     assert (scenario.exit_code, result.exit_code) == (0, 0)
     assert "substeps             10\n" in scenario.output
     assert "peak normal load          50 mN\n" in result.output
-    assert "event_digest" in result.output
+    assert len(result.output.splitlines()) <= 10
+    assert "event_digest" in call("show", "ball.nc", "-v").output
     assert "[loading]" not in result.output
 
 

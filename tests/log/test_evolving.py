@@ -120,7 +120,7 @@ def test_a_result_tells_what_evolves_and_verifies(made):
     told = dict(hs.analysis.summary(history))
     assert told["erased memories"].startswith("1, with an elastic energy of ")
     assert told["worn volume"] == f"{history.worn_volume.values[-1].sum():.4g} m³ of the recorded asperities"
-    assert told["slid together"].endswith("m")
+    assert told["summed sliding distance"].endswith("m")
     direct = hs.load(folder / "s.toml").replay().dataset()
     for name in direct.variables:
         assert direct[name].values.tobytes() == history[name].values.tobytes(), name

@@ -72,7 +72,7 @@ def test_an_instrument_is_taken_off_the_virgin_displacement(swung):
     assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
     assert found.statistics("preliminary_displacement").mean > 1.1 * reversal_factor(0.95) * truth
     lines = dict(found.summary())
-    assert lines["preliminary displacement"].endswith("and what the load bends the instrument of 334 kN/m by")
+    assert lines["preliminary displacement"].endswith(", plus the load over the stiffness of the instrument, 334 kN/m")
 
 
 def test_factors_are_those_of_theory():

@@ -129,7 +129,7 @@ def test_a_fit_has_a_report():
 def test_what_has_no_report_is_refused():
     assert call("run", "ball.toml", "-q").exit_code == 0
     for file, told in (
-        ("ball.toml", "ball.toml: loading: is written out; expected a measured file"),
+        ("ball.toml", "ball.toml: loading: has no measured record; expected loading.file"),
         ("ball.history", "ball.history: is a log; expected its result; historysim run ball.history makes it again"),
         ("nothing.nc", "nothing.nc: there is no such file"),
     ):

@@ -236,7 +236,7 @@ WRONG = {
             "loading: friction at t = 0 s: friction has shape (3,); expected one",
         ),
         ('kind = "sphere"', 'kind = "spere"', "surface.kind: 'spere'; did you mean 'sphere'?"),
-        ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, normal_curve"),
+        ('kind = "sphere"', "", "surface.kind: missing; expected one of measured, "),
         ("radius = 1.0", "", "surface.radius: missing"),
         ("contact_modulus = 1.0", "", "materials: shear_modulus given; expected either first and second"),
         ("coefficient = 0.5", "coefficient = [0.5, 0.4]", "surface: friction"),

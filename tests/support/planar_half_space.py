@@ -1,19 +1,24 @@
-"""A brute force of one sphere that moves in two tangential directions: a half-space of ν = 0, point by point.
+"""A brute force of one sphere that moves in two tangential directions: a half-space, point by point.
 
-Pressures are Hertz's. Tractions on square cells displace the surface by C q (Boussinesq and Cerruti with ν = 0, by
-Love's integral for a cell). A stage of a step is the minimum of ½ q·C q - q·(C q₀ + ΔU) under |q| ≤ μ p in every cell,
-and two of them make a step of second order (SDIRK2). It knows no rings and no springs. E* = R = θ = 1.
+Pressures are Hertz's. Tractions on square cells displace the surface by C q (Cerruti, integrated over a cell as Love
+did; with ν > 0 either component moves the surface along the other, too). A stage of a step is the minimum of ½ q·C q -
+q·(C q₀ + ΔU) under |q| ≤ μ p in every cell, and two of them make a step of second order (SDIRK2). It knows no rings
+and no springs. E* = R = θ = 1.
 """
 
 import numpy as np
+from scipy import fft
 
 GAMMA = 1 - 1 / np.sqrt(2)
 
 
 class PlanarHalfSpace:
-    """A sphere pressed by an approach on a grid of ``cells`` × ``cells`` cells, which the largest contact fills."""
+    """A sphere pressed by an approach on a grid of ``cells`` × ``cells`` cells, which the largest contact fills.
 
-    def __init__(self, cells, friction=1.0, largest_approach=1.0):
+    Two bodies of Poisson's ratio ν have the shear modulus 1 - ν/2 each, so that G* = 1/4.
+    """
+
+    def __init__(self, cells, poisson_ratio=0.0, friction=1.0, largest_approach=1.0):
         self.friction, self.cells = friction, cells
         edge = np.sqrt(largest_approach)
         self.cell = 2 * edge / cells
@@ -23,8 +28,14 @@ class PlanarHalfSpace:
         at = (middle[:, None] + fine).ravel()
         self.square = at[:, None] ** 2 + at**2
         offset = np.arange(-cells, cells) * self.cell
-        self.spectrum = np.fft.rfft2(np.fft.ifftshift(_love(offset[:, None], offset, self.cell)))
-        self.step = 1 / np.abs(self.spectrum).max()
+        x, y, nu = offset[:, None], offset, poisson_ratio
+        along_x, along_y = (_over_cell(_square, *at, self.cell) for at in ((x, y), (y, x)))
+        moved = (along_x + along_y) * (1 - nu) + nu * np.array([along_x, along_y])
+        across = nu * _over_cell(_product, x, y, self.cell)
+        self.along, self.across = (
+            fft.rfft2(np.fft.ifftshift(each, axes=(-2, -1))) / (np.pi * (1 - nu / 2)) for each in (moved, across)
+        )
+        self.step = 1 / (np.abs(self.along).max() + np.abs(self.across).max())
         self.traction = np.zeros((2, cells, cells))
         self.displacement = np.zeros(2)
         self.approach = self.dissipated = 0.0
@@ -41,7 +52,8 @@ class PlanarHalfSpace:
     def moved(self, traction):
         """Displacements under tractions (direction, x, y)."""
         n = self.cells
-        return np.fft.irfft2(np.fft.rfft2(traction, s=(2 * n, 2 * n)) * self.spectrum, s=(2 * n, 2 * n))[:, :n, :n]
+        waves = fft.rfft2(traction, s=(2 * n, 2 * n))
+        return fft.irfft2(self.along * waves + self.across * waves[::-1], s=(2 * n, 2 * n))[:, :n, :n]
 
     def _settled(self, start, pull, limit):
         """Minimum under the limit: accelerated projected gradients, restarted."""
@@ -80,12 +92,15 @@ def _within(traction, limit):
     return traction * np.where(size > limit, limit / np.where(size > 0, size, 1.0), 1.0)
 
 
-def _love(x, y, cell):
-    """Displacement at (x, y) from the middle of a cell under unit traction, times π E*."""
-    total = 0.0
-    for sx in (-0.5, 0.5):
-        for sy in (-0.5, 0.5):
-            a, b = x + sx * cell, y + sy * cell
-            r = np.hypot(a, b)
-            total = total + 4 * sx * sy * (a * np.log(b + r) + b * np.log(a + r))
-    return total / np.pi
+def _square(x, y):
+    """Integral of x²/r³ over x and y."""
+    return y * np.log(x + np.hypot(x, y))
+
+
+def _product(x, y):
+    """Integral of xy/r³ over x and y."""
+    return -np.hypot(x, y)
+
+
+def _over_cell(integral, x, y, cell):
+    return sum(4 * a * b * integral(x + a * cell, y + b * cell) for a in (-0.5, 0.5) for b in (-0.5, 0.5))

@@ -416,7 +416,7 @@ def test_texts_that_are_no_matrix(tmp_path, text, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({}, "does not name the unit of its heights; give height_unit, as in height_unit='nm'"),
+        ({}, "does not name the unit of its heights; give height_unit='nm', in the shell --height-unit nm"),
         ({"height_unit": "nm", "lateral_unit": "µm"}, "lateral_unit is 'µm', but the file has no distances; give"),
         ({"height_unit": "nm", "pixel_size": (1, 2, 3)}, r"pixel_size has shape \(3,\)"),
         ({"height_unit": "nm", "pixel_size": "1"}, "pixel_size: '1' has no unit"),

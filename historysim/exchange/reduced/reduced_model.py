@@ -308,7 +308,7 @@ class ReducedPicture(Picture):
 
     def draw(self, canvas: Canvas, data: Springs) -> None:
         """Draw both, or the loop alone."""
-        loop, spectrum = canvas.two("springs", 1.5, stacked=1.6)
+        loop, spectrum = canvas.two(("loop", "springs"), 1.5, stacked=1.6)
         _draw_loop(loop, data)
         canvas.legend(loop)
         canvas.heading(data.title, f"at a normal load of {quantity_text(data.normal_load, 'N')}")

@@ -114,7 +114,7 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
     """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
-        lines.append(("slid together", quantity_text(history["total_slid_distance"].values[-1], "m")))
+        lines.append(("summed sliding distance", quantity_text(history["total_slid_distance"].values[-1], "m")))
     if "worn_volume" in history:
         worn = history["worn_volume"].isel(step=-1).values
         lines.append(("worn volume", f"{worn.sum():.4g} m³ of the recorded asperities"))

@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Array, Floats
+from historysim.basics.wording import brief
 from historysim.errors import InputError
 
 
@@ -54,6 +55,8 @@ def of_patches(history: Recorded) -> bool:
 
 def check_recorded(history: Recorded, *names: str) -> None:
     """Check that a history holds variables of its asperities; an InputError says why it does not."""
+    if not hasattr(history, "sizes"):
+        raise InputError(f"{brief(history)} is no history; expected a Dataset from historysim, as hs.open gives")
     if "total_normal_load" not in history:
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     missing = [name for name in names if name not in history]

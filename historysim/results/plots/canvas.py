@@ -1,22 +1,26 @@
 """What a picture is drawn on: a new figure of a size in millimetres, or a figure or axes of the caller."""
 
+import math
 import re
 import textwrap
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import attrs
 
+from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.results.plots.style import FAINT, STYLE, plain
+from historysim.results.plots.style import STYLE, plain
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
-    from matplotlib.text import Text
+    from matplotlib.text import Annotation, Text
+
+    from historysim.results.plots.printed import PrintedFigure
 
 Size = tuple[float, float]
 """Width and height [mm]."""
@@ -31,16 +35,30 @@ LEAST_SIDE, MOST_SIDE = 20.0, 2000.0
 """Sides of a figure [mm]."""
 LEAST_PANEL = 13.0, 8.0
 """Width and height of the smallest panel that can be read [mm]."""
+MOST_PANELS = 100
+"""More than a picture has."""
 HIGHEST_LEGEND = 0.3
 """Share of the height that names below a picture may take."""
-NOTE, SMALL = 6.0, 6.5
-"""Size of the letters at the foot, and of labels that do not fit otherwise [pt]."""
+SMALL = 6.5
+"""Size of the letters of labels that do not fit otherwise [pt]."""
 ROUNDS = 4
 """How often labels are fitted: on more lines they take more room, and panels less."""
 MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
 UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?<=\$) (?=\()"
 """Spaces at which no line is broken: before a unit, and beside an equals sign."""
 NO_BREAK = "\N{NO-BREAK SPACE}"
+HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
+"""A hyphen that stands for a minus sign, and that sign."""
+UNIT = re.compile(r"([fpnµmkMGT]?)(m|N|J|Pa|N/m)")
+"""A unit that may have another prefix."""
+PREFIXES = ("f", "p", "n", "µ", "m", "", "k", "M", "G", "T")
+SIDES = {-1: ("right", "top"), 0: ("center", "center"), 1: ("left", "bottom")}
+AROUND = [
+    (x * far, y * far, SIDES[x][0], SIDES[y][1])
+    for far in (4.0, 10.0)
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+]
+"""Where a label may stand beside its point [pt], and how it is aligned there."""
 
 
 class Place(TypedDict, total=False):
@@ -51,15 +69,21 @@ class Place(TypedDict, total=False):
     ax: Any
 
 
-@attrs.frozen(eq=False)
+@attrs.define(eq=False)
 class Canvas:
-    """What a picture is drawn on: a figure, or the axes of the caller; its sides [mm], and lines for its foot."""
+    """What a picture is drawn on: a figure, or the axes of the caller, and its sides [mm]."""
 
     figure: "Figure | SubFigure"
     given: "Axes | None"
     width: float
     height: float
-    notes: list[str] = attrs.field(factory=list)
+    most: int = MOST_PANELS
+    """Panels that there is room for."""
+    panels: int = 1
+    """Panels that are drawn."""
+    notices: list[str] = attrs.field(factory=list)
+    """What is to be known of the picture, and does not stand in it."""
+    labels: "list[Annotation]" = attrs.field(factory=list)
     beside_others: bool = False
 
     @classmethod
@@ -83,20 +107,27 @@ class Canvas:
             raise InputError(f"ax: this picture has {count} panels; expected figure= in place of ax=")
         return self.figure
 
-    def two(self, second: str, ratio: float, *, stacked: float = 1.0) -> "tuple[Axes, Axes | None]":
-        """Return two axes: side by side, or below one another, or the first alone with a note on the second.
+    def fitting(self, panels: Sequence[str], room: int | None = None) -> list[str]:
+        """Return the first of some panels, as many as there is room for, one at least; a notice names the others."""
+        count = max(min(len(panels) if room is None else room, self.most), 1)
+        if left := [name for name in panels[count:] if name]:
+            self.notices.append(f"at {self.width:.3g} × {self.height:.3g} mm there is no room for {listed(left)}")
+        self.panels = min(count, len(panels))
+        return list(panels[:count])
+
+    def two(self, panels: tuple[str, str], ratio: float, *, stacked: float = 1.0) -> "tuple[Axes, Axes | None]":
+        """Return two axes: side by side, or below one another, or those of the first panel alone.
 
         `ratio` is the width over that of the second side by side, `stacked` the height over it below one another.
         """
         figure: Any = self.several()
+        if len(self.fitting(panels, 2 if self.width >= WIDE or self.height >= 100.0 else 1)) == 1:
+            return figure.subplots(), None
         if self.width >= WIDE:
             left, right = figure.subplots(1, 2, width_ratios=(ratio, 1))
             return left, right
-        if self.height >= 100.0:
-            upper, lower = figure.subplots(2, 1, height_ratios=(stacked, 1))
-            return upper, lower
-        self.left_out(second)
-        return figure.subplots(), None
+        upper, lower = figure.subplots(2, 1, height_ratios=(stacked, 1))
+        return upper, lower
 
     def heading(self, text: str, caption: str = "") -> None:
         """Write a title above the picture, on as many lines as it takes, and a caption below it."""
@@ -154,50 +185,44 @@ class Canvas:
                             line.set_markersize(6.0)
                     return
                 legend.remove()
-        names = [name if "$" in name else broken(name, self.width * 0.8, NOTE, 4) for name in named]
+        names = [name if "$" in name else broken(name, self.width * 0.8, 6.0, 4) for name in named]
         self.figure.legend(named.values(), names, **looks)
 
-    def left_out(self, *names: str) -> None:
-        """Write at the foot of the picture what does not fit its size, or has nothing to show."""
-        if names:
-            self.foot(f"left out at {self.width:.3g} × {self.height:.3g} mm: {', '.join(names)}")
+    def label(self, axes: "Axes", text: str, at: tuple[float, float], **looks: Any) -> None:
+        """Write a string beside a point, where it lies on no line; to the right where it may stand anywhere."""
+        looks = {"fontsize": 7.5, "zorder": 6} | looks
+        self.labels.append(axes.annotate(text, at, AROUND[0][:2], textcoords="offset points", **looks))
+
+    def notice(self, text: str) -> None:
+        """Say something of the picture that does not stand in it."""
+        if text and text not in self.notices:
+            self.notices.append(text)
 
     def part(self, figure: "SubFigure") -> "Canvas":
-        """Return the canvas of a part of the figure; its notes stand at the foot of the whole."""
-        return attrs.evolve(Canvas.of(figure), notes=self.notes, beside_others=True)
+        """Return the canvas of a part of the figure, with the notices and labels of the whole."""
+        part = Canvas.of(figure)
+        part.notices, part.labels, part.beside_others = self.notices, self.labels, True
+        return part
 
-    def foot(self, text: str) -> None:
-        """Write a line at the foot of the picture, below what is named there."""
-        if text:
-            self.notes.append(text)
+    def finish(self) -> bool:
+        """Fit labels to the size, once all else is there; return whether all panels can be read."""
+        from matplotlib.text import Text
 
-    def finish(self) -> None:
-        """Write the notes, once all else is there."""
-        if not self.notes or self.given is not None:
-            return
-        text = "\n".join(broken(note, self.width * 0.94, NOTE, 3) for note in self.notes)
-        engine: Any = self.figure.get_layout_engine()
-        if self.figure.figure is not self.figure or not hasattr(engine, "execute"):
-            self.figure.supxlabel(text, x=0.99, ha="right", fontsize=NOTE, color=FAINT)
-            return
-        # the layout makes room for names at the edge of the figure alone: these stand above the notes
-        points = self.height / MILLIMETRES_PER_INCH * POINTS_PER_INCH
-        below = (1.3 * NOTE * (text.count("\n") + 1) + 2.0) / points
-        names = 0.0
-        for legend in self.figure.legends:
-            legend.set_bbox_to_anchor((0.0, below, 1.0, 1.0 - below))
-            names = max(names, legend.get_window_extent().height / self.figure.bbox.height + 0.01)
-        # of a size for which the notes are too high, panels get what cannot be read, and the size is refused
-        bottom = min(below + names, 0.95)
-        engine.set(rect=(0.0, bottom, 1.0, 1.0 - bottom))
-        self.figure.text(0.99, below / 2, text, ha="right", va="center", fontsize=NOTE, color=FAINT, in_layout=False)
+        whole: Any = self.figure if self.given is None else self.given
+        for text in whole.findobj(Text):
+            if HYPHEN.search(text.get_text()):
+                text.set_text(HYPHEN.sub(MINUS, text.get_text()))
+        own: Any = self.figure
+        # what was given is laid out by whoever gave it
+        fits = own.figure is not own or self.given is not None or _fit(own)
+        _place(self.labels)
+        return fits
 
 
-@contextmanager
-def canvas_at(place: Place, default: Size) -> Iterator[Canvas]:
-    """Yield the canvas of a place, in the style of all pictures; labels are fitted to its size at the end.
+def drawn(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:
+    """Return what is drawn at a place, in the style of all pictures; where panels are too small, with fewer of them.
 
-    Raises InputError: two places, what is no width and height from 20 to 2000 mm, or too small a size.
+    Raises InputError: two places, what is no width and height from 20 to 2000 mm, or too small a size for one panel.
     """
     size, figure, ax = (place.get(name) for name in Place.__annotations__)
     if sum(each is not None for each in (size, figure, ax)) > 1:
@@ -208,23 +233,41 @@ def canvas_at(place: Place, default: Size) -> Iterator[Canvas]:
                 f"{name} is a {type(given).__name__}; expected {kind} of matplotlib, such as plt.subplots() gives"
             )
     if figure is None and ax is None:
-        with new_figure(size, default) as made:  # type: ignore[arg-type] # checked there
-            canvas = Canvas.of(made)
-            yield canvas
-            canvas.finish()
-        return
+        return _drawn_anew(size, default, draw)  # type: ignore[arg-type] # checked there
     target: Any = ax.figure if ax is not None else figure  # type: ignore[attr-defined] # axes, as checked above
     if ax is None and not target.figure.axes and target.figure.get_layout_engine() is None:
         target.figure.set_layout_engine("constrained")
     with in_style():
         canvas = Canvas.of(target, ax)  # type: ignore[arg-type] # likewise
-        yield canvas
+        draw(canvas)
         canvas.finish()
+    return canvas.result
+
+
+def _drawn_anew(size: Size | None, default: Size, draw: Callable[[Canvas], None]) -> "Figure":
+    """Return a new figure with all panels, or as many as can be read."""
+    most = MOST_PANELS
+    while True:
+        with new_figure(size, default) as figure:
+            canvas = Canvas.of(figure)
+            canvas.most = most
+            draw(canvas)
+            fits = canvas.finish()
+        if fits or canvas.panels == 1:
+            break
+        most = canvas.panels - 1
+    if not fits and size is not None:
+        raise InputError(
+            f"size is {size[0]:g} × {size[1]:g} mm, in which a panel of this picture would be too small to be read; "
+            "expected a larger size, or fewer panels or lines"
+        )
+    figure.notices = tuple(canvas.notices)
+    return figure
 
 
 @contextmanager
-def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
-    """Yield an empty figure, to be drawn in the style of all pictures; size and errors as for `canvas_at`."""
+def new_figure(size: Size | None, default: Size) -> "Iterator[PrintedFigure]":
+    """Yield an empty figure, to be drawn in the style of all pictures; InputError for what is no size."""
     from historysim.basics.arguments import checked
     from historysim.results.plots.printed import PrintedFigure
 
@@ -234,13 +277,7 @@ def new_figure(size: Size | None, default: Size) -> Iterator["Figure"]:
             f"size is {size!r}; expected width and height from {LEAST_SIDE:.0f} to {MOST_SIDE:.0f} mm, as (90, 70)"
         )
     with in_style():
-        figure = PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
-        yield figure
-        if not _fit(figure) and size is not None:
-            raise InputError(
-                f"size is {sides[0]:g} × {sides[1]:g} mm, in which a panel of this picture would be too small to be "
-                "read; expected a larger size, or fewer panels or lines"
-            )
+        yield PrintedFigure(figsize=tuple(sides / MILLIMETRES_PER_INCH), layout="constrained")
 
 
 def in_style() -> AbstractContextManager[None]:
@@ -280,6 +317,11 @@ def _wrapped(text: str, columns: int, **options: Any) -> list[str]:
 def _fit(figure: "Figure") -> bool:
     """Break and shorten labels and titles that are longer than their axes; return whether all panels can be read."""
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>" and axes.get_visible()]
+    if not _laid_out(figure):
+        return False
+    for axes in figure.axes:
+        _label_offset(axes.xaxis)
+        _label_offset(axes.yaxis)
     for _ in range(ROUNDS):
         if not _laid_out(figure):
             return False
@@ -287,6 +329,55 @@ def _fit(figure: "Figure") -> bool:
         if not sum([_fit_panel(axes) for axes in panels]):
             break
     return all(_readable(axes) for axes in panels)
+
+
+def _label_offset(axis: Any) -> None:
+    """Write what all ticks of an axis have in common, their offset and their power of ten, into its label."""
+    from matplotlib.ticker import ScalarFormatter
+
+    formatter = axis.get_major_formatter()
+    if not (isinstance(formatter, ScalarFormatter) and formatter.get_offset()):
+        return
+    axis.offsetText.set_visible(False)
+    if not any(label.get_visible() and label.get_text() for label in axis.get_ticklabels()):
+        return
+    quantity, _, unit = axis.get_label_text().rpartition(" (")
+    unit, offset = unit.removesuffix(")"), float(formatter.offset)
+    power = 3 * math.floor(math.log10(max(abs(end - offset) for end in axis.get_view_interval())) / 3)
+    scale = UNIT.fullmatch(unit)
+    place = PREFIXES.index(scale[1]) + power // 3 if scale else -1
+    if scale and 0 <= place < len(PREFIXES):
+        ticks = f"{PREFIXES[place]}{scale[2]}"
+    else:
+        ticks = " ".join(filter(None, [f"$10^{{{power}}}$" if power else "", unit]))
+    text = f"{quantity} ({ticks})" if ticks and quantity else quantity or ticks or axis.get_label_text()
+    axis.set_label_text(text + (f", from {offset:.10g} {unit}".rstrip().replace("-", MINUS) if offset else ""))
+    # as many ticks as there may be in another size, they keep what the label says
+    if offset:
+        formatter.set_useOffset(offset)
+    formatter.set_scientific(bool(power))
+    formatter.set_powerlimits((power, power))
+
+
+def _place(labels: "Sequence[Annotation]") -> None:
+    """Move labels to where they lie on no line and on no other label."""
+    taken: list[Any] = []
+    for label in labels:
+        axes: Any = label.axes
+        paths = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
+
+        def boxed(side: tuple[float, float, str, str], label: Any = label) -> Any:
+            label.xyann = side[:2]
+            label.set(ha=side[2], va=side[3])
+            return label.get_window_extent().padded(1.0)
+
+        def crossed(side: tuple[float, float, str, str], axes: Any = axes, paths: Any = paths) -> int:
+            box = boxed(side)
+            lines = sum(bool(path.intersects_bbox(box, filled=False)) for path in paths)
+            inside = axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)
+            return lines + sum(bool(box.overlaps(other)) for other in taken) + (0 if inside else 2)
+
+        taken.append(boxed(min(AROUND, key=crossed)))
 
 
 def _laid_out(figure: "Figure") -> bool:

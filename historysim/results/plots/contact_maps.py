@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 NO_CONTACT = "#d9d9d6"
 TWO_ROWS = 85.0
 """Height from which on there is room for two rows of maps [mm]."""
+SMALL_TITLE: dict[str, Any] = {"fontsize": 7, "fontweight": "normal"}
+FIELDS = ("the whole map", "independent summits", "pressure", "traction")
 
 
 @PICTURES.register
@@ -113,7 +115,9 @@ def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
     maps = maps_of(origin, state)
     extent, unit = _extent(origin)
-    rows = 2 if canvas.height >= max(TWO_ROWS, 0.6 * canvas.width) else 1
+    high = canvas.height >= max(TWO_ROWS, 0.75 * canvas.width) and canvas.most >= len(FIELDS)
+    shown = canvas.fitting(FIELDS, len(FIELDS) if high else 2)
+    rows = 2 if len(shown) == len(FIELDS) else 1
     figure: Any = canvas.several(4)
     if figure.get_layout_engine() is not None:
         # maps keep their shape, and stand close
@@ -122,13 +126,11 @@ def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float
     whole, independent = _zone(origin, state), _independent(origin, at, shape, pixel)
     for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
         draw_zones(axis, zone, extent)
-        axis.set_title(f"{name}\n{zone_shares(zone)}")
+        axis.set_title(f"{name}\n{zone_shares(zone)}", **SMALL_TITLE)
     if rows == 2:
         pressure, traction = (np.where(maps.pressure == 0, np.nan, each) for each in (maps.pressure, maps.traction))
         _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
         _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
-    else:
-        canvas.left_out("pressure", "traction")
     for axis in axes[-1]:
         axis.set_xlabel(f"$x$ ({unit})")
     for axis in axes[:, 0]:
@@ -179,7 +181,7 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
 def zone_shares(zone: Floats) -> str:
     """Return which shares of the map touch and stick, as a text."""
     shares = [float((zone == kind).mean()) for kind in (STICKS, SLIPS)]
-    return f"{sum(shares):.2%} touches, {shares[0]:.2%} sticks"
+    return f"{100 * sum(shares):.3g} % touches, {100 * shares[0]:.3g} % sticks"
 
 
 def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, signed: bool) -> None:
@@ -191,5 +193,5 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
     colours = mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis"
     low = -largest if signed else 0.0
     image = draw_image(axes, values * factor, extent, cmap=colours, vmin=low, vmax=largest)
-    axes.set_title(name)
+    axes.set_title(name, **SMALL_TITLE)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({unit})")

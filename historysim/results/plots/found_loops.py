@@ -21,10 +21,10 @@ from historysim.results.plots.style import (
     MOST_POINTS,
     SPAN,
     STATE_COLOURS,
-    WHITE,
     label_loop,
     plain,
     scale_of,
+    set_beside,
 )
 from historysim.results.tables import of_mean
 
@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 
 COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
-LEVELS = "friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy"
-FAR = 2.0
-"""How far the middle of a record is from zero, over its range, from which on axes are drawn from there."""
+LEVELS = "friction_force", "preliminary_displacement", "friction_coefficient", "dissipated_energy"
 HIGH = 85.0
 """Height from which on there is room for a second row of panels [mm]."""
 
@@ -66,15 +64,13 @@ class MeasuredLoopsPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Loops) -> None:
         """Draw the loops, and the trends beside or below them."""
-        sets, offset = _near_zero([data] if self.model is None else [data, self.model])
+        sets = [data] if self.model is None else [data, self.model]
         canvas.several(1 + len(TRENDS))
         axes, *trends = _panels(canvas, trends=len(data) > 1)
         if int(data.load_level.max()) > 0:
-            _draw_levels(axes, sets, self.labels)
+            _draw_levels(axes, sets, self.labels, trends=bool(trends))
         else:
-            _draw_loops(axes, sets, self.labels)
-        if offset:
-            axes.set_xlabel(f"{axes.get_xlabel()}, from {quantity_text(offset, 'm', 6)}")
+            _draw_loops(canvas, axes, sets, self.labels)
         if trends:
             _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
         canvas.legend(axes, handles=_direction_handles() if trends else ())
@@ -86,9 +82,9 @@ def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
     rows: Any = [["loops"]]
     ratios: dict[str, Any] = {}
     if not trends:
-        canvas.foot("no trends from loop to loop: there is one")
-    elif canvas.height < HIGH:
-        canvas.left_out("loop by loop: friction, displacement, stiffness, energy")
+        canvas.notice("no trends from loop to loop: there is one")
+    elif len(canvas.fitting(("loops", "how they change from loop to loop"), 1 if canvas.height < HIGH else 2)) == 1:
+        pass
     elif canvas.width >= WIDE:
         rows, ratios = [["loops", name] for name in TRENDS], {"width_ratios": (1.75, 1)}
     else:
@@ -97,20 +93,7 @@ def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
     return [found[name] for name in ("loops", *TRENDS) if name in found]
 
 
-def _near_zero(sets: list[Loops]) -> tuple[list[Loops], float]:
-    """Return loops with displacements near zero, as those of a stage may not be, and what was taken off [m]."""
-    moved = sets[0].trace.displacement
-    middle = (float(moved.max()) + float(moved.min())) / 2
-    if abs(middle) <= FAR * np.ptp(moved):
-        return sets, 0.0
-    near = [
-        attrs.evolve(each, trace=attrs.evolve(each.trace, displacement=each.trace.displacement - middle))
-        for each in sets
-    ]
-    return near, middle
-
-
-def _draw_loops(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
+def _draw_loops(canvas: Canvas, axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
     """Draw the loops of one normal load, each set in its colour."""
     length, force = _frame(axes, sets)
     for each, colour, label in zip(sets, COLOURS, labels, strict=False):
@@ -125,10 +108,10 @@ def _draw_loops(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
         count = counted(len(each), "loop", "loops")
         name = f"{plain(label)}, {count}" if len(sets) > 1 else count
         draw(start, end, color=colour, linewidth=1.3, zorder=3, label=name)
-    _mark_means(axes, sets[0], length, force)
+    _mark_means(canvas, axes, sets[0], length, force)
 
 
-def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
+def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str], *, trends: bool) -> None:
     """Draw the loops of several normal loads, each in the colour of its load; a second set is dashed."""
     import matplotlib as mpl
 
@@ -151,7 +134,7 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None
             for number, (start, end) in enumerate(_branches(each, here)):
                 named = number == 0 and not (order and value > loads.value[0])
                 draw(start, end, label=name if named else None, **line)
-    if len(sets) > 1:
+    if trends and len(sets) > 1:
         for colour, label in zip(COLOURS, labels, strict=True):
             axes.plot([], [], "o", color=colour, ms=3.5, label=f"{plain(label)}, on the right")
 
@@ -194,7 +177,7 @@ def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
     return pieces
 
 
-def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None:
+def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops, length: float, force: float) -> None:
     """Mark the means of the first set, at the forward branch of its typical loop and at both of its plateaus."""
     start, turn, end = loops.ends[_typical(loops)]
     u, f = loops.trace.displacement * length, loops.trace.tangential_load * force
@@ -209,27 +192,25 @@ def _mark_means(axes: "Axes", loops: Loops, length: float, force: float) -> None
     top = forward * force
     axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
     axes.plot([left, right], [-backward * force] * 2, linestyle=(0, (4, 2)), **line)
-    _label(axes, quantity_text(forward, "N", 3), (right, top), (0, 3), ha="right", va="bottom")
-    _label(axes, quantity_text(backward, "N", 3), (left, -backward * force), (0, -3), ha="left", va="top")
+    canvas.label(axes, quantity_text(forward, "N", 3), (right, top))
+    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward * force))
 
     way = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(way):
         middle, reached = bottom + 0.3 * (top - bottom), left + way * length
         axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
+        axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
-        _label(axes, quantity_text(way, "m", 3), (reached, middle), (3, 0), ha="left", va="center")
+        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle))
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):
-        rise = 0.6 * (top - bottom)
-        at = left + rise / (stiffness * force / length), bottom + rise
-        axes.plot([left, at[0]], [bottom, at[1]], **line)
-        _label(axes, quantity_text(stiffness, "N/m", 3), at, (3, 0), ha="left", va="center")
-
-
-def _label(axes: "Axes", text: str, at: tuple[float, float], offset: tuple[float, float], **alignment: Any) -> None:
-    """Write a string some points off a point, on white, since it may lie on noise."""
-    looks: dict[str, Any] = {"fontsize": 7.5, "color": INK, "zorder": 5, "bbox": WHITE, **alignment}
-    axes.annotate(text, at, offset, textcoords="offset points", **looks)
+        rise = loops.definitions.initial_part * (top - bottom)
+        # through the middle of what it was fitted to, and on to where it is seen
+        fitted = slice(low, low + max(int((f[low:] >= bottom + rise).argmax()), 1))
+        slope, x, y = stiffness * force / length, u[fitted].mean(), f[fitted].mean()
+        ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
+        axes.plot(x + (ends - y) / slope, ends, **line)
+        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / slope, ends[1]))
 
 
 def _typical(loops: Loops) -> int:
@@ -280,12 +261,14 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
     factor, symbol = scale_of(unit.replace(" m-1", "/m"), finite)
+    place = -1
     for loops, value, colour in zip(sets, values, COLOURS, strict=False):
         # one marker for each direction, or a dot for the whole loop
         markers = MARKERS if value.shape[1] == len(MARKERS) else ("o",)
         for column, marker in zip(value.T, markers, strict=True):
             line: dict[str, Any] = {"color": colour, "ms": 3.5, "mec": "white", "mew": 0.4, "clip_on": False}
-            axes.plot(loops["loop"].values, column * factor, marker, **line)
+            marks = axes.plot(loops["loop"].values, column * factor, marker, **line)
+            set_beside(marks, place := place + 1, len(sets) * value.shape[1])
         # a mean over several loads says nothing
         if "load_level" not in loops or np.unique(loops["load_level"].values).size == 1:
             axes.axhline(
@@ -302,8 +285,6 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
 
 
 BESIDE = (("forward", "^", STATE_COLOURS[1]), ("backward", "v", STATE_COLOURS[2]), ("both", "o", INK))
-APART = 0.02
-"""How far the marks of one load stand from each other, over the range of the loads."""
 
 
 @PICTURES.register
@@ -320,12 +301,12 @@ class LoopLevelsPicture(Titled):
         """Draw a table of loops, or what its `to_dataset` gives."""
         table = data.to_dataset() if isinstance(data, LoopTable) else data
         # side by side they are flat, and there is room for one row
-        rows = 1 if canvas.height < HIGH else 2
-        chosen = LEVELS if rows == 2 else (LEVELS[0], LEVELS[2])
+        rows = 1 if canvas.height < HIGH or canvas.most < len(LEVELS) else 2
+        names = [name.replace("_", " ") for name in LEVELS]
+        chosen = LEVELS[: len(canvas.fitting(names, 2 * rows))]
         grid: Any = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
         for axes, quantity in zip(grid.flat, chosen, strict=True):
             _draw_level(axes, table, quantity)
-        canvas.left_out(*(quantity.replace("_", " ") for quantity in LEVELS if quantity not in chosen))
         along = next(str(name) for name in ("level", "amplitude_class") if name in table.coords)
         _, unit = scale_of(table[along].attrs["units"], table[along].values)
         for axes in grid[-1]:
@@ -339,7 +320,6 @@ def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
     load, (load_factor, _) = table[along].values, scale_of("", table[along].values)
     label, unit = (table[quantity].attrs[name] for name in ("long_name", "units"))
     factor, symbol = (1.0, "") if unit == "1" else scale_of(unit, table[quantity].values)
-    width = APART * (np.ptp(load) or load.max()) * load_factor
     by_direction = "direction" in table[quantity].dims
     for number, (direction, marker, colour) in enumerate(BESIDE):
         if not by_direction and direction != "both":
@@ -347,9 +327,11 @@ def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
         own = table.sel(direction=direction) if by_direction else table
         mean, scatter = (own[name].values for name in (quantity, f"{quantity}_standard_deviation"))
         style: dict[str, Any] = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "elinewidth": 0.8, "capsize": 2}
-        at = load * load_factor + (number - 1) * width * by_direction
+        at = load * load_factor
         # one loop has a mean and no scatter
-        axes.errorbar(at, mean * factor, np.nan_to_num(scatter) * factor, fmt=marker, label=direction, **style)
+        bars = axes.errorbar(at, mean * factor, np.nan_to_num(scatter) * factor, fmt=marker, label=direction, **style)
+        if by_direction:
+            set_beside(bars.get_children(), number, len(BESIDE))
     law = _draw_law(axes, table, quantity, load_factor, factor)
     title = f"{label} ({symbol})" if symbol else label
     axes.set_title("\n".join(filter(None, [title, law])), fontsize=7.5, fontweight="normal")

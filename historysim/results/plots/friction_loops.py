@@ -25,7 +25,6 @@ from historysim.results.plots.style import (
     LINES,
     MOST_LINES,
     SPAN,
-    WHITE,
     label_loop,
     line_style,
     scale_of,
@@ -118,19 +117,17 @@ class LoopsPicture(Panel):
             # of a load loops repeat, and lie on one another
             self._draw_loop(axes, loop, length, force, looks | ({"linestyle": "-"} if self.by_load else {}))
         if self.delta:
-            _name_ends(axes)
+            _name_ends(canvas, axes)
         if self.drift:
-            _mark_drift(axes, smooth, length, force)
+            _mark_drift(canvas, axes, smooth, length, force)
         # on several loops letters lie on one another, unless they are asked for
         if len(smooth) == 1 or self.steps is not None:
             # numbers are those of recorded steps
             for loop in loops:
-                _mark_states(axes, loop.rows, self.steps, length, force)
+                _mark_states(canvas, axes, loop.rows, self.steps, length, force)
         axes.margins(0.07, 0.14)
         if beside is not None:
             _draw_loads(*beside, loops[0].rows)
-        elif self.loads:
-            canvas.left_out("loads")
         if axes.get_legend_handles_labels()[1]:
             canvas.legend(axes)
         # of several each has its title below
@@ -183,25 +180,24 @@ def _reach(loop: "Cell", own: Floats, row: int) -> float:
     return loop.reach + (float(own[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
 
 
-def _name_ends(axes: "Axes") -> None:
+def _name_ends(canvas: Canvas, axes: "Axes") -> None:
     """Name the marks of δ where they are one or two; of more the legend alone does."""
     marks = [line for line in axes.get_lines() if line.get_gid() == END]
     for number, mark in enumerate(marks if len(marks) < 3 else []):
         symbol = r"$\delta$" if len(marks) == 1 else rf"$\delta_{number + 1}$"
-        looks: dict[str, Any] = {"fontsize": 8, "zorder": 6, "textcoords": "offset points"}
         x, y = (float(each) for each in np.asarray(mark.get_xydata())[0])
-        axes.annotate(symbol, (x, y), (-2, 4) if number == 0 else (3, 4), ha="center", **looks)
+        canvas.label(axes, symbol, (x, y), fontsize=8)
 
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
     """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
     figure: Any = canvas.several(3)
+    if len(canvas.fitting(("loop", "loads"), 2 if max(canvas.width, canvas.height) >= 110.0 else 1)) == 1:
+        return figure.add_subplot(), None
     if canvas.width >= 110.0:
         axes = figure.subplot_mosaic("LN;LT", width_ratios=(1.7, 1))
-    elif canvas.height >= 110.0:
-        axes = figure.subplot_mosaic("L;N;T", height_ratios=(2.4, 1, 1))
     else:
-        return figure.add_subplot(), None
+        axes = figure.subplot_mosaic("L;N;T", height_ratios=(2.4, 1, 1))
     axes["N"].sharex(axes["T"])
     return axes["L"], (axes["N"], axes["T"])
 
@@ -280,19 +276,15 @@ def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
 
 
 def _mark_states(
-    axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None, length: float, force: float
+    canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None, length: float, force: float
 ) -> None:
-    """Mark states on a loop, each with its name outside of the loop."""
+    """Mark states on a loop, each with its name."""
     for state in named_states(rows) if steps is None else steps:
         step = step_of(rows, state)
         u, t = float(rows[LOOP[1]][step]) * length, float(rows[LOOP[0]][step]) * force
         axes.plot([u], [t], color=INK, **MARK)
-        # on the way down a state lies on the lower right of the loop, on the way up on the upper left
-        right = float(rows[LOOP[1]][max(step - 1, 0)]) * length > u
         label = state_label(rows, step) if isinstance(state, str) else str(state)
-        offset, ha, va = ((5, -5), "left", "top") if right else ((-5, 5), "right", "bottom")
-        looks: dict[str, Any] = {"fontsize": 8, "fontstyle": "italic", "zorder": 6, "textcoords": "offset points"}
-        axes.annotate(label, (u, t), offset, ha=ha, va=va, **looks)
+        canvas.label(axes, label, (u, t), fontsize=8, fontstyle="italic")
 
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
@@ -326,7 +318,7 @@ def _shade(axes: "Axes", loop: Cell, length: float, force: float, colour: Any) -
     return f"$W$ = {quantity_text(work, 'J', 3)}"
 
 
-def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float) -> None:
+def _mark_drift(canvas: Canvas, axes: "Axes", loops: Sequence[Cell], length: float, force: float) -> None:
     """Mark where the first two loops begin to slide in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
         raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
@@ -335,15 +327,11 @@ def _mark_drift(axes: "Axes", loops: Sequence[Cell], length: float, force: float
     for number, (reach, top) in enumerate(ends):
         axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
         axes.plot([reach * length], [top * force], color=INK, **MARK)
-        left = reach == min(end for end, _ in ends)
-        looks: dict[str, Any] = {"ha": "right" if left else "left", "textcoords": "offset points"}
-        axes.annotate(rf"$\delta_{number + 1}$", (reach * length, top * force), (-3 if left else 3, 4), **looks)
+        canvas.label(axes, rf"$\delta_{number + 1}$", (reach * length, top * force))
     first, second = (reach * length for reach, _ in ends)
     axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
     drift = quantity_text(abs(ends[1][0] - ends[0][0]), "m", 3)
-    looks = {"va": "center", "fontsize": 7.5, "zorder": 6, "bbox": WHITE}
-    middle = (first + second) / 2, low * force
-    axes.annotate(f"drift {drift}", middle, (0, -8), textcoords="offset points", ha="center", **looks)
+    canvas.label(axes, f"drift {drift}", ((first + second) / 2, low * force))
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:

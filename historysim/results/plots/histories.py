@@ -1,5 +1,6 @@
 """Pictures of a recorded history: friction loop, loads, slip states, stiffness, wear and yielding."""
 
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Floats
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded, shape_of
 from historysim.results.analysis.slips import slip_note, slip_shares
@@ -58,7 +60,7 @@ class HistoryPicture(Picture):
 
     kind, alone = "history", True
     caption = "The friction loop, the loads over time, and the slip state of each asperity."
-    order, needs = 1, "total_normal_load"
+    order, needs, found = 1, "total_normal_load", ("peak normal load", "peak tangential load", "dissipated energy")
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
@@ -69,6 +71,7 @@ class HistoryPicture(Picture):
 
     def size_of(self, data: xr.Dataset) -> Size:
         """Return the size of its panels."""
+        check_recorded(data)
         if self.panels is not None:
             return TWO_COLUMNS if "states" in self.panels else COLUMN, 70.0 * max(len(self.panels), 1)
         return TWO_COLUMNS, 99.0 + 25.4 * sum(_lower_heights(data))
@@ -87,11 +90,11 @@ class HistoryPicture(Picture):
             shown = ["states"] if asperities else shown[:1]
         wide = canvas.width >= WIDE and canvas.height >= HIGH and len(shown) > 1
         first = shown if canvas.height >= HIGH_WITH_WEAR else shown[:3]
-        fitting = first if wide else _fitting(shown, canvas.height)
-        _draw_panels(canvas, data, thin, fitting, wide=wide)
-        canvas.left_out(*(CALLED[name] for name in shown if name not in fitting))
+        room = len(first) if wide else _room(shown, canvas.height)
+        fitting = shown[: len(canvas.fitting([CALLED[name] for name in shown], room))]
+        _draw_panels(canvas, data, thin, fitting, wide=wide and len(fitting) > 1)
         if "loop" in fitting:
-            canvas.foot(slip_note(data))
+            canvas.notice(slip_note(data))
         canvas.heading(str(data.attrs.get("title", "")))
 
 
@@ -101,15 +104,9 @@ def _lower_heights(history: xr.Dataset) -> list[float]:
     return [1.5 if rows == 0 else 0.45 + 1.65 * min(rows / 12, 1), *([1.3] if "worn_volume" in history else [])]
 
 
-def _fitting(panels: Sequence[str], height: float) -> list[str]:
-    """Return the first panels for which there is room, one at least."""
-    room = height - 24.0 - HEIGHTS[panels[0]]
-    found = [panels[0]]
-    for name in panels[1:]:
-        room -= HEIGHTS[name]
-        if room >= 0:
-            found.append(name)
-    return found
+def _room(panels: Sequence[str], height: float) -> int:
+    """Return how many of some panels there is room for, below one another."""
+    return sum(24.0 + each <= height for each in itertools.accumulate(HEIGHTS[name] for name in panels))
 
 
 def _draw_panels(
@@ -193,6 +190,7 @@ class LoopPicture(Picture):
     colour: str = "slip"
 
     kind, size, alone, order = "loop", (COLUMN, 75.0), True, 3
+    found = ("preliminary displacement", "first to slide")
     caption = "The friction loop, coloured by the share of the contact area that slips."
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
@@ -211,7 +209,7 @@ class LoopPicture(Picture):
             line.set_clim(0, 1)
         axes.margins(0.06)
         canvas.figure.colorbar(line, ax=axes, location="top", aspect=40, pad=0.03, label=COLOURS[self.colour])
-        canvas.foot(slip_note(data))
+        canvas.notice(slip_note(data))
 
 
 def _draw_loop(axes: "Axes", thin: xr.Dataset) -> None:
@@ -334,6 +332,12 @@ class StiffnessPicture(Picture):
     caption = "The tangential load over the displacement, and the tangential stiffness."
     order, needs = 4, "total_normal_load"
 
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with the greatest stiffness."""
+        greatest = float(np.nanmax(history["tangential_stiffness"].values, initial=0.0))
+        return f"{cls.caption.removesuffix('.')}, up to {quantity_text(greatest, 'N/m', 3)}."
+
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw both."""
         check_recorded(data, "tangential_stiffness")
@@ -365,12 +369,12 @@ class WearPicture(Picture):
 
     kind, size, alone = "wear", (TWO_COLUMNS, 75.0), True
     caption = "The volume that the asperities lose, and their summits before and after."
-    order, needs = 8, "worn_volume"
+    order, needs, found = 8, "worn_volume", ("worn volume",)
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the volume over time, and the summits."""
         check_worn(data)
-        left, right = canvas.two("summits", 1.5)
+        left, right = canvas.two(("wear", "summits"), 1.5)
         _draw_wear(left, data)
         every = np.ones(data.sizes["asperity"], dtype=bool)
         _finish_beside(canvas, left, right, data, every, "Summits", (MARK, STATE_COLOURS[2]))
@@ -427,6 +431,8 @@ def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[
         axes.plot(heights, radii, "-", color="0.75", linewidth=0.6)
     for row, (marker, colour, name) in enumerate(zip("os", colours, ("before", "after"), strict=True)):
         axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour, label=name)
+    if np.ptp(radii) <= 1e-12 * radii.max(initial=0.0):
+        axes.set_ylim(0, 2 * radii.max(initial=1.0))
     axes.set(xlabel=f"summit height $z$ ({unit})", ylabel=f"summit radius $R$ ({radius_unit})")
 
 
@@ -442,6 +448,12 @@ class YieldingPicture(Picture):
     caption = "First loading and unloading, and the summits that yielded, before and after."
     order, needs = 7, "yielded_depth"
 
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with how many summits yielded."""
+        yielded = history["yielding_load"].isel(step=-1).values > 0
+        return f"{cls.caption.removesuffix('.')}: {np.count_nonzero(yielded)} of {yielded.size} asperities."
+
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the normal load over the approach, where summits yield and where they do not, and the summits."""
         if "yielded_depth" not in data:
@@ -454,10 +466,12 @@ class YieldingPicture(Picture):
         lengths, length_unit = scaled(approach, "m")
         loads, load_unit = scaled(data["total_normal_load"].values[kept], "N")
         yields = np.diff(data["total_yielding_energy"].values[kept]) > 0
-        left, right = canvas.two("summits that yielded", 1.3)
+        left, right = canvas.two(("first loading", "summits that yielded"), 1.3)
         thick: dict[str, Any] = {"linewidth": 1.8, "color": INK, "label": "summits yield"}
         thin: dict[str, Any] = {"linewidth": 0.9, "color": "0.45", "linestyle": (0, (4, 2)), "label": "elastic"}
         for chosen, looks in ((yields, thick), (~yields, thin)):
+            if not chosen.any():
+                continue
             x, y = (np.where(chosen, [each[:-1], each[1:]], np.nan) for each in (lengths, loads))
             gap = np.full(chosen.size, np.nan)
             left.plot(np.stack([*x, gap]).T.ravel(), np.stack([*y, gap]).T.ravel(), **looks)

@@ -34,10 +34,10 @@ class LoadCurvePicture(Picture):
         """Draw a panel for each, below one another."""
         curve = load_curve(data)
         names = [name for name in PANELS if name in curve]
-        room = max(int((canvas.height - AROUND) / PANEL_HEIGHT), 1)
-        canvas.left_out(*(str(curve[name].attrs["long_name"]) for name in names[room:]))
+        called = [str(curve[name].attrs["long_name"]) for name in names]
+        shown = canvas.fitting(called, int((canvas.height - AROUND) / PANEL_HEIGHT))
         figure: Any = canvas.several()
-        panels = figure.subplots(len(names[:room]), 1, sharex=True, squeeze=False)[:, 0]
+        panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         along, length = scaled(curve["approach"].values, "m")
         for axes, name in zip(panels, names, strict=False):
             beside = f"theory_{name}"

@@ -23,7 +23,7 @@ DEEPEST = 99.8
 """Percentile of the heights lost up to which colours reach: a single spike would hide the rest."""
 NOT_THERE = "#d9d9d6"
 SHOWN = ("worn volume", "summits")
-"""Lines of the summary that stand below the picture."""
+"""Lines of the summary that stand above the picture."""
 
 
 @PICTURES.register
@@ -35,13 +35,12 @@ class BeforeAfterPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Registration) -> None:
         """Draw the difference of the maps, and the section along x where the most is lost."""
-        axes, beside = canvas.two("section", 1.1, stacked=1.6)
+        axes, beside = canvas.two(("height lost", "section"), 1.1, stacked=1.6)
         _draw_difference(axes, data)
         if beside is not None:
             _draw_section(axes, beside, data)
         canvas.legend(*(each for each in (axes, beside) if each is not None))
-        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN))
-        canvas.heading(self.title)
+        canvas.heading(self.title, "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN))
 
 
 def _draw_difference(axes: "Axes", found: Registration) -> None:

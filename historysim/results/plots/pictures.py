@@ -16,7 +16,7 @@ from historysim.basics.fields import fields_of
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
-from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, canvas_at
+from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
 
 PICTURES: Registry[type["Picture"]] = Registry(
     "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
@@ -44,6 +44,8 @@ class Picture:
     """Width and height [mm] where no other is asked for."""
     caption: ClassVar[str] = ""
     """What stands below it in the report of a history, which leaves out what has none; see `caption_of`."""
+    found: ClassVar[tuple[str, ...]] = ()
+    """Lines of the summary of a history that the caption ends with."""
     needs: ClassVar[str] = "slip_state"
     """The variable of a history without which the report leaves it out."""
     order: ClassVar[int] = 100
@@ -64,9 +66,7 @@ class Picture:
     def figure(self, what: Any, place: Place | None = None) -> FigureOrAxes:
         """Return a figure of it alone, or what was given to draw into."""
         data = data_for(what, self)
-        with canvas_at(place or {}, self.size_of(data)) as canvas:
-            self.draw(canvas, data)
-        return canvas.result
+        return drawn(place or {}, self.size_of(data), lambda canvas: self.draw(canvas, data))
 
     def size_of(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
         """Return width and height [mm] where no other is asked for."""
@@ -76,6 +76,11 @@ class Picture:
     def beside(self) -> float:
         """Width that it needs in ``[picture]`` beside that of every picture [mm]."""
         return 0.0
+
+    @property
+    def called(self) -> str:
+        """What it is called beside others."""
+        return str(getattr(self, "title", "") or self.kind)
 
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:  # noqa: ARG003 - what others go by
@@ -294,16 +299,19 @@ def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: 
         return pictures[0].figure(what, place)
     across = min(len(pictures), ACROSS)
     width = PANEL * across + max(each.beside for each in pictures)
-    with canvas_at(place, (width, HEIGHT * -(-len(pictures) // across) + TITLE)) as canvas:
+
+    def draw(canvas: Canvas) -> None:
         figure = canvas.several(len(pictures))
-        across = min(across, max(int(canvas.width / NARROWEST), 1))
-        # also of one picture: what stands below it, and the line below all, then differ
-        parts: Any = figure.subfigures(-(-len(pictures) // across), across, squeeze=False).ravel()
-        for part, picture in zip(parts, pictures, strict=False):
+        fitting = pictures[: len(canvas.fitting([each.called for each in pictures]))]
+        across = min(len(fitting), ACROSS, max(int(canvas.width / NARROWEST), 1))
+        # also of one picture: what stands below it, and the line above all, then differ
+        parts: Any = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
+        for part, picture in zip(parts, fitting, strict=False):
             picture.draw(canvas.part(part), data_for(what, picture))
         canvas.heading(title)
-        canvas.foot(_beyond(what) if isinstance(what, xr.Dataset) else "")
-    return canvas.result
+        canvas.notice(_beyond(what) if isinstance(what, xr.Dataset) else "")
+
+    return drawn(place, (width, HEIGHT * -(-len(pictures) // across) + TITLE), draw)
 
 
 def _beyond(what: xr.Dataset) -> str:

@@ -24,6 +24,9 @@ MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 class PrintedFigure(Figure):
     """A figure with files that have their fonts in them, and 200 dots per inch where nothing else is given."""
 
+    notices: tuple[str, ...] = ()
+    """What is to be known of the picture, such as panels that its size has no room for."""
+
     def _repr_png_(self) -> bytes:
         """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""
         stream = io.BytesIO()

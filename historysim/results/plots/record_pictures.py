@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
+from historysim.basics.wording import listed
 from historysim.errors import InputError
 from historysim.loads.events import LOAD_KINDS
 from historysim.measured.comparison import Comparison
@@ -30,7 +31,7 @@ from historysim.results.plots.style import (
 from historysim.results.tables import WrittenTable
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from matplotlib.axes import Axes
 
@@ -49,16 +50,17 @@ class ComparisonPicture(Titled):
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
         canvas.several(len(COMPARED))
-        rows, heights = "L", [1.0]
-        if canvas.width >= WIDE:
-            rows, heights = ("LLLTTT;EEDDRR", [1.25, 1.0]) if canvas.height >= 95.0 else ("LLLTTT", [1.0])
+        wide, room = canvas.width >= WIDE, 1
+        if wide:
+            room = 5 if canvas.height >= 95.0 else 2
         elif canvas.height >= 105.0:
-            rows, heights = "LL;TT;ED", [2.2, 1.1, 1.1]
+            room = 4
+        count, rows, *heights = next(each for each in LAYOUTS[wide] if min(room, canvas.most) >= each[0])
+        canvas.fitting([called for called, _ in COMPARED.values()], count)
         panels = canvas.figure.subplot_mosaic(rows, height_ratios=heights)
         for name, axes in panels.items():
             COMPARED[name][1](axes, data)
-        canvas.left_out(*(called for name, (called, _) in COMPARED.items() if name not in panels))
-        canvas.legend(panels["L"])
+        canvas.legend(*(axes for name, axes in panels.items() if name in "LR"))
         canvas.heading(self.title)
 
 
@@ -130,11 +132,7 @@ def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
     factor, unit = scale_of("N", left.mean)
     axes.axhline(0, color=FAINT, linewidth=0.6)
     for way, mean, colour, label in zip(left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True):
-        axes.plot(100 * way, mean * factor, color=colour, linewidth=1.0)
-        if np.isfinite(mean).any():
-            at = int(np.nanargmax(np.abs(mean)))
-            side = "top" if mean[at] < 0 else "bottom"
-            axes.annotate(f" {label}", (100 * way[at], mean[at] * factor), color=colour, fontsize=7, va=side)
+        axes.plot(100 * way, mean * factor, color=colour, linewidth=1.0, label=label)
     axes.margins(y=0.12)
     axes.set(title="Residuals over the branch", ylabel=f"mean $ΔT$ ({unit})", xlabel="way from reversal (%)")
 
@@ -170,6 +168,12 @@ COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
 }
 """Panels of a comparison by their letters in the layout: what each is called, and what draws it."""
 
+LAYOUTS: dict[bool, list[tuple[Any, ...]]] = {
+    True: [(5, "LLLTTT;EEDDRR", 1.25, 1.0), (2, "LT", 1.0), (1, "L", 1.0)],
+    False: [(4, "LL;TT;ED", 2.2, 1.1, 1.1), (2, "L;T", 2.0, 1.1), (1, "L", 1.0)],
+}
+"""How many panels, where they stand, and heights of their rows, in a wide figure and in a narrow one."""
+
 DETAIL, PIECE = 200, 8192
 """Samples that the detail of a channel, and a piece of its spectrum, take."""
 LEAST_ROW = 24.0
@@ -196,11 +200,12 @@ class RecordPicture(Titled):
             rate = None
         # at the width of one column there is no room for more than the whole of each
         columns = 3 if canvas.width >= WIDE else 1
-        rows = min(len(channels), max(int((canvas.height - 18.0) / LEAST_ROW), 1))
+        names = [name.replace("_", " ") for name in channels]
+        rows = len(canvas.fitting(names, int((canvas.height - 18.0) / LEAST_ROW)))
+        if columns == 1:
+            canvas.notice("at the width of one column there is no room for details and spectra")
         figure = canvas.several(rows * columns) if rows * columns > 1 else canvas.figure
         grid = figure.add_gridspec(rows, columns, width_ratios=(1.4, 1, 1)[:columns])
-        beyond = [name.replace("_", " ") for name in [*channels][rows:]]
-        canvas.left_out(*(["details", "spectra"] if columns == 1 else []), *beyond)
         for row, (name, values) in enumerate([*channels.items()][:rows]):
             read = values + data.removed[name] if name in data.removed else None
             factor, unit = scale_of(LOAD_KINDS[name].unit, values)
@@ -316,7 +321,8 @@ class TablePicture(Titled):
         """Draw up to 4 panels of up to 6 lines."""
         written = _table(data)
         first, numbers, by_unit = _by_unit(written)
-        panels = list(by_unit.items())[:MOST_PANELS]
+        panels = list(by_unit.items())
+        panels = panels[: len(canvas.fitting([_called(names) for _, names in panels], MOST_PANELS))]
         if len(panels) == 1:
             all_axes = [canvas.axes()]
         else:
@@ -324,7 +330,7 @@ class TablePicture(Titled):
         unit = str(numbers[first].attrs.get("units", "1"))
         factor, unit = _scale(numbers[first].values, unit)
         at = numbers[first].values * factor
-        left_out = [name for _, names in list(by_unit.items())[MOST_PANELS:] for name in names]
+        left_out: list[str] = []
         for axes, (its_unit, names) in zip(all_axes, panels, strict=True):
             left_out += names[MOST_LINES:]
             _draw_columns(axes, at, {name: numbers[name].values for name in names[:MOST_LINES]}, its_unit)
@@ -335,7 +341,8 @@ class TablePicture(Titled):
             # lines of two panels look alike
             for axes in all_axes:
                 axes.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
-        canvas.left_out(*(name.replace("_", " ") for name in left_out))
+        if left_out:
+            canvas.notice(f"there is no room for {listed([name.replace('_', ' ') for name in left_out])}")
         canvas.heading(self.title or written.name)
 
 
@@ -355,6 +362,10 @@ def _by_unit(table: WrittenTable) -> tuple[str, dict[str, Any], dict[str, list[s
     for name in others:
         by_unit.setdefault(str(numbers[name].attrs.get("units", "1")), []).append(name)
     return first, numbers, by_unit
+
+
+def _called(names: "Sequence[str]") -> str:
+    return " and ".join(name.replace("_", " ") for name in names[:2]) + (" and others" if len(names) > 2 else "")
 
 
 def _draw_columns(axes: "Axes", at: Floats, columns: dict[str, Floats], unit: str) -> None:
@@ -379,7 +390,7 @@ class CreepPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Creep) -> None:
         """Draw what memory and sensor leave of the load, and the parts."""
-        axes, beside = canvas.two("parts of the change", 1.1)
+        axes, beside = canvas.two(("relaxation", "parts of the change"), 1.1)
         for there, colour, marker, name in (
             (data.forward, STATE_COLOURS[1], "o", "held forward"),
             (~data.forward, STATE_COLOURS[2], "s", "held backward"),
@@ -397,8 +408,9 @@ class CreepPicture(Titled):
         if beside is not None:
             _draw_parts(beside, data)
         canvas.legend(*(each for each in (axes, beside) if each is not None))
-        canvas.foot("; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation"))
-        canvas.heading(self.title)
+        canvas.heading(
+            self.title, "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
+        )
 
 
 def _draw_parts(axes: "Axes", data: Creep) -> None:

@@ -15,6 +15,7 @@ from historysim.basics.units import prefixed
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
     from matplotlib.image import AxesImage
@@ -65,11 +66,11 @@ MOST_LINES = 12
 
 SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
 """An arrow from one end to another."""
-WHITE = {"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 0.8}
-"""The ground of a string that may lie on a line."""
 
 MOST_POINTS = 100_000
 """Points of a line: more than a picture can show."""
+APART = 5.0
+"""How far marks with error bars stand from those of the next line [pt]."""
 MOST_PIECES = 256
 """Pieces of one colour in a coloured line."""
 FEW_DECADES = 30.0
@@ -129,10 +130,23 @@ def by_factors(axis: Any) -> None:
 
 
 def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:
-    """Draw thin lines where the load, and the displacement, is 0."""
-    axes.axhline(0, color=FAINT, linewidth=0.4, zorder=0)
+    """Draw thin lines where the load, and the displacement, is 0; to one far off, as of a stage, no axis reaches."""
+    from matplotlib.lines import Line2D
+
+    thin: dict[str, Any] = {"color": FAINT, "linewidth": 0.4, "zorder": 0}
+    axes.axhline(0, **thin)
     if vertical:
-        axes.axvline(0, color=FAINT, linewidth=0.4, zorder=0)
+        axes.add_artist(Line2D([0, 0], [0, 1], transform=axes.get_xaxis_transform(), **thin))
+
+
+def set_beside(artists: "Iterable[Artist]", number: int, count: int, apart: float = APART) -> None:
+    """Move one of some lines with marks at the same places some points aside, so that each is seen."""
+    from matplotlib.transforms import ScaledTranslation
+
+    for artist in artists:
+        axes: Any = artist.axes
+        shift = ScaledTranslation(apart * (number - (count - 1) / 2) / 72, 0, axes.figure.dpi_scale_trans)
+        artist.set_transform(axes.transData + shift)
 
 
 def plain(text: str) -> str:

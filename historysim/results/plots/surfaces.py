@@ -120,7 +120,7 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, ti
         # one summit has no distribution
         axes = canvas.axes()
     else:
-        axes, beside = canvas.two("asperity distribution", 1.25, stacked=1.6)
+        axes, beside = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
     if axes is not None and has_map and 1 in surface["height"].shape:
         _draw_profile(axes, surface, contact)
     elif axes is not None:
@@ -128,7 +128,7 @@ def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, ti
     if beside is not None:
         draw_distribution(beside, contact)
     elif count <= 1:
-        canvas.foot(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
+        canvas.notice(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
     canvas.legend(handles=legend_handles(surface, contact, flat=beside is not None))
     canvas.heading(title, contact.caption)
 
@@ -402,7 +402,7 @@ class SummitsPicture(Panel):
         grid[0].set_ylabel(f"summit radius $R$ ({radius_unit})")
         beyond = sum(int(np.count_nonzero(each.radius > 1.05 * top)) for each in summits)
         if beyond:
-            canvas.foot(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
+            canvas.notice(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
         canvas.legend(*grid, extra="mean ± standard deviation (number of summits)")
         if not (self.apart and canvas.beside_others):
             canvas.title(grid[0], self.title)

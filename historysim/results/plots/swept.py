@@ -15,14 +15,17 @@ from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, by_factors
+from historysim.results.plots.style import FAINT, INK, LINES, by_factors, set_beside
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
 QUANTILES = (0.1, 0.9)
 FITS = ("straight", "power")
+BARS_APART = 3.0
+"""How far error bars stand from those of the next line [pt]."""
 LEAST_FACTOR = 30.0
 """Greatest over smallest number of an axis, from which on it may be logarithmic."""
 
@@ -106,7 +109,8 @@ class CurvePicture(Panel):
             looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
             name = "" if member is None else cell_name(sweep, str(each), member)
             looks["label"] = (self.labels[number] if self.labels else name) or None
-            _draw(axes, line, "none" if "y" in ends else self.spread, ends, looks)
+            bars = _draw(axes, line, "none" if "y" in ends else self.spread, ends, looks)
+            set_beside(bars, number, len(members), BARS_APART)
             if self.fit is not None:
                 _draw_fit(axes, line, self.fit, colour)
             lines.append(line["along"])
@@ -121,9 +125,9 @@ class CurvePicture(Panel):
             numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
             # beside the axes: inside, it might lie on a line
             canvas.legend(axes, title=name_of(sweep, str(each)) if numbered else None)
-        if ends and not self.ends:
-            canvas.foot(SPREADS["deviation"])
-        self._write_titles(canvas, axes, "" if ends else _caption(sweep, quantity, {points, each}, self.spread))
+        caption = SPREADS["deviation"] if ends and not self.ends else ""
+        caption = caption if ends else _caption(sweep, quantity, {points, each}, self.spread)
+        _write_titles(canvas, axes, self.title, caption)
 
     def _axes_of(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
         """Return what is on the axis, the dimension of the points, and that of the lines."""
@@ -149,15 +153,16 @@ class CurvePicture(Panel):
             raise InputError(f"each is {each!r} with {sweep.sizes[each]} members; expected at most {len(LINES)} lines")
         return over or points, points, each
 
-    def _write_titles(self, canvas: Canvas, axes: "Axes", caption: str) -> None:
-        """Write the title, and what points and bars are above the axes."""
-        if canvas.beside_others and self.title:
-            axes.set_title(self.title, pad=6 + 9 * bool(caption))
-            above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
-            axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
-            return
-        axes.set_title(caption, fontsize=7, fontweight="normal")
-        canvas.title(axes, self.title)
+
+def _write_titles(canvas: Canvas, axes: "Axes", title: str, caption: str) -> None:
+    """Write the title, and what points and bars are above the axes."""
+    if canvas.beside_others and title:
+        axes.set_title(title, pad=6 + 9 * bool(caption))
+        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
+        axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
+        return
+    axes.set_title(caption, fontsize=7, fontweight="normal")
+    canvas.title(axes, title)
 
 
 Table = Any
@@ -225,23 +230,26 @@ def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: "Ends") 
     return found.assign(**columns, along=np.asarray(along, dtype=float)).sort_values("along", kind="stable")
 
 
-def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str, Any]) -> None:
+def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str, Any]) -> "list[Artist]":
+    """Draw a line, and return what has error bars, which may lie on those of other lines."""
     # cells that have failed are gaps
     line = line.dropna(subset="mean")
     if line.empty:
-        return
+        return []
     looks |= {"linewidth": 1.0}
     if spread == "quantiles":
         axes.fill_between(line["along"], line["low"], line["high"], color=looks["color"], alpha=0.2, linewidth=0)
         axes.plot(line["along"], line["median"], **looks)
-        return
+        return []
     lengths: dict[str, Any] = {}
     for axis in ends:
         middle, low, high = (line[name] for name in ("mean" if axis == "y" else "along", f"{axis}_low", f"{axis}_high"))
         lengths[f"{axis}err"] = [np.maximum(middle - low, 0.0), np.maximum(high - middle, 0.0)]
     if spread == "deviation" and line["deviation"].notna().any():
         lengths["yerr"] = line["deviation"]
-    axes.errorbar(line["along"].to_numpy(), line["mean"].to_numpy(), **lengths, capsize=2, elinewidth=0.8, **looks)
+    looks |= {"capsize": 2, "elinewidth": 0.8}
+    drawn = axes.errorbar(line["along"].to_numpy(), line["mean"].to_numpy(), **lengths, **looks)
+    return drawn.get_children() if "yerr" in lengths else []
 
 
 def _draw_fit(axes: "Axes", line: Table, fit: str, colour: Any) -> None:
@@ -355,10 +363,9 @@ class BarsPicture(Panel):
                 _write(axes, f"{group}: drift {abs(high - low):.3g} {unit}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
         axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
-        if (seeds := sweep[self.quantity].size // mean.size) > 1:
-            canvas.foot(f"mean ± standard deviation of {seeds} surfaces")
+        seeds = sweep[self.quantity].size // mean.size
         canvas.legend(axes)
-        canvas.title(axes, self.title)
+        _write_titles(canvas, axes, self.title, f"{SPREADS['deviation']} of {seeds} surfaces" if seeds > 1 else "")
 
     def _dimension(self, sweep: xr.Dataset) -> str:
         """Return the dimension with a cell for each bar."""

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ACROSS = ("radius", "diameter")
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
-LINES, MOST_LINES = 24, 200
+LINES, MOST_LINES, MOST_TICKS = 24, 200, 8
 POINTS = 401
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
 """Dashes of the limits of one friction coefficient, and of the next."""
@@ -89,9 +89,16 @@ class TractionPicture(Panel):
     change_from: str | None = None
 
     kind, size, several = "traction", (COLUMN, 85.0), True
-    caption = "The traction over the radius of the asperity that carries most, step by step from a reversal."
+    caption = "The traction over the radius of the asperity that carries most, step by step from a reversal"
     # a patch has no radius to draw over
     order, needs = 5, "stick_radius"
+
+    @classmethod
+    def caption_of(cls, history: xr.Dataset) -> str:
+        """Return the caption with the asperity and its load."""
+        asperity, _ = _chosen(history, None, None, STATES_IN_ONE)
+        load = float(history["normal_load"].sel(asperity=asperity).max())
+        return f"{cls.caption}: asperity {asperity}, up to {quantity_text(load, 'N', 3)}."
 
     def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
         """Draw the states of one history, or of several one after the other."""
@@ -309,11 +316,11 @@ class SlipFrontsPicture(Picture):
                 inside = np.abs(across) <= float(found[radius].values[row]) * factor
                 if found[radius].values[row] > 0:
                     axes.plot(across[inside], line[inside], solid_capstyle="butt", label=name, **looks[name])
-        ticks = np.unique(np.linspace(0, len(chosen) - 1, min(len(chosen), 7)).round().astype(int))
+        ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
         labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
         axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit})", ylabel="step, time")
-        canvas.legend(axes, extra=f"one line is {quantity_text(largest / height, 'Pa', 3)} above the next")
+        canvas.legend(axes, extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
 
 
 def _chosen(

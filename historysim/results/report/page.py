@@ -49,7 +49,6 @@ summary { cursor: pointer; }
 figure.column { display: inline-block; width: 48%; margin: 1rem 1% 1rem 0; vertical-align: top; }
 @media screen and (max-width: 46rem) {
   figure.column { width: 100%; margin-right: 0; }
-  figure:not(.column) img { max-width: none; width: 42rem; } /* its letters stay legible; it is moved sideways */
 }
 .thumbnails { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(46%, 11rem), 1fr)); gap: .8rem;
   padding: 0; list-style: none; font-size: 13px; }
@@ -155,8 +154,15 @@ def folded(label: str, text: str) -> str:
 def picture(figure: "Figure", caption: str) -> str:
     """Return a figure, embedded without loss, with a caption below it."""
     kind = ' class="column"' if figure.get_figwidth() <= WIDEST_COLUMN else ""
-    embedded = f'<div class="wide">{image(figure, caption)}</div>'
-    return f"<figure{kind}>{embedded}<figcaption>{escape(caption)}</figcaption></figure>"
+    # what is to be known of a picture stands beside it
+    below = " ".join([caption, *(f"Note: {text}." for text in getattr(figure, "notices", ()))])
+    return f"<figure{kind}>{image(figure, caption)}<figcaption>{escape(below)}</figcaption></figure>"
+
+
+def numbered(caption: str, lines: Iterable[tuple[str, str]], labels: Sequence[str]) -> str:
+    """Return a caption with some lines (label, value) of a summary, the numbers that were found."""
+    found = [f"{label.strip()} {text}" for label, text in lines if label.strip() in labels]
+    return f"{caption.removesuffix('.')}: {'; '.join(found)}." if found else caption
 
 
 def image(figure: "Figure", text: str) -> str:
@@ -187,4 +193,4 @@ def _embedded(image: "PILImage", text: str, **options: Any) -> str:
     image.save(stream, "WEBP", **options)
     data = base64.b64encode(stream.getvalue()).decode("ascii")
     size = f'width="{image.width}" height="{image.height}"'
-    return f'<img alt="{escape(text)}" {size} decoding="async" src="data:image/webp;base64,{data}">'
+    return f'<img alt="{escape(text)}" {size} src="data:image/webp;base64,{data}">'

@@ -15,12 +15,22 @@ from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
-from historysim.results.analysis.slips import slip_note
 from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
-from historysim.results.plots.swept import CurvePicture
-from historysim.results.report.page import EXPECTED, Section, code, folded, page, page_of, paragraph, picture, table
+from historysim.results.plots.swept import CurvePicture, readable
+from historysim.results.report.page import (
+    EXPECTED,
+    Section,
+    code,
+    folded,
+    numbered,
+    page,
+    page_of,
+    paragraph,
+    picture,
+    table,
+)
 from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary
 
 INSTALL = 'pip install "historysim[report]"'
@@ -102,10 +112,11 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
         if "slip_state" in history:
             names.append("traction" if history.sizes["asperity"] == 1 else "contact-map")
             names += [name for name in ("yielding", "wear") if PICTURES[name].reported(history)]
-    parts = []
+    parts, lines = [], analysis.summary(history)
     for name in names:
+        kind = PICTURES[name]
         try:
-            parts.append(picture(draw(history, name), PICTURES[name].caption_of(history)))
+            parts.append(picture(draw(history, name), numbered(kind.caption_of(history), lines, kind.found)))
         except InputError as error:
             parts.append(paragraph(f"No picture {name}: {error}", "note"))
     return parts
@@ -114,9 +125,7 @@ def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) ->
 def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     names = [name for name, kind in PICTURES.items() if kind.reported(history)]
     names.sort(key=lambda name: PICTURES[name].order)
-    note = slip_note(history)
-    parts = [*([paragraph(f"In these pictures {note}.", "note")] if note else [])]
-    parts += [*figures, *history_pictures(history, names)]
+    parts = [*figures, *history_pictures(history, names)]
     if history.sizes.get("asperity") == 1:
         parts.append(paragraph("No contact map: one asperity is a point in it.", "note"))
     return Section("Pictures", tuple(parts))
@@ -159,12 +168,16 @@ def loops_page(loops: xr.Dataset) -> str:
     if loops.attrs["content"] == LOOPS:
         means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
+        caption = numbered(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
         figure = LoopTrendsPicture().figure(loops)
     else:
         along = "normal load" if "level" in loops.dims else "amplitude"
         means = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
         rows = table(*_by_group(lines[:split]))
         caption = f"Over the {along}; bars are the standard deviation of one loop."
+        if "friction_line_slope" in loops.attrs:
+            slope, low, high = (loops.attrs[f"friction_line_slope{end}"] for end in ("", "_low", "_high"))
+            caption += f" The friction force rises by {slope:.3g} of the load (95 %: {low:.3g} to {high:.3g})."
         figure = LoopLevelsPicture().figure(loops)
     return page(
         str(loops.attrs.get("title") or "Friction loops"),
@@ -196,11 +209,12 @@ def sliding_page(sliding: Sliding) -> str:
         for middle, mean, deviation, count in zip(*windows, strict=True)
     ]
     heading = (f"middle of the window [{UNITS[sliding.over]}]", "mean T/N", "standard deviation of a sample", "samples")
-    caption = "The friction coefficient, its windows, the static peak and the approach to the steady value."
+    caption, lines = "The friction coefficient, its windows and the approach to the steady value.", sliding.summary()
+    caption = numbered(caption, lines, ("friction coefficient", "static peak", "steady value"))
     return page(
         f"Friction over {sliding.over}",
         [
-            Section("Summary", (table(sliding.summary()),)),
+            Section("Summary", (table(lines),)),
             Section("Pictures", (picture(SlidingPicture().figure(sliding), caption),)),
             Section("Windows", _first_rows(rows, heading, "windows.")),
         ],
@@ -280,7 +294,9 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
         # a label is no number
         known = values.dtype.kind == "f" and name not in LABELS
         if known and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
-            label = str(values.attrs.get("long_name", name))
+            factor, unit = readable(values)
+            ends = " to ".join(f"{float(end) * factor:.3g}" for end in (values.min(), values.max()))
+            label = f"{values.attrs.get('long_name', name)}: {ends} {unit}".rstrip()
             pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
     return pictures
 
@@ -302,7 +318,7 @@ def comparison_page(
     found = [Section("What was fitted", (table(fitted),))] if fitted else []
     rows: Sequence[tuple[str, str, str]] = comparison.rows()
     means = table(rows[1:], rows[0]) if rows else paragraph("There is no whole loop to compare.")
-    caption = "Measured loops and loads, and those of the model."
+    caption = numbered("Measured loops and loads, and those of the model.", comparison.summary(), ("rms difference",))
     texts = [folded("the scenario", scenario)]
     if result:
         texts.append(folded("the scenario with the fitted values", result))

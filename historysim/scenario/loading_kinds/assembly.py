@@ -254,8 +254,8 @@ def _of_run(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> 
     runs = sorted({int(number) for number in clocked.run[~np.isnan(clocked.run)]})
     known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
     if section.run == EACH:
-        expected = f"expected one of the runs {known} here: loops, sliding and fit take each by itself"
-        raise misfit(f'"each"; {expected}, and Scenario.runs() in Python', "run")
+        expected = f'expected one of the runs {known}: "each" is for loops, sliding and fit'
+        raise misfit(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
     kept = clocked.run == section.run
     if not kept.any():
         raise misfit(f"there is no run {section.run}; expected one of {known}", "run")

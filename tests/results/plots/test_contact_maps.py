@@ -43,7 +43,7 @@ def shares(axes):
 
 
 def percentages(text):
-    return [float(number) for number in re.findall(r"([\d.]+)%", text)]
+    return [float(number) for number in re.findall(r"([\d.]+) %", text)]
 
 
 def test_zones_are_those_of_the_recorded_areas(result):

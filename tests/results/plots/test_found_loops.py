@@ -135,7 +135,7 @@ def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     # what is drawn fills the axes, whatever the unit
     assert drawn > 0.8 * (high - low)
     assert axes.get_xlabel().startswith("tangential displacement $U$ (")
-    assert axes.get_xlabel().endswith("(nm), from -110 mm")
+    assert axes.get_xlabel().endswith("(nm), from −110 mm")
 
 
 def test_loops_have_the_colours_of_their_loads():
@@ -169,11 +169,11 @@ def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy():
 def test_each_load_has_its_means_and_their_scatter():
     found = levels()
     table = found.by_load()
-    force, friction, displacement, energy = hs.plots.loop_levels(table.to_dataset(), title="of $5").axes
-    assert [axes.get_title(loc="left").split("\n")[0] for axes in (force, friction, displacement, energy)] == [
+    force, displacement, friction, energy = hs.plots.loop_levels(table.to_dataset(), title="of $5").axes
+    assert [axes.get_title(loc="left").split("\n")[0] for axes in (force, displacement, friction, energy)] == [
         "friction force (mN)",
-        "friction coefficient",
         "preliminary displacement (nm)",
+        "friction coefficient",
         "energy per loop (nJ)",
     ]
     for axes, quantity, factor in ((force, "friction_force", 1e3), (displacement, "preliminary_displacement", 1e9)):

@@ -15,7 +15,7 @@ from historysim.errors import InputError
 from historysim.recording import surface_group
 from historysim.results.plots import style
 from historysim.results.plots import surfaces as plots
-from historysim.results.plots.canvas import canvas_at
+from historysim.results.plots.canvas import drawn as drawn_at
 from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
 from historysim.surfaces.distribution import textured_summits
 from historysim.surfaces.heights import Surface
@@ -39,10 +39,9 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
 
 
 def plot_surface(surface, history=None, step="partial"):
-    with canvas_at({}, (180.0, 97.0)) as canvas:
-        contact = contact_at(surface, history, 0 if history is None else step_number(step, history))
-        draw_surface(canvas, surface, contact, str((surface if history is None else history).attrs.get("title", "")))
-    return canvas.result
+    contact = contact_at(surface, history, 0 if history is None else step_number(step, history))
+    title = str((surface if history is None else history).attrs.get("title", ""))
+    return drawn_at({}, (180.0, 97.0), lambda canvas: draw_surface(canvas, surface, contact, title))
 
 
 def drawn(surface, history=None, step=-1):
@@ -205,7 +204,7 @@ def test_a_flat_map_is_grey_and_has_no_summits():
     assert image.norm(0.0) == 0.5
     assert panels[MAP].child_axes == []
     assert DISTRIBUTION not in panels
-    assert "no asperity distribution: 0 summits" in [text.get_text() for text in figure.texts]
+    assert figure.notices == ("no asperity distribution: 0 summits",)
 
 
 @pytest.mark.parametrize(
@@ -287,7 +286,7 @@ def test_a_single_summit_and_the_flat_below_it(positions):
     else:
         # one point is no distribution
         assert DISTRIBUTION not in panels
-        assert "no asperity distribution: 1 summit" in [text.get_text() for text in figure.texts]
+        assert "no asperity distribution: 1 summit" in figure.notices
         x, y = positions["x"] * 1e6, positions["y"] * 1e6
         assert panels[MAP].get_xlabel() == "$x$ (µm)"
         assert panels[MAP].get_xlim() == pytest.approx((x - 10, x + 10))

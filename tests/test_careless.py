@@ -1,0 +1,147 @@
+"""What users get wrong, by the shell, in files of numbers, and in Python: the message says what to write instead."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import historysim as hs
+from historysim.cli import main
+
+BALL = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+[loading]
+"""
+WAYPOINTS = 'waypoints = [{ time = 0, normal_load = "50 mN" }, { time = 1, tangential_load = "5 mN" }]\n'
+MEASURED = """file = "r.csv"
+[loading.columns]
+time = "t"
+normal_load = { column = "N_mN", unit = "mN" }
+tangential_displacement = { column = "x", unit = "nm" }
+"""
+ROWS = [(0.1 * i, 50.0, 7.5 * i) for i in range(60)]
+TABLE = "t,N_mN,x\n" + "".join(f"{t:g},{load:g},{x:g}\n" for t, load, x in ROWS)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my.toml").write_text(BALL + WAYPOINTS, encoding="utf-8")
+    (tmp_path / "m.toml").write_text(BALL + MEASURED, encoding="utf-8")
+    (tmp_path / "r.csv").write_text(TABLE, encoding="utf-8")
+    (tmp_path / "bare.csv").write_text(TABLE.partition("\n")[2], encoding="utf-8")
+    (tmp_path / "p.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    np.savetxt(tmp_path / "map.txt", np.arange(1024.0).reshape(32, 32) % 7)
+    return tmp_path
+
+
+def said(*words):
+    result = CliRunner().invoke(main, words, prog_name="historysim")
+    assert result.exception is None or isinstance(result.exception, SystemExit)
+    return " ".join(result.output.split())
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("words", "mend"),
+    [
+        ("rnu my.toml", "'rnu'; did you mean 'run'?"),
+        ("help run", "Expected historysim run --help"),
+        ("my.toml", "my.toml is a file; expected a command before it: historysim run"),
+        ("-o out.nc run my.toml", "Options of a command stand behind its name."),
+        ("run my.toml out.nc", "A file to write is named by -o, as -o out.nc."),
+        ("run my.toml --substeps 10", "A key of the scenario is set by --set KEY=VALUE."),
+        ("run my.toml --set friction.coefficient 0.3", "as --set friction.coefficient=0.3."),
+        ("run my.toml --set substeps=3", "substeps: unknown key; did you mean loading.substeps?"),
+        ("run my.toml --set surface.kind=ball", "'ball'; did you mean 'sphere'?"),
+        ("run my.toml --set friction.law=stribeck", "one of your own is an entry point of 'historysim.laws'"),
+        ("run my.toml --set friction=0.3", "friction: 0.3; expected a table, such as [friction] with its keys below"),
+        ("validate m.toml --set loading.normal_load=3", "expected columns.normal_load = { constant = … }"),
+        ("validate my.toml --set loading.normal_load=3", "expected it in a waypoint, as { time = 0, normal_load = … }"),
+        ("validate my.toml m.toml", "Expected SCENARIO alone"),
+        ("state my.history 1.5", "A time is given by --at, as --at 1.5."),
+        ("log state my.history", "Expected historysim state, without log before it."),
+        ("show r.csv", 'is a record with the columns "t", "N_mN", "x", and no height map; expected historysim col'),
+        ("show p.png", "p.png: is a picture; expected a scenario, a result"),
+        ("show map.txt", "in the shell --height-unit nm"),
+        ("columns map.txt", "32 columns without names; if this is a height map: historysim show map.txt"),
+        ("columns my.toml", "my.toml: is a scenario; expected a file of numbers"),
+        ("loops r.csv", "`historysim columns r.csv -o my.toml` writes a scenario"),
+        ("loops my.toml", "loading: has no measured record; expected loading.file, or a scenario to run"),
+        ("sweep my.toml", "has no [sweep]; expected one, as [sweep.over] with"),
+        ("validate m.toml --set loading.columns.x=3", "loading.columns.x: unknown key"),
+        (
+            "validate m.toml --set loading.file=bare.csv",
+            "say header = 0, and name columns by position",
+        ),
+        ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which stands in the header"),
+        (
+            'validate m.toml --set loading.columns.normal_load="50 mN"',
+            "a value that does not change is { constant =",
+        ),
+        ("validate m.toml --set loading.columns.time=\"'1'\"", "a position has no quotes, as { column = 1 }"),
+        (
+            "validate m.toml --set loading.columns.normal_load=N_mN",
+            "column 'N_mN': taken in N; did you mean unit =",
+        ),
+        ("validate m.toml --set loading.sheet=1", "loading.sheet: r.csv: belongs to a workbook (.xlsx, .ods)"),
+        ("validate m.toml --set loading.file=p.png", "p.png: is a picture; expected a file of numbers"),
+    ],
+)
+def test_a_command_says_what_to_write_instead(words, mend):
+    import shlex
+
+    assert mend in said(*shlex.split(words))
+
+
+def test_files_of_numbers_that_are_written_in_other_ways(folder):
+    (folder / "r.csv").write_bytes(TABLE.encode("utf-16-le"))
+    assert "valid" in said("validate", "m.toml")
+    columns = zip(*(line.split(",") for line in TABLE.splitlines()), strict=True)
+    (folder / "r.csv").write_text("\n".join(",".join(column) for column in columns), encoding="utf-8")
+    assert "expected one line for each sample: transpose the file" in said("validate", "m.toml")
+    (folder / "r.csv").write_text(TABLE.replace("3,50,", "PAUSE,,", 1), encoding="utf-8")
+    assert 'block = "all" joins them' in said("validate", "m.toml")
+    (folder / "r.csv").write_text("", encoding="utf-8")
+    assert "it is empty" in said("columns", "r.csv")
+
+
+@pytest.mark.parametrize(
+    ("call", "mend"),
+    [
+        (lambda *_: hs.replay("my.toml", []), "a scenario is run by hs.run('my.toml')"),
+        (lambda contact, _: contact.asperity("first", contact.initial_state()), "expected an index from 0 to 0"),
+        (lambda contact, _: hs.Ensemble(contact.pair, [0.0, None], 1e-5, 0.2), "expected numbers in SI"),
+        (lambda contact, _: hs.Ensemble.from_summits(contact.pair, 5, friction=0.2), "such as Surface.summits() gives"),
+        (lambda _, history: hs.run(history), "of the type Dataset is no scenario; expected the path of a TOML file"),
+        (lambda _, history: hs.verify(history), "path is of the type Dataset; expected the name of a file"),
+        (lambda *_: hs.open(5), "path is 5; expected the name of a file"),
+        (lambda *_: hs.EventLog(5), "path is 5; expected the name of a file"),
+        (lambda *_: hs.loops(np.zeros((99, 3))), "of the type ndarray: cannot be evaluated; expected a history"),
+        (lambda *_: hs.sweep("my.toml", ["friction.coefficient"]), "as {'friction.coefficient': [0.1, 0.2]}"),
+        (lambda *_: hs.spread(5), "5 is no sweep; expected the Dataset of hs.sweep"),
+        (lambda *_: hs.write_csv(5, "x.csv"), "expected a Dataset or DataArray of xarray"),
+        (lambda _, history: hs.write_netcdf(history, "my.toml"), ".toml ending, of a scenario or a log; expected .nc"),
+        (lambda contact, _: hs.Replay(contact, [hs.NormalLoad(0, 1)]).write("my.toml"), "expected .nc or .csv"),
+        (lambda *_: hs.plots.loop(5), "5 is no history; expected a Dataset from historysim"),
+        (lambda *_: hs.plots.history(5), "5 is no history; expected a Dataset from historysim"),
+        (lambda *_: hs.analysis.slides_first(5), "5 is no history; expected a Dataset from historysim"),
+        (lambda *_: hs.plots.history(xr.Dataset()), "this Dataset is no history"),
+        (lambda *_: hs.material("glas"), "did you mean 'float glass'?"),
+    ],
+)
+def test_a_call_says_what_to_give_instead(folder, call, mend):
+    contact = hs.Ensemble(hs.MaterialPair(hs.material("silicon"), hs.material("silica")), 0.0, 1e-5, 0.2)
+    history = hs.replay(contact, [hs.NormalLoad(0, 1e-3)])
+    with pytest.raises(hs.InputError) as caught:
+        call(contact, history)
+    assert mend in str(caught.value)
+    assert len(str(caught.value)) < 700
+    assert (folder / "my.toml").read_text(encoding="utf-8") == BALL + WAYPOINTS
