@@ -131,9 +131,8 @@ class AreaLawsPicture(Titled):
             axes.plot(load * factor, bold, label=label, **looks)
         axes.set(xscale="log", yscale="log", xlabel=f"normal load ({unit})", ylabel="real contact area (µm²)")
         canvas.legend(axes)
-        if "holds" in found:
-            canvas.foot("bold and named: where within 20 % of the whole map; Bowden–Tabor: pressures beyond hardness")
-        canvas.heading(self.title)
+        caption = "Bold and named: where within 20 % of the whole map; Bowden–Tabor: pressures beyond hardness."
+        canvas.heading(self.title, caption if "holds" in found else "")
 
 
 def _ranges(load: Floats, holds: Booleans) -> str:

@@ -144,7 +144,7 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
         (
             "plot",
             {"picture": "lop"},
-            "picture is 'lop'; expected one of contact-map, distribution, history, loop, loops",
+            "picture is 'lop'; expected one of contact-map, distribution, history, load-curve, loop, loops",
         ),
         ("plot", {"picture": "loop", "step": 3}, "step does not apply to the picture loop; it applies to contact-map"),
         ("plot", {"picture": "history", "asperity": 3}, "the picture history; it applies to slip-fronts, traction"),
