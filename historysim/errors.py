@@ -35,9 +35,12 @@ class InputError(HistorySimError, ValueError):
     ----------
     place : tuple of str or int
         Where the value stands in what was given: names and indices, from outside in; empty where the message says it.
+    path : int
+        Position of the path that it is about, where several are walked.
     """
 
     place: tuple[str | int, ...] = ()
+    path: int = 0
 
     def __str__(self) -> str:
         problem = super().__str__()

@@ -170,6 +170,7 @@ class Replay(FieldsAsHtml):
             event = event if event == segment.change_event else segment.event[error.path]
             raise LoadError.of_event(event, time_text(self.events[event].time), error) from None
         except InputError as error:
+            event = event if event == segment.change_event else segment.event[error.path]
             raise InputError.of_event(event, time_text(self.events[event].time), error) from None
         return state
 

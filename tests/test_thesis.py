@@ -5,6 +5,7 @@ or are those that the source prints. The others are closed forms of one sphere, 
 """
 
 import re
+from functools import lru_cache
 from pathlib import Path
 
 import matplotlib as mpl
@@ -128,6 +129,7 @@ def named(figure):
     return [text.get_text() for text in legend.get_texts()]
 
 
+@lru_cache
 def summits_of(rms=1e-6, length=20e-6, seed=1, points=256):
     return hs.random_surface((points, points), 1e-6, rms, length, seed=seed).summits(rule=9)
 

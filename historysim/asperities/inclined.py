@@ -286,25 +286,28 @@ class InclinedEnsemble(Ensemble):
             return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
         if not as_instrument(how.get("instrument", RIGID)).rigid:
             raise _refused("instrument in series")
-        if ((paths["tangential_control"] == LOAD) & (paths["tangential_fraction"] > 0)).any():
-            raise _refused("tangential load that is given")
+        pushed = np.flatnonzero((paths["tangential_control"] == LOAD) & (paths["tangential_fraction"] > 0))
+        if pushed.size:
+            refusal = _refused("given tangential load")
+            refusal.path = int(pushed[0])
+            raise refusal
         legs = self._legs(state, paths, until)
         if rows is None:
             rows, legs = blank_rows(0, None), unrecorded(legs)
         ends = np.stack([legs["normal_target"], legs["tangential_target"]])
         columns, facets = np.asarray(asperities, dtype=np.int64), []
         rows.totals[:] = np.zeros((), rows.totals.dtype)
-        pushed = np.zeros(len(rows.totals))
+        along = np.zeros(len(rows.totals))
         for facet, start in zip(self.facets, state.facets, strict=True):
             own, turned, each = blank_rows(len(rows.totals), len(facet)), legs.copy(), np.arange(len(facet))
             turned["normal_target"], turned["tangential_target"] = facet.turned(*ends)
             facets.append(facet.walk(start, turned, rows=own, asperities=each, threads=how.get("threads", 1)))
             facet.add_to(rows.totals, own)
-            pushed += facet.sine * own.totals["normal_load"]
+            along += facet.sine * own.totals["normal_load"]
             _, mine, theirs = np.intersect1d(facet.members, columns, return_indices=True)
             for name, values in rows.each.items():
                 values[:, theirs] = own.each[name][:, mine]
-        rows.totals["friction_limit"] += np.abs(pushed)
+        rows.totals["friction_limit"] += np.abs(along)
         ways = np.column_stack([(state.approach, state.tangential_displacement), ends])
         rows.totals["approach"], rows.totals["displacement"] = _of_rows(ways, legs)
         controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"])

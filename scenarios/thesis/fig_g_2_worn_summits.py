@@ -8,6 +8,8 @@ rise with the load: the maps themselves are needed. `kind = "measured"` reads re
 
 # historysim gallery: example
 
+from functools import cache
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -24,6 +26,7 @@ PANELS = {
 """Rq [µm] of Table B.3."""
 
 
+@cache
 def _summits(rms: float) -> hs.Summits:
     return hs.random_surface((256, 256), 1e-6, rms * 1e-6, 20e-6, seed=1).summits(rule=9)
 

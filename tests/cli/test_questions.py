@@ -34,8 +34,9 @@ def read(path):
 
 
 # an asperity is no table, and `state --asperity` shows it; maps are those of a surface with interaction, see
-# tests/results/plots/test_contact_map.py
-TABLES = [name.replace("_", "-") for name in questions() if name not in {"asperity", "point_maps"}]
+# tests/results/plots/test_contact_map.py; and slopes are of inclined asperities
+OTHERS = {"asperity", "point_maps", "slope_load"}
+TABLES = [name.replace("_", "-") for name in questions() if name not in OTHERS]
 NEEDED = {
     **{question: ["--asperity", "0", "--step", "6"] for question in ("profiles", "reversal-points")},
     **{question: ["--with", "first=5", "--with", "second=9"] for question in ("branch-drift", "drift")},

@@ -87,6 +87,8 @@ class CurvePicture(Panel):
         for name, value, known in (("spread", self.spread, SPREADS), ("fit", self.fit, (None, *FITS))):
             if value not in known:
                 raise InputError(f"{name} is {value!r}; expected one of {', '.join(filter(None, known))}")
+        if self.from_zero and self.logarithmic:
+            raise InputError("from_zero: a logarithmic axis has no zero; expected logarithmic = false")
         sweep, quantity, ends = _spread_out(selected(data, self.where), self.quantity, self.ends or {})
         over, points, each = self._axes_of(sweep, quantity)
         members = [None] if each is None else list(range(sweep.sizes[each]))

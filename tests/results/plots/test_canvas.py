@@ -8,10 +8,13 @@ from xml.etree import ElementTree as ET
 import matplotlib as mpl
 import numpy as np
 import pytest
+from click.testing import CliRunner
+from swept import BALL
 
 import historysim as hs
+from historysim.cli import main
 from historysim.errors import InputError
-from historysim.results.plots.canvas import new_figure
+from historysim.results.plots.canvas import drawn, new_figure
 
 
 def test_a_figure_has_its_size_in_millimetres():
@@ -55,3 +58,43 @@ def test_an_svg_needs_no_font_and_is_xml_whatever_is_drawn(tmp_path):
     for written in ((tmp_path / "f.svg").read_bytes(), stream.getvalue()):
         assert not [each for each in ET.fromstring(written).iter() if each.tag.endswith("}text")]  # noqa: S314 - ours
     assert len(stream.getvalue()) < 100_000
+
+
+def test_panels_without_room_are_named_beside_the_figure(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "s.toml").write_text(BALL, encoding="utf-8")
+    asked = ["plot", "s.toml", "--picture", "history", "--size", "90x70", "-o", "h.pdf"]
+    ran = CliRunner().invoke(main, asked)
+    assert ran.exit_code == 0, ran.output
+    assert "Note: h.pdf: at 90 × 70 mm there is no room for loads, slip states" in ran.stderr
+    history = hs.run("s.toml")
+    shown, whole = (hs.plots.history(history, size=size) for size in ((90, 70), None))
+    assert "no room" not in "".join(text.get_text() for text in shown.findobj(mpl.text.Text))
+    assert len(shown.axes) < len(whole.axes)
+    assert not any("no room" in text for text in whole.notices)
+    for wrong, message in ((["--size", "90"], "expected width and height in millimetres"), ([], "nothing is drawn")):
+        ran = CliRunner().invoke(main, ["loops", "s.toml", *(wrong or ["--size", "90x70"])])
+        assert ran.exit_code == 2
+        assert message in ran.stderr
+
+
+def test_what_all_ticks_have_in_common_is_in_the_label(tmp_path):
+    far = np.linspace(0.0, 40e-9, 9) + 0.0123
+    ticks = {"N (µm)": far * 1e6, "U (mm)": far * 1e3, "no unit": far}
+
+    def draw(canvas):
+        for axes, (label, values) in zip(canvas.several(3).subplots(1, 3), ticks.items(), strict=True):
+            axes.plot(values, range(9))
+            axes.set_xlabel(label)
+
+    figure = drawn({}, (180.0, 60.0), draw)
+    figure.savefig(tmp_path / "f.png")
+    for axes, values in zip(figure.axes, ticks.values(), strict=True):
+        label, low = axes.get_xlabel(), axes.get_xlim()[0]
+        numbers = [float(text.get_text().replace("−", "-")) for text in axes.get_xticklabels()]
+        offset = float(re.search(r"from ([\d.]+)", label)[1])
+        scale = {"nm, µm": 1e3, "nm, mm": 1e6}.get(", ".join(re.findall(r"[nµm]m", label)), 1e9)
+        # the tick and what the label says are the place
+        assert [offset + number / scale for number in numbers] == pytest.approx(axes.get_xticks(), rel=1e-12, abs=0)
+        assert values.min() - low < 10e-9 / far[0] * values[0]
+        assert not axes.xaxis.offsetText.get_visible()

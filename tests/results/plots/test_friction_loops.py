@@ -146,6 +146,10 @@ def test_loads_and_first_loading_stand_beside(ball):
         hs.plots.loops(hs.sweep(ball), loads=True)
     with pytest.raises(InputError, match="drive: there is no drive_displacement"):
         hs.plots.loops(history, drive=True)
+    with pytest.raises(InputError, match="by_load: there is no total_normal_load"):
+        hs.plots.loops(hs.sweep(ball), by_load=True)
+    with pytest.raises(InputError, match="delta: expected preliminary_displacement among the outputs"):
+        hs.plots.loops(hs.sweep(ball, outputs=[*LOOP]), delta=True)
 
 
 def test_what_is_no_loop_is_refused(ball):

@@ -154,6 +154,8 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
         ("plot", {"sise": (90, 70)}, "did you mean 'size'?"),
         ("loop", {"color": "time"}, "did you mean 'colour'?"),
         ("traction", {"acros": "radius"}, "did you mean 'across'?"),
+        ("traction", {"fronts": True, "letters": ["s"] * 9}, "letters has 9; expected one for each of"),
+        ("traction", {"ellipse_at": 0}, "ellipse_at: expected a load above 0"),
         ("stiffness", {"fig": 1}, "did you mean 'figure'?"),
         ("history", {"xyz": 1}, "expected one of panels, picture, size, figure, ax"),
     ],

@@ -29,6 +29,12 @@ def test_means_and_deviations_over_seeds():
     (axes,) = figure.axes
     assert axes.get_xlabel() == "rms roughness $R_q$ (nm)"
     assert axes.get_ylabel() == "drift (nm)"
+    (other,) = hs.plots.curve(SWEEP, quantity="drift", unit="µm", from_zero=True).axes
+    assert other.get_ylabel() == "drift (µm)"
+    assert other.get_ylim() == pytest.approx((0, 1.08e-3 * axes.dataLim.y1))
+    for options in ({"unit": "MPa"}, {"from_zero": True, "logarithmic": True}):
+        with pytest.raises(InputError, match=rf"^{next(iter(options))}: "):
+            hs.plots.curve(SWEEP, quantity="drift", **options)
     assert figure.legends[0].get_title().get_text() == r"friction coefficient $\mu$"
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
     for number, bars in enumerate(axes.containers):
