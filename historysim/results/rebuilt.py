@@ -19,6 +19,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.files import replacing
+from historysim.contact import hertz
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -27,7 +28,15 @@ from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import Goals, paths_to
 from historysim.memory.rows import blank_rows
 from historysim.replaying import Replay
-from historysim.results.analysis.recorded import check_recorded, column_of, position_of
+from historysim.results.analysis.recorded import (
+    check_all_recorded,
+    check_recorded,
+    column_of,
+    displacement_ratio,
+    position_of,
+    present_friction,
+    shape_of,
+)
 from historysim.results.asking import question
 from historysim.results.origin import Origin, ask_origin
 
@@ -358,13 +367,78 @@ def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats
     """Return the name of a theory, and load, area and stiffness that it gives at approaches of the highest summit."""
     height, modulus = ensemble.summit_height, ensemble.pair.contact_modulus
     radius = np.broadcast_to(ensemble.summit_radius, height.shape)
-    if height.size < FEWEST_OF_GREENWOOD_WILLIAMSON or np.ptp(height) == 0:
+    whole = _greenwood_williamson(ensemble)
+    if whole is None:
         highest = height == height.max()
         found = summit_contact(height[highest], radius[highest], height.max() - approach, contact_modulus=modulus)
         name = "the highest summit alone, after Hertz" if height.size > 1 else "Hertz"
         return name, {key: getattr(found, key) for key in CURVES}
-    whole = GreenwoodWilliamson(
-        modulus, float(radius.mean()), float(height.std()), height.size, 1.0, float(height.mean())
-    )
     separation = height.max() - approach
     return "Greenwood and Williamson", {key: getattr(whole, key)(separation) for key in CURVES}
+
+
+@question(per_step=True, table="rank,displacement")
+def sliding_order(history: xr.Dataset, step: int = -1) -> xr.Dataset:
+    """Return at which tangential displacement the first, the second, … of all asperities in contact slides.
+
+    Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading from the virgin state
+    at the normal load and friction of the step, and the label ``asperity``. The last one is the preliminary
+    displacement. ``greenwood_williamson`` [m] is what Gaussian heights with the mean and deviation of those of all
+    summits, all of the mean radius and the mean friction, have under the same load: of n in contact, (k - 1/2)/n slide
+    at the k-th. It is left out of fewer than 20 summits, or where these are not known (a history without its file or
+    replay). The attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the load
+    (Winogrodzka, section 6.2.1).
+
+    The step is a position; negative ones count from the end. InputError: a step that the history does not have, a
+    history without some or all of the asperities that touch, or of patches.
+    """
+    at = position_of(step, history)
+    check_recorded(history, "summit_radius")
+    check_all_recorded(history.isel(step=[at]))
+    height, radius = (shape_of(history, f"summit_{name}", at) for name in ("height", "radius"))
+    approach = height - float(history["separation"].values[at])
+    ratio, friction = displacement_ratio(history), np.broadcast_to(present_friction(history).of(at), height.shape)
+    touching = np.flatnonzero(approach > 0)
+    own = ratio * friction[touching] * approach[touching]
+    order = np.argsort(own, kind="stable")
+    units = {"units": "m", "long_name": "tangential displacement at which it slides"}
+    data: dict[str, Any] = {
+        "displacement": ("rank", own[order], units),
+        "asperity": ("rank", history["asperity"].values[touching][order], {"long_name": "label of the asperity"}),
+    }
+    attributes: dict[str, Any] = {"title": history.attrs.get("title", "")}
+    load, count = float(history["total_normal_load"].values[at]), touching.size
+    if count:
+        mean, modulus = float(friction[touching].mean()), float(history.attrs["contact_modulus"])
+        one = hertz.approach(load / count, summit_radius=float(radius[touching].mean()), contact_modulus=modulus)
+        attributes["equal_asperities"] = ratio * mean * float(one)
+        share = (np.arange(count) + 0.5) / count
+        found = ask_origin(history, lambda origin: _gaussian_approaches(origin.ensemble, load, share))
+        if found is not None:
+            text = units | {"long_name": f"{units['long_name']}, Greenwood and Williamson"}
+            data["greenwood_williamson"] = ("rank", ratio * mean * found, text)
+    rank = ("rank", np.arange(1, count + 1), {"long_name": "how many asperities slide there"})
+    return xr.Dataset(data, {"rank": rank}, attributes)
+
+
+def _gaussian_approaches(ensemble: Ensemble, load: float, share: Floats) -> Floats | None:
+    """Return the approaches up to which shares of the contacts of a Gaussian surface have come [m]."""
+    from scipy import stats
+
+    whole = _greenwood_williamson(ensemble)
+    if whole is None:
+        return None
+    separation = float(whole.separation_at(load))
+    least = (separation - whole.mean_height) / whole.height_deviation
+    higher = stats.norm.isf((1 - share) * stats.norm.sf(least))
+    return np.asarray(whole.mean_height + whole.height_deviation * higher - separation)
+
+
+def _greenwood_williamson(ensemble: Ensemble) -> GreenwoodWilliamson | None:
+    """Return the theory with means and deviation of all summits; None of fewer than 20, or of one level."""
+    height = ensemble.summit_height
+    if height.size < FEWEST_OF_GREENWOOD_WILLIAMSON or np.ptp(height) == 0:
+        return None
+    radius = float(np.broadcast_to(ensemble.summit_radius, height.shape).mean())
+    modulus = ensemble.pair.contact_modulus
+    return GreenwoodWilliamson(modulus, radius, float(height.std()), height.size, 1.0, float(height.mean()))

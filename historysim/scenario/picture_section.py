@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.asperities.adhering import AdheringAsperities
+    from historysim.results.plots.map_pictures import PressedMap
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
@@ -62,8 +63,23 @@ def _surface(scenario: Scenario) -> "xr.Dataset":
 def _heights(scenario: Scenario) -> "Surface":
     surface: Surface | None = scenario.surface().surface
     if surface is None:
-        raise InputError(f"{scenario.path.name}: picture: the surface is no height map; expected one for the kind map")
+        raise InputError(f"{scenario.path.name}: picture: the surface is no height map; expected one")
     return surface
+
+
+def _pressed_map(scenario: Scenario) -> "PressedMap":
+    """Return the height map with a hundredth of the greatest normal load to all of it."""
+    import numpy as np
+
+    from historysim.loads.events import NormalLoad
+    from historysim.results.plots.map_pictures import PressedMap
+
+    pair = scenario.sections.materials.pair()
+    loads = (float(event.value) for event in scenario.events() if isinstance(event, NormalLoad))
+    if not (largest := max(loads, default=0.0)) > 0:
+        raise InputError(f"{scenario.path.name}: picture: no normal load is given; expected one for the kind area-laws")
+    known = [one.hardness for one in (pair.first, pair.second) if one is not None and one.hardness is not None]
+    return PressedMap(_heights(scenario), pair, np.geomspace(largest / 100, largest, 13), min(known, default=None))
 
 
 def _summits(scenario: Scenario) -> "dict[str, Summits]":
@@ -96,6 +112,7 @@ def adhering_of(scenario: Scenario) -> "AdheringAsperities":
 
 DATA: "dict[str, Callable[[Scenario], Any]]" = {
     "adhesion-map": adhering_of,
+    "area-laws": _pressed_map,
     "map": _heights,
     "record": lambda scenario: scenario.measurement(),
     "summits": _summits,

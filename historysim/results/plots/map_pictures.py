@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.basics.units import quantity_text
-from historysim.results.plots.canvas import TWO_COLUMNS, Canvas
-from historysim.results.plots.pictures import PICTURES, Titled
-from historysim.results.plots.style import DIVERGING, FAINT, INK, MARK, STATE_COLOURS, draw_image, scale_of
+from historysim.basics.arguments import Booleans, Floats
+from historysim.basics.units import quantity_text, range_text
+from historysim.contact.materials import MaterialPair
+from historysim.interaction.areas import area_laws
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
+from historysim.results.plots.style import DIVERGING, FAINT, INK, MARK, STATE_COLOURS, draw_image, line_style, scale_of
+from historysim.surfaces.heights import Surface
 from historysim.surfaces.registration import LOST, LOWERED, Registration
 
 if TYPE_CHECKING:
@@ -78,3 +82,60 @@ def _draw_section(map_axes: "Axes", axes: "Axes", found: Registration) -> None:
     map_axes.axhline(at * along, color=FAINT, linewidth=0.7, linestyle=(0, (4, 2)))
     title = f"Section at $y$ = {quantity_text(at, 'm', 3)}"
     axes.set(title=title, xlabel=f"$x$ ({unit})", ylabel=f"height ({height_unit})")
+
+
+@attrs.frozen(eq=False)
+class PressedMap:
+    """A height map, the pair of materials, the loads at which its contact area is drawn [N], and a hardness [Pa]."""
+
+    surface: Surface
+    pair: MaterialPair
+    normal_load: Floats
+    hardness: float | None
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class AreaLawsPicture(Titled):
+    """Real contact area of a map over the normal load by the laws in use, bold where each holds, within 20 %.
+
+    The laws stand beside the summits of the map and its fully interacting solution; `hs.area_laws` has the numbers.
+    Loads go up to the greatest of the scenario.
+
+    Attributes
+    ----------
+    whole_map
+        Solve the whole map, which takes seconds to minutes. Without it no law is said to hold.
+    """
+
+    whole_map: bool = True
+
+    kind, of, size, alone = "area-laws", (PressedMap, SCENARIO), (1.4 * COLUMN, 105.0), True
+
+    def draw(self, canvas: Canvas, data: PressedMap) -> None:
+        """Draw a line for each law."""
+        found = area_laws(data.surface, data.pair, data.normal_load, hardness=data.hardness, whole_map=self.whole_map)
+        load, area = found["normal_load"].values, found["real_contact_area"].values
+        factor, unit = scale_of("N", load)
+        axes = canvas.axes()
+        for number, law in enumerate(str(each) for each in found["law"].values):
+            looks = line_style(number, found.sizes["law"])
+            if law == "whole map":
+                looks |= {"color": INK, "linestyle": "-", "linewidth": 2.0}
+            holds = found["holds"].values[number] if "holds" in found else np.ones(load.size, dtype=bool)
+            label = law
+            if "holds" in found and law != "whole map":
+                label += f": {_ranges(load, holds)}"
+            axes.plot(load * factor, area[number] * 1e12, **looks | {"alpha": 0.45, "linewidth": 0.8})
+            bold = np.where(holds, area[number] * 1e12, math.nan)
+            axes.plot(load * factor, bold, label=label, **looks)
+        axes.set(xscale="log", yscale="log", xlabel=f"normal load ({unit})", ylabel="real contact area (µm²)")
+        canvas.legend(axes)
+        caption = "Bold and named: where within 20 % of the whole map; Bowden–Tabor: pressures beyond hardness."
+        canvas.heading(self.title, caption if "holds" in found else "")
+
+
+def _ranges(load: Floats, holds: Booleans) -> str:
+    """Return the loads between which a law holds."""
+    ends = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]))).reshape(-1, 2)
+    return " and ".join(range_text(float(load[first]), float(load[end - 1]), "N") for first, end in ends) or "nowhere"
