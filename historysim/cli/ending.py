@@ -131,7 +131,7 @@ class Commands(click.Group):
             raise click.UsageError(f"Expected historysim {others[0] if others else ''} --help".replace("  ", " "), ctx)
         if word == "log" and others and others[0] in GROUPS["The log"].split():
             raise click.UsageError(f"Expected historysim {others[0]}, without log before it.", ctx)
-        if word not in self.found and Path(word).exists():
+        if word not in self.found and Path(word).is_file():
             known = {".toml": "run", ".nc": "show", ".history": "log"}
             command = known.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
             raise click.UsageError(f"{word} is a file; expected a command before it: historysim {command}", ctx)
