@@ -123,6 +123,9 @@ def test_each_says_what_it_shows_and_balances(path, histories):
         force = (force + history.normal_load * history.slope) / np.hypot(1.0, history.slope)
     # a patch has its share of a table
     error = 1e-3 * float(history.friction_limit.max()) if path.stem == INTERACTING else 1e-14
+    if "direction" in history.dims:
+        # nodes that hardly matter, some 1e-5 each, are left out after a step: a tenth of the tolerance of the load
+        error = 1e-4 * float(history.friction_limit.max())
     assert force.sum("asperity").values == pytest.approx(history.total_tangential_load.values, abs=error)
     assert (np.diff(history.total_dissipated_energy) >= 0).all()
 

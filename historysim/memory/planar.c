@@ -191,7 +191,7 @@ static int walk_line(hs_planar *planar, const hs_planar_path *path, const plan *
     driven.compliance = (planar->direction.x != 0.0 ? plan->compliance.x : plan->compliance.y) / units->stiffness;
     double *scalar = count > 0 ? scalars_of(rows, count) : NULL;
     if (count > 0 && !scalar) return HS_OUT_OF_MEMORY;
-    hs_rows own = {0};
+    hs_rows own;
     if (count > 0) own = rows_of_line(rows, path->first_row, scalar);
     int64_t number = refusal->path;
     int status = hs_walk(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
