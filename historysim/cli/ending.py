@@ -89,7 +89,7 @@ def _with_mend(error: click.UsageError) -> click.UsageError:
 
 GROUPS = {
     "Begin": "columns validate run show plot report",
-    "Measured records": "loops sliding compare fit",
+    "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
     "Other programs": "fmu reduce",
     "The log": "verify state log fork append",

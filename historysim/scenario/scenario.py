@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.asperities.instrument import Instrument
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Notify, brief, counted, html_table, silent
@@ -25,6 +24,7 @@ from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
+    from historysim.asperities.instrument import Instrument
     from historysim.contact.materials import MaterialPair
     from historysim.measured.reduction import Measurement
     from historysim.replaying import Replay
@@ -72,7 +72,7 @@ class Scenario:
         return self.sections.record.asperities
 
     @property
-    def instrument(self) -> Instrument:
+    def instrument(self) -> "Instrument":
         """The instrument in series with the contact, rigid where none is named."""
         return self.sections.instrument
 

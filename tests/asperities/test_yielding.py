@@ -147,7 +147,7 @@ def test_numbers_come_from_the_softer_material():
     [
         (lambda: KogutEtsion(hardness=-1.0), "KogutEtsion: hardness is -1.0; expected a number above 0"),
         (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
-        (lambda: YieldingLaw.from_settings({"law": "kogut"}), "'kogut'; expected one of"),
+        (lambda: YieldingLaw.from_settings({"law": "kogut"}), "'kogut'; did you mean 'kogut-etsion'?"),
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
         (
             lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)),

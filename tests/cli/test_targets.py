@@ -59,6 +59,7 @@ COMMANDS = {
     "fit": (["fit", "s.toml", "-o", "TARGET"], ".toml"),
     "fit --picture": (["fit", "s.toml", "-o", "new.toml", "--picture", "TARGET"], ".pdf"),
     "sliding": (["sliding", "s.toml", "-o", "TARGET"], ".csv"),
+    "creep": (["creep", "s.toml", "-o", "TARGET"], ".png"),
     "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
     "plot moving": (["plot", "r.nc", "-o", "TARGET"], ".gif"),
     "report": (["report", "r.nc", "-o", "TARGET"], ".html"),

@@ -109,8 +109,8 @@ def test_few_loops_have_the_interval_of_noise_alone():
 def test_each_walk_is_notified():
     notices = []
     start = {"shear_modulus": 1e10, "friction": 0.3}
-    fit_parameters(sliding_model, start, observe(sliding()), notify=lambda: notices.append(1))
-    # the start and its neighbours, and some more
+    fit_parameters(sliding_model, start, observe(sliding()), notify=notices.append)
+    # the start and its neighbours, and some more; of how many, by the first guess or those already walked
     assert len(notices) > 9
 
 

@@ -80,7 +80,10 @@ def test_one_run_is_taken(folder, run, friction):
     [
         ("run = 4", r"loading\.run: there is no run 4; expected one of 1, 2, 3"),
         ('run = 1\nruns_by = "Step"', r"there is no run 1; expected one of 10, 20, 30"),
-        ('run = "each"', r'loading\.run: "each"; expected one of the runs 1, 2, 3 here'),
+        (
+            'run = "each"',
+            r'loading\.run: "each"; expected one of the runs 1, 2, 3: "each" is for loops, sliding and fit',
+        ),
         ("run = 0", r"loading\.run: 0; expected the number of a run"),
         ('runs_by = "Step"', r"loading\.run: missing; expected the value of runs_by"),
     ],

@@ -144,7 +144,10 @@ seed = 1""",
     ("text", "message"),
     [
         ('[picture]\nkind = "lops"\n', "picture.kind: 'lops'; did you mean 'loops'"),
-        ("[picture]\nwork = true\n", "picture.kind: missing; expected one of adhesion-map, bars, contact-map"),
+        (
+            "[picture]\nwork = true\n",
+            "picture.kind: missing; expected one of adhesion-map, area-laws, bars, contact-map",
+        ),
         ('[[picture]]\nkind = "loops"\nacross = "radius"\n', r"picture\[0\].across: unknown key"),
         ('[[picture]]\nkind = "loops"\n[[picture]]\nkind = "curve"\n', r"picture\[1\].quantity: missing"),
         (
@@ -196,7 +199,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         assert done.exit_code == 0, done.output
     for arguments, message in (
         (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
-        (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, traction"),
+        (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, sliding-order, traction"),
         (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
         ([str(path), "--steps", "K"], "steps does not apply to the picture surface"),

@@ -190,7 +190,7 @@ def test_a_sweep_is_written_and_read_again(ball, tmp_path):
     assert lines["cells"] == "4"
     assert lines["friction.coefficient of the scenario"] == "-0.2 to 0.1"
     assert lines["materials.first of the scenario"] == "silicon, silica"
-    assert lines["failed"].startswith("2 cells; the first: ball.toml: surface: friction is -0.2; expected")
+    assert lines["failed"].startswith("2 cells; the first: ball.toml: friction.coefficient: -0.2; expected 0 or more")
 
 
 # -- what fails ------------------------------------------------------------------------------------
@@ -204,7 +204,7 @@ def test_a_cell_that_fails_says_why_and_the_others_stay(ball):
     assert found.preliminary_displacement.isnull().values.tolist() == [True, True, False]
     assert found.preliminary_displacement[2] == pytest.approx(displacement(70e-3, 0.2, 2.5e-3), rel=1e-12)
     assert "beyond the friction limit" in str(found.failure[0].values)
-    assert "friction is -0.2; expected a finite number of 0 or more" in str(found.failure[1].values)
+    assert "friction.coefficient: -0.2; expected 0 or more" in str(found.failure[1].values)
     assert found.failure[2] == ""
     assert len(notices) == 2
     assert notices[0].startswith("cell 0 (friction.coefficient = 0.1) failed: ")

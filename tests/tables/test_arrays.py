@@ -44,7 +44,7 @@ def refusal(path, *columns, **arguments):
 
 
 def listed(path, **layout):
-    return [attrs.astuple(listing) for listing in describe(path, Format(**layout))]
+    return [attrs.astuple(listing)[:4] for listing in describe(path, Format(**layout))]
 
 
 # -- JSON ------------------------------------------------------------------------------------------

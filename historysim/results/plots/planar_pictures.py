@@ -59,12 +59,14 @@ class HodographPicture(Picture):
         if path not in data:
             raise InputError("the history has no drive; expected one with an instrument, or drive = false")
         thin = thinned(data)
-        left, right = canvas.several().subplots(1, 2)
+        left, right = canvas.two(("the path", "the tangential load"), 1.0)
         draw_path(left, thin, path)
-        load, _ = draw_path(right, thin, "total_tangential_load")
-        limit = float(thin["friction_limit"].values[-1]) * load
-        circle = np.linspace(0, 2 * np.pi, 200)
-        right.plot(limit * np.cos(circle), limit * np.sin(circle), color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)))
+        if right is not None:
+            load, _ = draw_path(right, thin, "total_tangential_load")
+            limit = float(thin["friction_limit"].values[-1]) * load
+            circle = np.linspace(0, 2 * np.pi, 200)
+            looks: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}
+            right.plot(limit * np.cos(circle), limit * np.sin(circle), **looks)
         canvas.legend(left)
         canvas.heading(str(data.attrs.get("title", "")))
 

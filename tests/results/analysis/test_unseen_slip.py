@@ -71,4 +71,5 @@ def test_run_and_report_say_it(tmp_path, monkeypatch):
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     done = CliRunner().invoke(main, ["run", "s.toml"])
     assert done.output.count("What shows it: substeps = 180 (they are 20)") == 1
-    assert "In these pictures recorded steps are" in hs.report(tmp_path / "s.nc")
+    # in the caption of the picture, beside the summary
+    assert "Note: recorded steps are" in hs.report(tmp_path / "s.nc")

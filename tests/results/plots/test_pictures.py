@@ -7,6 +7,7 @@ import re
 import matplotlib as mpl
 import numpy as np
 import pytest
+from overlapping import on_top_of_each_other
 from pictured import ball, friction_changes
 
 import historysim as hs
@@ -26,12 +27,22 @@ def history():
     return hs.replay(ENSEMBLE, events, substeps=12)
 
 
-# of what wears alone
+@pytest.fixture(scope="module")
+def planar():
+    events = [hs.NormalLoad(0.0, 4e-3)]
+    way = ((1, (30e-9, 0.0)), (2, (30e-9, 20e-9)), (3, (-10e-9, 20e-9)))
+    events += [hs.TangentialDisplacement(float(time), both) for time, both in way]
+    return hs.replay(ENSEMBLE, events, substeps=12)
+
+
+# wear and yielding are of what wears or yields alone
 OF_ANY = tuple(name for name, kind in PICTURES.items() if "history" in kind.of and name not in {"wear", "yielding"})
+OF_TWO_DIRECTIONS = {"hodograph"}
 
 
 @pytest.mark.parametrize("picture", OF_ANY)
-def test_every_picture_is_drawn_in_a_size_and_changes_nothing(history, picture):
+def test_every_picture_is_drawn_in_a_size_and_changes_nothing(history, planar, picture):
+    history = planar if picture in OF_TWO_DIRECTIONS else history
     settings, before = dict(mpl.rcParams), history.copy(deep=True)
     figure = hs.plot(history, picture=picture, size=(120, 100))
     assert figure.get_size_inches() * 25.4 == pytest.approx([120, 100])
@@ -144,7 +155,7 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
         (
             "plot",
             {"picture": "lop"},
-            "picture is 'lop'; expected one of contact-map, distribution, history, load-curve, loop, loops",
+            "picture is 'lop'; expected one of contact-map, distribution, history, hodograph, load-curve, loop, loops",
         ),
         ("plot", {"picture": "loop", "step": 3}, "step does not apply to the picture loop; it applies to contact-map"),
         ("plot", {"picture": "history", "asperity": 3}, "the picture history; it applies to slip-fronts, traction"),
@@ -198,8 +209,28 @@ def test_patches_say_what_they_do_not_have():
 
 def test_single_steps_can_be_drawn():
     history = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3)])
+    moved = hs.TangentialDisplacement(0.0, (1e-9, 0.0))
+    planar = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 4e-3), moved], substeps=1).isel(step=[0])
     for picture in OF_ANY:
-        hs.plot(history, picture=picture).draw_without_rendering()
+        one = planar if picture in OF_TWO_DIRECTIONS else history
+        hs.plot(one, picture=picture).draw_without_rendering()
+
+
+@pytest.mark.parametrize("picture", sorted(OF_TWO_DIRECTIONS))
+def test_a_picture_of_two_directions_is_of_nothing_else(history, picture):
+    with pytest.raises(InputError, match="the history has one tangential direction; expected loads or displacements"):
+        hs.plot(history, picture=picture)
+
+
+def test_a_path_in_the_plane_fits_its_size(planar):
+    both = hs.plot(planar, picture="hodograph")
+    assert [axes.get_xlabel() for axes in both.axes] == ["displacement $U_x$ (nm)", "tangential load $T_x$ (µN)"]
+    assert both.notices == ()
+    for size, panels in (((90, 120), 2), ((180, 120), 2), ((90, 70), 1)):
+        figure = hs.plot(planar, picture="hodograph", size=size)
+        assert on_top_of_each_other(figure) == []
+        assert len(figure.axes) == panels
+    assert figure.notices == ("at 90 × 70 mm there is no room for the tangential load",)
 
 
 def test_the_friction_limit_of_each_state_is_that_of_its_friction():
@@ -216,9 +247,10 @@ def test_the_friction_limit_of_each_state_is_that_of_its_friction():
 
 
 @pytest.mark.parametrize("picture", OF_ANY)
-def test_a_picture_is_drawn_into_a_figure_or_a_part_of_it_and_returns_it(history, picture):
+def test_a_picture_is_drawn_into_a_figure_or_a_part_of_it_and_returns_it(history, planar, picture):
     from matplotlib import pyplot as plt
 
+    history = planar if picture in OF_TWO_DIRECTIONS else history
     given = plt.figure(figsize=(7, 5))
     assert hs.plot(history, picture=picture, figure=given) is given
     assert given.axes
