@@ -18,7 +18,7 @@ from numpydoc.docscrape import NumpyDocString
 
 from historysim.asperities.instrument import Instrument
 from historysim.asperities.laws import LAWS
-from historysim.asperities.planar import Rings
+from historysim.asperities.rings import Rings
 from historysim.asperities.wear import WEAR_LAWS
 from historysim.asperities.yielding import YIELDING_LAWS
 from historysim.basics.fields import OneOf, Quantity, markdown

@@ -14,7 +14,7 @@ from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.planar import PlanarState as PlanarState
-from historysim.asperities.planar import Rings as Rings
+from historysim.asperities.rings import Rings as Rings
 from historysim.asperities.state import EnsembleState as EnsembleState
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair

@@ -159,7 +159,9 @@ def _no_map(path: Path) -> str:
         listings = describe(path)
         names = [each.column for each in listings]
         # a record has a few columns, with names or far longer than they are many
-        long = int(listings[0].values.replace(",", "")) > MOST_CHANNELS * len(names)
+        # a text and a large matrix have no number of values
+        count = listings[0].values.replace(",", "") if listings else ""
+        long = count.isdecimal() and int(count) > MOST_CHANNELS * len(names)
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
             seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
             return f"{path}: is a record with the columns {seen}, and no height map; expected historysim columns {path}"

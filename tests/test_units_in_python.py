@@ -70,6 +70,10 @@ def surface():
     return hs.Surface(np.random.default_rng(1).normal(size=(12, 12)) * 1e-9, 1e-6)
 
 
+def placed():
+    return hs.Summits([0.0, 1e-9], [1e-5, 1e-5], [0.0, 1e-6], [0.0, 1e-6], nominal_area=1e-9)
+
+
 def hills():
     return hs.random_surface(shape=(32, 32), pixel_size=1e-6, rms_height=1e-9, autocorrelation_length=4e-6, seed=1)
 
@@ -134,6 +138,10 @@ CALLS = {
         {"summit_height": [0.0, -2e-9], "summit_radius": 2e-5},
     ),
     "FrictionChange": (hs.FrictionChange, {"time": 1.0, "friction": 0.2}),
+    "InclinedEnsemble.from_normal_curves": (
+        hs.InclinedEnsemble.from_normal_curves,
+        {"pair": PAIR, **CURVE, "x": 1e-6, "y": 2e-6, "highest_summit": 1e-6},
+    ),
     "Instrument": (
         hs.Instrument,
         {"lateral_stiffness": 3e5, "displacement_resolution": 1e-9, "load_resolution": 1e-6},
@@ -161,6 +169,10 @@ CALLS = {
     "Summits": (
         hs.Summits,
         {"height": [0.0, 1e-9], "radius": [1e-5, 1e-5], "x": [0.0, 1e-6], "y": [0.0, 1e-6], "nominal_area": 1e-9},
+    ),
+    "Summits.meeting": (
+        lambda shift: placed().meeting(placed(), shift=shift),
+        {"shift": (1e-7, 2e-7)},
     ),
     "Surface": (hs.Surface, {"heights": [[0.0, 1e-9], [2e-9, 0.0]], "pixel_size": 1e-6}),
     "Surface.combined": (

@@ -16,15 +16,14 @@ from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, 
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.law import Law
 from historysim.asperities.planar import (
-    RINGS,
     PlanarState,
-    Rings,
     compliances,
     is_planar,
     planar_memory,
     walked,
     with_planar_friction,
 )
+from historysim.asperities.rings import RINGS, Rings
 from historysim.asperities.state import EnsembleState
 from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear

@@ -4,7 +4,6 @@ import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
-import numpy as np
 
 from historysim.basics.fields import Force, Length, Stiffnesses, at_least
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
@@ -97,8 +96,10 @@ class Instrument:
 
         In two directions it is (…, 2).
         """
+        # reading a scenario loads no arrays
+
         stiffness = self.lateral_stiffness
-        deflection: Any = tangential_load / (np.array(stiffness) if isinstance(stiffness, tuple) else stiffness)
+        deflection: Any = tangential_load / stiffness  # type: ignore[operator] # an array over a tuple
         driven: Values = tangential_displacement + deflection
         return driven
 

@@ -271,7 +271,7 @@ def compare(
 @options.force_option
 @options.set_option
 def creep(scenario: Path, output: Path | None, as_json: bool, force: bool, values: dict[str, Any]) -> None:
-    """Separate creep from memory in the holds of SCENARIO's measured record.
+    """Separate creep from memory in the holds of SCENARIO's record.
 
     Relaxation over log time, drift of the sensor, and the parts of the change in each hold.
     """

@@ -15,7 +15,7 @@ from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import Instrument
-from historysim.asperities.planar import Rings
+from historysim.asperities.rings import Rings
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array

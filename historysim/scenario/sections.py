@@ -8,7 +8,7 @@ import attrs
 from cattrs import Converter
 
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.planar import RINGS, Rings
+from historysim.asperities.rings import RINGS, Rings
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     Force,

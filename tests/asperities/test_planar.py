@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import historysim as hs
+from historysim.asperities.rings import MOST_RINGS
+from historysim.basics.library import lib
 from historysim.errors import FrictionLimitError, InputError
 from tests.support.planar_half_space import PlanarHalfSpace
 
@@ -396,3 +398,7 @@ def test_what_moves_in_one_direction_only():
     for wrong in ({"rings": 0}, {"height_classes": 1.5}, {"tolerance": 2}):
         with pytest.raises(InputError):
             hs.Rings(**wrong)
+
+
+def test_the_most_rings_are_those_of_the_library():
+    assert lib.HS_MOST_RINGS == MOST_RINGS

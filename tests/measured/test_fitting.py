@@ -87,8 +87,8 @@ def test_intervals_of_the_halves_of_a_record_overlap():
     assert whole.loops_compared == 16
     first, *rest = whole.summary()
     assert first[0] == "the model does not fit"
-    assert first[1].startswith("the model leaves 1.")
-    assert "% from branch to branch" in first[1]
+    assert first[1].startswith("rms residual 1.")
+    assert "% offsets of branches" in first[1]
     assert "were samples independent" in dict(rest)["friction"]
 
 

@@ -51,7 +51,7 @@ def test_its_picture_has_means_with_their_deviation(found):
     np.testing.assert_allclose(middle, factor * spread.preliminary_displacement_mean, rtol=1e-12)
     deviation = factor * spread.preliminary_displacement_standard_deviation.values[:2]
     np.testing.assert_allclose(ends, np.array([middle[:2] - deviation, middle[:2] + deviation]).T, rtol=1e-9)
-    assert "mean ± standard deviation" in [text.get_text() for text in figure.texts]
+    assert "mean ± standard deviation" in axes.get_title(loc="left")
 
 
 def test_the_first_of_the_outputs_is_its_picture():
