@@ -9,7 +9,7 @@ import numpy as np
 from historysim.basics.arguments import Array, ArrayLike, Floats, FrozenArrays, Integers, one_per, scalar, workable
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
-from historysim.basics.units import range_text
+from historysim.basics.units import metres, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 
@@ -90,7 +90,8 @@ class Summits(FrozenArrays):
         """
         if self.x is None or self.y is None or other.x is None or other.y is None:
             raise InputError("summits without positions cannot meet others; expected x and y of both")
-        x, y = other.x + shift[0], other.y + shift[1]
+        along, across = (scalar("shift", metres(each)) for each in shift)
+        x, y = other.x + along, other.y + across
         chosen, most = np.zeros(len(self), dtype=np.int64), np.full(len(other), -np.inf)
         choosing = np.full(len(other), -1)
         for one in range(len(self) if len(other) else 0):
@@ -107,8 +108,8 @@ class Summits(FrozenArrays):
             raise InputError("no summit meets one of the other body; expected maps that lie on each other")
         first = choosing[second]
         reach = self.radius[first] + other.radius[second]
-        along, share = x[second] - self.x[first], self.radius[first] / reach
-        across = y[second] - self.y[first]
+        along, across = x[second] - self.x[first], y[second] - self.y[first]
+        share = self.radius[first] / reach
         return type(self)(
             most[second],
             share * other.radius[second],

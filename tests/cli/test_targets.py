@@ -59,7 +59,7 @@ COMMANDS = {
     "fit": (["fit", "s.toml", "-o", "TARGET"], ".toml"),
     "fit --picture": (["fit", "s.toml", "-o", "new.toml", "--picture", "TARGET"], ".pdf"),
     "sliding": (["sliding", "s.toml", "-o", "TARGET"], ".csv"),
-    "creep": (["creep", "s.toml", "-o", "TARGET"], ".png"),
+    "creep": (["creep", "h.toml", "-o", "TARGET"], ".png"),
     "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
     "plot moving": (["plot", "r.nc", "-o", "TARGET"], ".gif"),
     "report": (["report", "r.nc", "-o", "TARGET"], ".html"),
@@ -85,6 +85,12 @@ def made(tmp_path_factory):
     rows = [f"{t},10,{xi},{force}" for t, (xi, force) in enumerate(zip(x, load, strict=True))]
     (folder / "m.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
     (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
+    # strokes with holds at their ends
+    strokes = [np.append(np.linspace(-end, end, 10), np.full(40, end)) for end in np.tile([60.0, -60.0], 4)]
+    x = np.concatenate([[0.0], *strokes])
+    rows = [f"{t},10,{xi},{np.clip(xi * 0.05, -3, 3)}" for t, xi in enumerate(x)]
+    (folder / "h.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
+    (folder / "h.toml").write_text(SCENARIO.split("[sweep.over]", maxsplit=1)[0].replace("m.csv", "h.csv"), encoding="utf-8")
     hs.run(folder / "s.toml", folder / "r.nc").close()
     return folder
 
