@@ -90,7 +90,8 @@ def made(tmp_path_factory):
     x = np.concatenate([[0.0], *strokes])
     rows = [f"{t},10,{xi},{np.clip(xi * 0.05, -3, 3)}" for t, xi in enumerate(x)]
     (folder / "h.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
-    (folder / "h.toml").write_text(SCENARIO.split("[sweep.over]", maxsplit=1)[0].replace("m.csv", "h.csv"), encoding="utf-8")
+    held = SCENARIO.partition("[sweep.over]")[0].replace("m.csv", "h.csv")
+    (folder / "h.toml").write_text(held, encoding="utf-8")
     hs.run(folder / "s.toml", folder / "r.nc").close()
     return folder
 
