@@ -8,6 +8,8 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError, LoadError
+from historysim.results.asking import check_direction
+from historysim.results.result_files import open_recorded
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = np.random.default_rng(7).normal(0, 20e-9, 12)
@@ -306,3 +308,9 @@ def test_a_sweep_takes_the_size_of_vectors(scenario):
     history = hs.run(scenario)
     expected = np.linalg.norm(history.total_tangential_load, axis=-1).max()
     assert found.peak_tangential_load.values[1] == expected
+
+
+def test_a_file_that_is_open_is_refused_as_its_dataset_is(tmp_path):
+    hs.Replay(ENSEMBLE, MOVED).write(tmp_path / "a.nc")
+    with open_recorded(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
+        check_direction(file, "a question")

@@ -84,7 +84,7 @@ def check_direction(history: Any, what: str) -> None:
     """Check that a history or a measurement moves in one tangential direction; else it is an InputError."""
     there = DIRECTION in getattr(history, "sizes", ())
     # friction loops that were found have directions, too: forward and backward, along one line
-    along = there and DIRECTION in history.coords and "forward" in history[DIRECTION].values
+    along = there and DIRECTION in getattr(history, "coords", ()) and "forward" in history[DIRECTION].values
     if (there and not along) or getattr(history, "planar", False):
         raise InputError(
             f"{what} goes with one tangential direction, and the history has two; expected a history in which loads "
