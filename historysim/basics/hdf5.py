@@ -129,7 +129,9 @@ def _visit_by_h5py(path: Path, read: Callable[[Any], None]) -> None:
 
     size = path.stat().st_size
 
-    def visit(name: str, item: Any) -> None:
+    def visit(name: str | bytes, item: Any) -> None:
+        if isinstance(name, bytes):
+            raise InputError(f"has an object with the name {name!r}; expected names in UTF-8: it is damaged")
         _check_depth(name)
         if isinstance(item, h5py.Dataset):
             if item.is_virtual or item.external:

@@ -28,6 +28,7 @@ def made(folder, fill):
         (hostile._nested, False, "HISTORYSIM_MOST_HDF5_DEPTH"),
         (hostile._circle, False, "a process that reads it ends by a signal, or not within"),
         (hostile._claims, False, "'F' claims 8,000,000,000,000 bytes in a file of"),
+        (lambda file, _: file.create_group(b"\xff"), True, "expected names in UTF-8: it is damaged"),
     ],
 )
 def test_a_file_that_cannot_be_read_as_it_is_is_refused(tmp_path, monkeypatch, fill, by_h5py, message):
