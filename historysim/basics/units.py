@@ -274,7 +274,9 @@ def conversion_factor(unit_text: str, unit: str) -> float:
         raise InputError(f"{shown} divides by 0; expected a unit such as {sample}") from None
     si, wanted = _product(unit)
     if of != wanted:
-        raise InputError(f"{shown} is not a unit of {kind}; expected a unit such as {sample}")
+        signal = any(of == _product(each)[1] for each in ("V", "A"))
+        meant = f"; for the signal of a sensor write what 1 {unit_text} stands for, as '2.5 {sample}'" if signal else ""
+        raise InputError(f"{shown} is not a unit of {kind}; expected a unit such as {sample}{meant}")
     try:
         factor = float(given / si)
     except OverflowError:

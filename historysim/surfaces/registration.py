@@ -272,7 +272,8 @@ def _scale(jacobian: Floats) -> Floats:
 def _tukey(residual: Floats) -> Floats:
     away = np.abs(residual - np.median(residual))
     scale = TUKEY * max(NORMAL * float(np.median(away)), np.finfo(float).tiny)
-    return np.maximum(1 - (away / scale) ** 2, 0.0) ** 2
+    # maps without noise have a scale next to 0
+    return (1 - (np.minimum(away, scale) / scale) ** 2) ** 2
 
 
 def _compared(first: Surface, fit: _Fit) -> Registration:

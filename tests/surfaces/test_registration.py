@@ -107,6 +107,13 @@ def test_without_wear_nothing_is_significant():
     assert found.worn.mean() < 0.01
 
 
+def test_maps_without_noise_or_wear_are_the_same_place():
+    # no difference at all: a scale of 0 divides nothing
+    one = pair(8, (0.0, 0.0), 0.0, noise=0.0, level=10.0)[0]
+    found = hs.registered(one, one)
+    assert np.hypot(*found.shift) < 1e-9 * PIXEL
+
+
 def test_missing_points_and_another_pixel_size_are_allowed():
     before, after, lost = pair(7, (3.0, -2.0), 0.0)
     hole = np.zeros(before.shape, dtype=bool)
