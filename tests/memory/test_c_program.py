@@ -127,9 +127,10 @@ def test_the_cube_root_is_that_of_libm_to_the_last_bit_or_so(inside, x):
 
 
 @pytest.mark.ci
-def test_sanitizers_find_nothing_in_random_histories(tmp_path):
-    program = compiled(CC, SUPPORT / "random_histories.c", tmp_path, *SANITIZED)
-    assert len(walked(program, 0, 25, 200)) == 25
+@pytest.mark.parametrize(("histories", "steps"), [("random_histories.c", 200), ("planar_histories.c", 40)])
+def test_sanitizers_find_nothing_in_random_histories(tmp_path, histories, steps):
+    program = compiled(CC, SUPPORT / histories, tmp_path, *SANITIZED)
+    assert len(walked(program, 0, 25, steps)) == 25
 
 
 def histories_of(name, folder, histories):
