@@ -680,7 +680,7 @@ static const char *read_class(hs_planar *planar, const unsigned char **at, int64
         hs_node node = {given.label, hs_load_at(part->curve, given.label).load, given.deflection};
         part->nodes[k] = node;
         part->count = (int32_t)k + 1;
-        /* coarse rings that slip are up to .6 % beyond it; what is forged is beyond it by anything */
+        /* rings that slip may be beyond it, the coarsest by 1.3 % in 83,000 random events */
         double limit = 1.05 * friction * sqrt(approach - given.label);
         if (k == 0 ? hs_length(given.deflection) > 0.0 : hs_length(hs_ring_traction(part->nodes, (int32_t)k)) > limit)
             return "a traction is beyond the friction limit";

@@ -104,7 +104,7 @@ static void look(history *h) {
     }
     check(hypot(load[0], load[1]) <= most * (1.0 + 1e-6) + 1e-12, "a load beyond the limit");
     check(hypot(sum[0] - load[0], sum[1] - load[1]) <= 1e-2 * most + 1e-12, "loads of asperities are not the load");
-    /* of the little that is lost at first, four rings share out a fifth too little */
+    /* shares of the coarsest rings were 12 % off, where little is lost yet */
     check(fabs(lost - h->lost) <= 0.2 * h->lost + 1e-3 * most, "energies of asperities are not the energy");
 }
 

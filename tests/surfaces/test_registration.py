@@ -107,11 +107,12 @@ def test_without_wear_nothing_is_significant():
     assert found.worn.mean() < 0.01
 
 
-def test_maps_without_noise_or_wear_are_the_same_place():
-    # no difference at all: a scale of 0 divides nothing
+def test_maps_without_noise_differ_where_they_are_worn_alone():
+    # most differences are 0, and so is their scale
     one = pair(8, (0.0, 0.0), 0.0, noise=0.0, level=10.0)[0]
-    found = hs.registered(one, one)
-    assert np.hypot(*found.shift) < 1e-9 * PIXEL
+    found = hs.registered(one, hs.Surface(np.minimum(one.heights, HEIGHT), PIXEL))
+    lost = np.maximum(one.heights - HEIGHT, 0.0).sum() * PIXEL**2
+    assert found.worn_volume == pytest.approx(lost, rel=1e-3)
 
 
 def test_missing_points_and_another_pixel_size_are_allowed():
