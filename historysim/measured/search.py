@@ -208,9 +208,14 @@ class Search:
         return np.append(np.clip(found.x, self.start - FARTHEST, self.start + FARTHEST), nodes)
 
     def deepest(self, ends: list[SearchResult]) -> SearchResult:
-        """Return the first of the deepest ends: what has no effect stays where it was."""
+        """Return the first of the deepest ends: what has no effect stays where it was.
+
+        An end at the limit of the search is none where another is as deep but for chance.
+        """
         sums = np.array([self.minimised(end.unknowns, ends[0].scale) for end in ends])
-        deepest = ends[int(np.argmax(sums - sums.min() <= _AS_DEEP * abs(sums.min())))]
+        within = np.array([not end.at_limit(self.start).any() for end in ends]) & (sums - sums.min() < _LIKELY)
+        least = sums[within].min() if within.any() else sums.min()
+        deepest = ends[int(np.argmax((within | ~within.any()) & (sums - least <= _AS_DEEP * abs(least))))]
         likely = [end for end, more in zip(ends, sums - sums.min(), strict=True) if more < _LIKELY]
         away = np.abs([(end.unknowns - deepest.unknowns)[: len(self.names)] for end in likely])
         return attrs.evolve(deepest, spread=away.max(axis=0))
