@@ -46,7 +46,7 @@ import historysim as hs
 
 An error is the largest difference over the quantity in the column "of". Its bound is known
 beforehand, for the reason beside it. "Rounding" is that of numbers of 16 digits along the way.
-Brute forces and other helpers are in [tests/support](../support).
+Brute forces and other helpers are in `tests/support`.
 
 """
 NUMBERS = slice(1, 4)
@@ -91,7 +91,7 @@ class Case:
 
     def row(self, name, expected, found, bound, why="rounding", *, of="itself", scale=None):
         """Compare numbers, or arrays at their place of the largest difference, over a scale [in their unit]."""
-        expected, found = (np.asarray(each, dtype=float).ravel() for each in (expected, found))
+        expected, found = (each.ravel() for each in np.broadcast_arrays(*map(np.asarray, (expected, found))))
         scale = np.abs(expected).max() if scale is None else scale
         off = np.abs(found - expected) / scale
         worst = int(np.argmax(off)) if off.max() > bound / 10 else int(np.argmax(np.abs(expected)))
@@ -164,6 +164,12 @@ def pytest_configure(config):
 WRITTEN = pytest.StashKey()
 
 
+@pytest.fixture(autouse=True)
+def nothing_is_kept(monkeypatch, tmp_path):
+    monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
 def page(request):
     """The case that a test makes; at its end it is written, or compared with what stands on the page."""
@@ -217,7 +223,9 @@ def pytest_sessionfinish(session, exitstatus):
 
 
 def skipped(session):
-    return {inspect.cleandoc(item.function.__doc__).split("\n")[0] for item in session.items if item.stash.get(FAILED, True)}
+    return {
+        inspect.cleandoc(item.function.__doc__).split("\n")[0] for item in session.items if item.stash.get(FAILED, True)
+    }
 
 
 def contents(written):
@@ -233,7 +241,9 @@ def contents(written):
 
 
 def body(written):
-    return "".join(f"\n## {group}\n\n" + "\n\n".join(cases.values()) + "\n" for group, cases in ordered(written).items())
+    return "".join(
+        f"\n## {group}\n\n" + "\n\n".join(cases.values()) + "\n" for group, cases in ordered(written).items()
+    )
 
 
 def ordered(written):
