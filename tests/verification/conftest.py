@@ -111,7 +111,11 @@ class Case:
         head = ["quantity", "expected", "found", "error", "of", "bound"]
         table = [head, ["---"] * len(head), *(row.cells() for row, _ in self.rows)]
         lines = ["| " + " | ".join(cells) + " |" for cells in table]
-        words = [textwrap.fill(each, 100, break_long_words=False) for each in self.text.split("\n\n")]
+        # a line that began with % would be a comment of the site
+        words = [
+            textwrap.fill(each.replace(" %", "\u00a0%"), 100, break_long_words=False).replace("\u00a0", " ")
+            for each in self.text.split("\n\n")
+        ]
         picture = f"![{self.title}](pictures/{self.name}.png)"
         return "\n\n".join([
             f"### {self.title}", *words[:-1], f"```python\n{self.code}\n```", "\n".join(lines), picture, words[-1]
