@@ -9,11 +9,14 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "model.h"
 
 #define STATES 8
 #define REFERENCES 22
-#ifndef INPUTS
-#define INPUTS 2 /* 3 in two tangential directions */
+#ifdef DIRECTIONS
+#define INPUTS 3
+#else
+#define INPUTS 2
 #endif
 
 static uint64_t seed = 88172645463325252u;
