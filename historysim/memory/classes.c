@@ -11,8 +11,8 @@
 #define WIDEST_CELL 1.01
 #define JOINED_CELL 1.1
 /* rings from the edge at which it is looked whether they slip at once, where cells are refined; cells there are no finer than
- * this share of the way over μ, and no finer than this of the depth of the class, and grow by a share of their depth; and
- * how many are cut at a time */
+ * this share of the way over μ, if that is no finer than this of the depth of the class, and grow by a share of their depth;
+ * and how many are cut at a time */
 #define LOOKED_AT 6
 #define FINEST 0.125
 #define FINEST_OF_DEPTH 1e-9
@@ -199,13 +199,14 @@ static void join_cells(hs_class *part, double cell, double change) {
     part->count = kept;
 }
 
-/* Nodes where cells are wide, fewer where they are narrow and v is straight but for so small a share of the load. */
-static int regrid(hs_class *part, int64_t rings, double missed) {
+/* Nodes where cells are wide, fewer where they are narrow and v is straight but for so small a share of the friction limit,
+ * or, where there are too many, for at most `NOT_MISSED` of it: more would be no less on half a step, and never settle. */
+static int regrid(hs_class *part, int64_t rings, double friction, double missed) {
     if (part->count < 2) return HS_OK;
     double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
     if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
-    for (int attempt = 0; attempt < MOST_CUTS; ++attempt, missed *= 4.0) {
-        join_cells(part, cell, missed * part->nodes[0].normal);
+    for (; missed <= NOT_MISSED; missed *= 4.0) {
+        join_cells(part, cell, missed * friction * part->nodes[0].normal);
         if (part->count <= 2 * rings + 2) break;
     }
     return HS_OK;
@@ -219,8 +220,10 @@ static int refine(hs_class *part, double friction, hs_vector way) {
     double least = FINEST * hs_length(way) / friction, fresh[MOST_CUT];
     if (part->count < 2 || least == 0.0) return HS_OK;
     double edge = nodes[0].label, first = edge - nodes[1].label;
+    /* a way this short is rounding, and cells as fine as it have no weight */
+    if (least < FINEST_OF_DEPTH * (edge - deepest_of(part))) return HS_OK;
     /* labels have to differ */
-    least = hs_most(least, hs_most(FINEST_OF_DEPTH * (edge - deepest_of(part)), 8.0 * HS_TIE * fabs(edge)));
+    least = hs_most(least, 8.0 * HS_TIE * fabs(edge));
     for (int32_t i = 1; i <= last; ++i) {
         double depth = edge - nodes[i].label, share = (sqrt(depth) - sqrt(hs_most(depth - first, 0.0))) / first;
         if (hs_length(hs_plus(hs_ring_traction(nodes, i), share, way)) > friction * sqrt(depth)) beyond = i;
@@ -523,7 +526,7 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
         hs_class *part = body->parts + c;
         double friction = body->friction[part->group];
         if (to->approach <= deepest_of(part)) continue;
-        if (regrid(part, body->rings, missed * friction) != HS_OK || refine(part, friction, way) != HS_OK ||
+        if (regrid(part, body->rings, friction, missed) != HS_OK || refine(part, friction, way) != HS_OK ||
             prepare(part, body->approach, to->approach, body->rings) != HS_OK)
             return HS_OUT_OF_MEMORY;
         begin_loss(part, body->approach, to->approach);
