@@ -164,3 +164,8 @@ def test_a_type_checker_finds_what_is_misspelt(tmp_path, wrong, said):
     )
     assert done.returncode == bool(wrong), done.stdout + done.stderr
     assert said in done.stdout
+
+
+def test_what_is_cited_is_this_version():
+    citation = (Path(__file__).parents[1] / "CITATION.cff").read_text(encoding="utf-8")
+    assert f"\nversion: {hs.__version__}\n" in citation

@@ -11,8 +11,8 @@
 #define WIDEST_CELL 1.01
 #define JOINED_CELL 1.1
 /* rings from the edge at which it is looked whether they slip at once, where cells are refined; cells there are no finer than
- * this share of the way over μ, and no finer than this of the depth of the class, and grow by a share of their depth; and
- * how many are cut at a time */
+ * this share of the way over μ, if that is no finer than this of the depth of the class, and grow by a share of their depth;
+ * and how many are cut at a time */
 #define LOOKED_AT 6
 #define FINEST 0.125
 #define FINEST_OF_DEPTH 1e-9
@@ -199,15 +199,15 @@ static void join_cells(hs_class *part, double cell, double change) {
     part->count = kept;
 }
 
-int hs_regrid(hs_class *part, int64_t rings, double change) {
+/* Nodes where cells are wide, fewer where they are narrow and v is straight but for so small a share of the friction limit,
+ * or, where there are too many, for at most `NOT_MISSED` of it: more would be no less on half a step, and never settle. */
+static int regrid(hs_class *part, int64_t rings, double friction, double missed) {
     if (part->count < 2) return HS_OK;
     double cell = (part->nodes[0].label - deepest_of(part)) / (double)rings;
     if (cut_cells(part, WIDEST_CELL * cell) != HS_OK) return HS_OUT_OF_MEMORY;
-    double least = HS_LIMIT_SLACK * part->nodes[0].normal;
-    for (int attempt = 0; attempt < MOST_CUTS; ++attempt) {
-        join_cells(part, cell, change);
+    for (; missed <= NOT_MISSED; missed *= 4.0) {
+        join_cells(part, cell, missed * friction * part->nodes[0].normal);
         if (part->count <= 2 * rings + 2) break;
-        change = hs_most(4.0 * change, least);
     }
     return HS_OK;
 }
@@ -220,8 +220,10 @@ static int refine(hs_class *part, double friction, hs_vector way) {
     double least = FINEST * hs_length(way) / friction, fresh[MOST_CUT];
     if (part->count < 2 || least == 0.0) return HS_OK;
     double edge = nodes[0].label, first = edge - nodes[1].label;
+    /* a way this short is rounding, and cells as fine as it have no weight */
+    if (least < FINEST_OF_DEPTH * (edge - deepest_of(part))) return HS_OK;
     /* labels have to differ */
-    least = hs_most(least, hs_most(FINEST_OF_DEPTH * (edge - deepest_of(part)), 8.0 * HS_TIE * fabs(edge)));
+    least = hs_most(least, 8.0 * HS_TIE * fabs(edge));
     for (int32_t i = 1; i <= last; ++i) {
         double depth = edge - nodes[i].label, share = (sqrt(depth) - sqrt(hs_most(depth - first, 0.0))) / first;
         if (hs_length(hs_plus(hs_ring_traction(nodes, i), share, way)) > friction * sqrt(depth)) beyond = i;
@@ -421,22 +423,25 @@ static void spread_loss(hs_body *body, const hs_class *part, double scale) {
 static void spread_losses(hs_body *body, const hs_body *from, const hs_body *to, double scale) {
     for (int64_t c = 0; c < body->classes; ++c) {
         const hs_class *before = from->parts + c, *part = to->parts + c;
-        if (part->count)
-            spread_loss(body, part, scale);
-        else if (before->count && !before->curve.load)
-            hs_class_stored(before, body->each + part->start);
+        if (part->count) spread_loss(body, part, scale);
+        if (part->count || !before->count) continue;
+        memset(body->scratch, 0, (size_t)before->curve.count * sizeof *body->scratch);
+        hs_class_stored(before, body->scratch);
+        for (int64_t i = 0; i < before->curve.count; ++i) body->each[part->start + i] += scale * body->scratch[i];
     }
 }
 
-/* Begin to note what a class loses on a step, and where. */
+/* Begin to note what a class loses on a step, and where: at the nodes, and at the edge, which may not be one of them yet. */
 static void begin_loss(hs_class *part, double from, double to) {
+    const hs_held edge = {hs_most(from, to), 0.0};
+    int32_t fresh = part->nodes[0].label < edge.label;
     part->lost = 0.0;
-    part->slid = part->count;
-    for (int32_t k = 0; k < part->count; ++k) {
-        part->held[k].label = part->nodes[k].label;
-        part->held[k].product = 0.0;
+    part->slid = part->count + fresh;
+    part->held[0] = edge;
+    for (int32_t k = 1; k < part->slid; ++k) {
+        hs_held node = {part->nodes[k - fresh].label, 0.0};
+        part->held[k] = node;
     }
-    part->held[0].label = hs_most(from, to);
 }
 
 /* Add what a class has lost in a stage. */
@@ -503,21 +508,25 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
     return found;
 }
 
-/* Have classes nodes where a step needs them, and place to work in. */
+/* Have classes nodes where a step needs them, and place to work in. Nodes are left out here, and not where a step ends: where it
+ * ends, tractions are those of its solution. */
 static int make_ready(hs_body *body, const hs_planar_target *to) {
     const hs_planar_aim *aim = &to->aim;
     hs_vector way = left_of(aim, body->displacement, body->tangential_load);
+    double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope, limit = hs_body_limit(body, body->approach);
     if (!is_rigid(aim)) {
         /* as if all stuck */
-        double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope;
         double x = aim->rigid + aim->compliance.x * sticks, y = aim->rigid + aim->compliance.y * sticks;
         way.x = x > 0.0 ? way.x / x : 0.0;
         way.y = y > 0.0 ? way.y / y : 0.0;
     }
+    double missed = limit > 0.0 ? hs_least(NOT_MISSED_OF_STEP * sticks * hs_length(way) / limit, NOT_MISSED) : 0.0;
+    missed = hs_most(missed, NEVER_MISSED);
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
+        double friction = body->friction[part->group];
         if (to->approach <= deepest_of(part)) continue;
-        if (refine(part, body->friction[part->group], way) != HS_OK ||
+        if (regrid(part, body->rings, friction, missed) != HS_OK || refine(part, friction, way) != HS_OK ||
             prepare(part, body->approach, to->approach, body->rings) != HS_OK)
             return HS_OUT_OF_MEMORY;
         begin_loss(part, body->approach, to->approach);
@@ -564,8 +573,6 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
                 problem->slipped[before + k] = hs_plus(problem->trial[k], -1.0, problem->found[k]);
         }
     }
-    double change = hs_length(hs_plus(force, -1.0, body->tangential_load)), limit = hs_body_limit(body, to->approach);
-    double missed = limit > 0.0 ? hs_most(hs_least(NOT_MISSED_OF_STEP * change / limit, NOT_MISSED), NEVER_MISSED) : 0.0;
     body->uneven = body->slid_load = 0.0;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
@@ -578,8 +585,6 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
             hs_node node = {problem->label[k], problem->normal[k], problem->found[k]};
             part->nodes[k] = node;
         }
-        if (hs_regrid(part, body->rings, missed * body->friction[part->group] * part->nodes[0].normal) != HS_OK)
-            return HS_OUT_OF_MEMORY;
     }
     body->approach = to->approach;
     body->normal_load = to->normal_load;

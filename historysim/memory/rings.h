@@ -122,8 +122,6 @@ hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
 hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);
-/* Nodes where cells are wide, fewer where they are narrow and v is straight but for so small a change of the load. */
-int hs_regrid(hs_class *part, int64_t rings, double change);
 /* Energy that the springs of a class hold, added per asperity of it unless `each` is NULL. */
 double hs_class_stored(const hs_class *part, double *each);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */

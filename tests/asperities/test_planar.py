@@ -188,6 +188,21 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     assert not plane.turned
 
 
+@pytest.mark.parametrize("share", [1e-20, 1e-14, 1e-10, 1e-7, 1e-4])
+@pytest.mark.parametrize("rings", [10, 30])
+def test_a_way_as_short_as_rounding_changes_as_little(rings, share):
+    ensemble = sphere(rings=rings, height_classes=2)
+    state = walked(ensemble, way("square", 0.7, 6))[20]
+    for friction in (1.0, 1.3):
+        state = ensemble.with_friction(state, friction)
+        place = state.tangential_displacement
+        after = ensemble.advance(state, tangential_displacement=tuple(place + share * np.array([0.6, -0.8])))
+        # no stiffer than all stuck, 8 G* a
+        most = 2 * PAIR.contact_modulus * share + 1e-12 * LOAD
+        assert np.hypot(*(after.tangential_load - state.tangential_load)) <= most
+        assert 0 <= after.dissipated_energy - state.dissipated_energy <= LOAD * share + 1e-12 * LOAD
+
+
 def at_default_and_fine(ensemble, moves):
     """States along moves, at the default resolution and at three times the rings and a thirtieth of the tolerance."""
     for rings in (hs.Rings(), hs.Rings(rings=100, tolerance=3e-5)):
