@@ -277,7 +277,8 @@ COMMANDS = {
     "loops {nc}": "goes with one tangential direction",
     "table {nc} cycle-drift -o {out}.csv": "cycle_drift goes with one tangential direction",
     "plot {nc} --picture loop -o {out}.png": "the picture loop goes with one tangential direction",
-    "fmu {toml} -o {out}.fmu": "one tangential direction",
+    "plot {nc} --picture slip-annulus --with steps=2,-1 -o {out}.png": 0,
+    "fmu {toml} --directions 1 -o {out}.fmu": "the events move in two tangential directions",
     "reduce {toml} -o {out}.json": "one tangential direction",
 }
 
@@ -295,6 +296,37 @@ def test_every_command_answers_or_says_that_it_goes_with_one_direction(tmp_path,
             assert found.exit_code != 0
             assert expected in " ".join(found.output.split()), (command, found.output)
             assert "Traceback" not in found.output
+
+
+def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_it_slips():
+    way = ((3e-8, 0.0), (3e-8, 2e-8), (-1e-8, 2e-8), (-1e-8, -2e-8), (-1.1e-8, -1.9e-8))
+    events = [hs.NormalLoad(0.0, 4e-3), *(hs.TangentialDisplacement(t + 1.0, to) for t, to in enumerate(way))]
+    ensemble = hs.Ensemble(PAIR, [0.0, -20e-9, -35e-9], [10e-6, 30e-6, 15e-6], 0.2)
+    history = hs.replay(ensemble, events, substeps=3)
+    ends = 0
+    for step in range(history.sizes["step"]):
+        for label in history.asperity.values:
+            one, row = history.contact.asperity(int(label), step), history.isel(step=step).sel(asperity=label)
+            limit = one.friction * one.normal_load
+            # a state is reached in other steps than a row, each of them settled to 1e-3
+            np.testing.assert_allclose(one.tangential_load, row.tangential_load, 0.0, 1e-3 * limit)
+            # of a Hertz pressure over a circle the integral is the load
+            radius = one.contact_radius * np.sqrt((np.arange(20000) + 0.5) / 20000)
+            load = one.traction(radius).mean(axis=0) * np.pi * one.contact_radius**2
+            # the sum over the area is off by the square roots at the rings
+            np.testing.assert_allclose(load, one.tangential_load, 0.0, 1e-4 * limit)
+            share = np.hypot(*one.traction(radius).T) / (one.friction * one.pressure(radius))
+            assert share.max() < 1 + 1e-3
+            rings = one.superposition[0]
+            slips = rings[(rings > one.stick_radius) & (rings < one.contact_radius)]
+            at = np.hypot(*one.traction(slips).T) / (one.friction * one.pressure(slips))
+            np.testing.assert_allclose(at, 1.0, atol=1e-3)
+            ends += slips.size
+    assert ends > 100
+    with pytest.raises(InputError, match="one tangential direction"):
+        assert one.reversal_points
+    with pytest.raises(InputError, match="the stepper moves in one tangential direction"):
+        ensemble.stepper().step(normal_load=1e-3, tangential_displacement=(1e-9, 0.0))
 
 
 def test_a_hodograph_needs_two_directions():

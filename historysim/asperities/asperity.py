@@ -9,12 +9,14 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.planar import nodes_of
 from historysim.basics.arguments import Array, Floats, checked
 from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
+from historysim.errors import InputError
 from historysim.memory.binding import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, TIE, Memory, check, view
 from historysim.memory.rows import blank_rows
 
@@ -217,6 +219,81 @@ class Asperity:
         return radius
 
 
+@attrs.frozen(eq=False, repr=False, slots=False)
+class PlanarAsperity(Asperity):
+    """One asperity in a state of two tangential directions.
+
+    The tangential load is a vector (direction) [N], in x and y, and so is the traction at each radius. Rings from the
+    stick radius to the edge slip in the direction of their traction, which is μ p there.
+
+    Attributes
+    ----------
+    planar : hs_planar
+        Of the whole ensemble.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
+    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 0.0))
+    >>> asperity = ensemble.asperity(0, ensemble.advance(state, tangential_displacement=(5e-9, 5e-9)))
+    >>> edge, middle = asperity.traction([0.9 * asperity.contact_radius, 0.0])
+    >>> print(f"{edge[1] / edge[0]:.1f} at the edge, {middle[1] / middle[0]:.1f} in the middle")
+    1.8 at the edge, 1.0 in the middle
+    """
+
+    planar: Any
+
+    @cached_property
+    def recorded(self) -> dict[str, Any]:
+        """What a recorder writes of this asperity, by name, in SI."""
+        rows = blank_rows(1, 1, planar=True)
+        check(lib.hs_planar_read(self.planar, rows.as_struct(np.array([self.index])), 0))
+        return {name: values[0, 0] for name, values in rows.each.items()}
+
+    @property
+    def tangential_load(self) -> Floats:  # type: ignore[override] # a vector
+        """Tangential load (direction) [N]."""
+        return np.array(self.recorded["tangential_load"])
+
+    @property
+    def tangential_stiffness(self) -> float:
+        """dT/dU of what sticks [N/m], 8 G* c, which is that of all directions."""
+        return self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius
+
+    @cached_property
+    def superposition(self) -> tuple[Floats, Floats]:
+        """Radii [m] and vectors (radius, direction) of Hertz pressures whose sum is the traction, the edge first."""
+        nodes = nodes_of(self.planar, self.index)
+        slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
+        depth = np.maximum(nodes[: len(slopes), 0] - self._gap, 0.0)
+        radii: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius
+        return radii, np.diff(slopes, prepend=0.0, axis=0)
+
+    def traction(self, radius: npt.ArrayLike) -> Floats:
+        """Return the tangential traction at distances from the centre [m], (…, direction) [Pa]; as for `Asperity`."""
+        distance = np.abs(checked("radius", radius))
+        total = np.zeros((*distance.shape, 2))
+        for ring, weight in zip(*self.superposition, strict=True):
+            total += self._pressure(distance, ring)[..., None] * weight
+        return total
+
+    @property
+    def stored_energy(self) -> float:
+        """Of one asperity it is not worked out in two directions: InputError; `PlanarState.stored_energy` is of all."""
+        raise InputError("stored_energy of one asperity goes with one direction; expected that of the whole state")
+
+    @property
+    def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
+        """There are none of vectors: InputError."""
+        raise InputError("reversal_points go with one tangential direction; expected `superposition` in two")
+
+    def __repr__(self) -> str:
+        parts = (f"{name} {value}" for name, value in summary(self)[2:5])
+        return f"<PlanarAsperity {self.index}: {', '.join([_state_text(self), *parts])}>"
+
+
 def _state_text(asperity: Asperity) -> str:
     return asperity.slip_state.name.lower().replace("_", " ")
 
@@ -232,6 +309,8 @@ def summary(asperity: Asperity) -> list[tuple[str, str]]:
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
     """Return the reversal points that are remembered, from the edge inward, as strings under a heading."""
     rows = [("reversal point", "radius", "turned at displacement")]
+    if isinstance(asperity, PlanarAsperity):
+        return rows
     for number, point in enumerate(asperity.reversal_points):
         rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
     return rows

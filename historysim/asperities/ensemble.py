@@ -690,20 +690,24 @@ class Ensemble:
         del state
         raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
 
-    def asperity(self, index: int, state: EnsembleState) -> "Asperity":
-        """Return one asperity, holding its memory in a state; an index that is not there raises InputError."""
-        from historysim.asperities.asperity import Asperity
+    def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
+        """Return one asperity, holding its memory in a state; an index that is not there raises InputError.
+
+        In two tangential directions it is a `PlanarAsperity`, of whose tangential quantities the last axis is x and y.
+        """
+        from historysim.asperities.asperity import Asperity, PlanarAsperity
 
         if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
             raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
-        memory, evolved = self._memory_of(state), state.evolved or self
-        return Asperity(
-            index=index,
-            pair=self.pair,
-            summit_height=float(evolved.summit_height[index]),
-            summit_radius=float(evolved.summit_radius[index]),
-            memory=owned(lib.hs_memory_of_one(memory, index)),
-        )
+        memory, evolved = self._line_of(state), getattr(state, "evolved", None) or self
+        own = {
+            "index": int(index),
+            "pair": self.pair,
+            "summit_height": float(evolved.summit_height[index]),
+            "summit_radius": float(evolved.summit_radius[index]),
+            "memory": owned(lib.hs_memory_of_one(memory, index)),
+        }
+        return PlanarAsperity(**own, planar=state.memory) if isinstance(state, PlanarState) else Asperity(**own)
 
     def _evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Any:
         laws = self.law, self.wear, self.yielding
@@ -941,7 +945,7 @@ class Patches(Ensemble):
         stick = float(self.curves.stick_approach(rows)[0])
         return self.curves.superposed(stack(memory), memory.contact.units, stick)
 
-    def asperity(self, index: int, state: EnsembleState) -> "Asperity":
+    def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
         """Patches are no asperities: raises InputError."""
         del index, state
         raise InputError(

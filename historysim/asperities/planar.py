@@ -143,6 +143,15 @@ class PlanarState:
             unfinished.write_bytes(self.to_bytes())
 
 
+def nodes_of(memory: Any, asperity: int) -> Floats:
+    """Return the nodes that carry an asperity (node, 3): label and deflection in x and y, the edge first."""
+    count = lib.hs_planar_nodes(memory, asperity, 0, ffi.NULL)
+    nodes = np.zeros((max(count, 0), 3))
+    if count < 0 or lib.hs_planar_nodes(memory, asperity, count, pointer(nodes)) != count:
+        raise MemoryError("there is not enough memory for the nodes of an asperity")
+    return nodes
+
+
 def _owned(memory: Any) -> Any:
     if not memory:
         raise MemoryError("there is not enough memory for the asperities and what they remember")

@@ -208,6 +208,12 @@ class Stepper(WholeContact):
                 status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
                 if status:
                     check(status, self._refusal)
+        except TypeError:
+            if not isinstance(goal, tuple):
+                raise
+            raise InputError(
+                f"the stepper moves in one tangential direction; expected one number, not {goal}, or Ensemble.advance"
+            ) from None
         finally:
             free.append(None)
         # a ramp of both loads begins where the contact touches

@@ -506,6 +506,9 @@ HS_API int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, i
 /* dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx, xy, yx, yy
  * [N/m]. */
 HS_API int hs_planar_stiffness(const hs_planar *planar, const double direction[2], double stiffness[4]);
+/* Nodes that carry an asperity, in the caller's numbering, the edge first: labels and deflections (n, 3), in numbers without
+ * dimension. Fills in at most `room` of them, and returns how many there are; -1 where there is no memory. */
+HS_API int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room, double *nodes);
 /* Tangential elastic energy [J]. */
 HS_API double hs_planar_stored_energy(const hs_planar *planar);
 /* Do what `hs_set_friction` does. From the first turn on, asperities of one group have to stay alike: HS_FOREIGN. */

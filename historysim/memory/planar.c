@@ -506,6 +506,24 @@ int hs_planar_stiffness(const hs_planar *planar, const double direction[2], doub
     return status;
 }
 
+int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room, double *nodes) {
+    hs_planar *turned = hs_planar_copy(planar);
+    int64_t found = turned && (turned->body || turn(turned) == HS_OK) ? 0 : -1;
+    for (int64_t c = 0; found == 0 && c < turned->body->classes; ++c) {
+        const hs_class *part = turned->body->parts + c;
+        int64_t i = part->start, end = part->start + part->curve.count;
+        while (i < end && planar->line->contact->order[i] != asperity) ++i;
+        for (int64_t k = 0; i < end && k < part->count; found = ++k) {
+            if (k >= room) continue;
+            nodes[3 * k] = part->nodes[k].label;
+            nodes[3 * k + 1] = part->nodes[k].deflection.x;
+            nodes[3 * k + 2] = part->nodes[k].deflection.y;
+        }
+    }
+    hs_planar_free(turned);
+    return found;
+}
+
 double hs_planar_stored_energy(const hs_planar *planar) {
     double total = 0.0;
     if (!planar->body) return hs_stored_energy(planar->line);

@@ -17,7 +17,7 @@ import xarray as xr
 from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
-from historysim.basics.arguments import Floats, scalar
+from historysim.basics.arguments import DIRECTION, Floats, scalar
 from historysim.basics.files import replacing
 from historysim.contact import hertz
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
@@ -44,7 +44,7 @@ from historysim.results.origin import Origin, ask_origin
 AGREEMENT = 1e-6
 
 
-@question(per_step=True, table=None, name="asperity")
+@question(per_step=True, table=None, name="asperity", planar=True)
 def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
     """Return an asperity at a step of a history, with its memory: ``traction(r)``, ``reversal_points``, and more.
 
@@ -72,7 +72,8 @@ def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> l
     check_recorded(history, "normal_load", "tangential_load", "summit_radius")
     column = column_of(asperity, history)
     positions = [position_of(step, history) for step in steps]
-    found = _from_steps(history, column, positions)
+    # between steps in two directions the path may be any
+    found = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
     if found is None:
         found = _from_events(history, int(history["asperity"].values[column]), positions)
     if found is None:

@@ -37,7 +37,7 @@ def planar():
 
 # wear and yielding are of what wears or yields alone
 OF_ANY = tuple(name for name, kind in PICTURES.items() if "history" in kind.of and name not in {"wear", "yielding"})
-OF_TWO_DIRECTIONS = {"hodograph"}
+OF_TWO_DIRECTIONS = {"hodograph", "slip-annulus"}
 
 
 @pytest.mark.parametrize("picture", OF_ANY)
@@ -158,7 +158,11 @@ def test_the_contact_map_shows_partial_slip_by_itself(history):
             "picture is 'lop'; expected one of contact-map, distribution, history, hodograph, load-curve, loop, loops",
         ),
         ("plot", {"picture": "loop", "step": 3}, "step does not apply to the picture loop; it applies to contact-map"),
-        ("plot", {"picture": "history", "asperity": 3}, "the picture history; it applies to slip-fronts, traction"),
+        (
+            "plot",
+            {"picture": "history", "asperity": 3},
+            "the picture history; it applies to slip-annulus, slip-fronts, traction",
+        ),
         ("plot", {"picture": "traction", "asperity": 9}, "asperity 9: is not recorded"),
         ("plot", {"size": (1, 1)}, "expected width and height from 20 to 2000 mm"),
         ("plot", {"pictures": "loop"}, "pictures does not apply to the picture history; did you"),
