@@ -35,6 +35,11 @@ CONTROLS = click.Choice(["load", "displacement"])
     default=None,
     help="Hold a tangential load beyond the friction limit, or refuse the step. [default: as SCENARIO says]",
 )
+@click.option(
+    "--directions",
+    type=click.IntRange(1, 2),
+    help="Tangential directions; two have inputs and outputs in x and y. [default: as SCENARIO has]",
+)
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="2", show_default=True, help="Version of the standard.")
 @click.option(
     "--platforms",

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
-from historysim.loads.event_sequence import is_planar
 from historysim.replaying import Replay
 from historysim.scenario.run import Source, source_of
 from historysim.scenario.scenario import Scenario
@@ -27,7 +26,7 @@ class Exported(NamedTuple):
 
 
 def exported(given: Exportable, notify: Notify = silent) -> Exported:
-    """Return what is exported; InputError where it cannot be used as it is, or moves in two tangential directions."""
+    """Return what is exported; InputError where it cannot be used as it is."""
     if isinstance(given, Replay):
         found = Exported(given, "contact", "", ())
     else:
@@ -35,8 +34,6 @@ def exported(given: Exportable, notify: Notify = silent) -> Exported:
         header, events, _ = source.content(notify)
         title = str(header.settings.get("title", ""))
         found = Exported(header.replay(events), source.files[0].stem, title, source.files)
-    if is_planar(found.replay.events):
-        raise InputError("other programs get a contact in one tangential direction; expected events with one, not two")
     if found.replay.ensemble.slope is not None:
         raise InputError("the asperities are inclined, which no export follows; expected level ones")
     return found

@@ -28,9 +28,9 @@ PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 DISCARD, ERROR = 2, 3
 
 
-def rough(friction=0.2, count=40):
+def rough(friction=0.2, count=40, **options):
     rng = np.random.default_rng(3)
-    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, count), rng.uniform(20e-6, 60e-6, count), friction)
+    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, count), rng.uniform(20e-6, 60e-6, count), friction, **options)
 
 
 def patches(rows=30):
@@ -278,6 +278,79 @@ def test_derivatives_are_those_of_the_step(hosted, kind, normal, tangential):
     host.slave.freeFMUstate(kept)
 
 
+PLANE = hs.TangentialDisplacement(0.0, (0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("normal", "tangential", "options"),
+    [
+        ("load", "displacement", {}),
+        ("displacement", "load", {}),
+        pytest.param("load", "load", {"saturate": True}, marks=pytest.mark.slow),
+        ("load", "displacement", {"instrument": hs.Instrument(lateral_stiffness=(3e5, 6e5))}),
+    ],
+)
+def test_two_directions_with_rollbacks_are_those_of_a_replay(hosted, normal, tangential, options):
+    ensemble = rough(np.repeat([0.2, 0.3], 20), rings=hs.Rings(height_classes=2, rings=12))
+    host = hosted(hs.Replay(ensemble, [PLANE], **options), normal=normal, tangential=tangential).begin()
+    names = {"load": (hs.NormalLoad, hs.TangentialLoad), "displacement": (hs.NormalDisplacement, PLANE.__class__)}
+    rng, kept, walked, found, refused = np.random.default_rng(4), [], [], [], 0
+    for _ in range(60):
+        if kept and rng.random() < 0.1:
+            state, host.time, *before = kept[rng.integers(-3, 0) % len(kept)]
+            host.slave.setFMUstate(state)
+            walked, found = map(list, before)
+        elif rng.random() < 0.2:
+            kept.append((host.slave.getFMUstate(), host.time, list(walked), list(found)))
+        up = rng.uniform(0.005, 0.05) if normal == "load" else rng.uniform(2e-8, 8e-8)
+        push = rng.uniform(-1, 1, 2) * (4e-3 if tangential == "load" else 3e-8)
+        # along one line at first
+        push[1] *= len(walked) > 2
+        try:
+            host.step(up, *push, length=1.0)
+        except FMICallException:
+            refused += 1
+            continue
+        walked.append((up, tuple(push)))
+        found.append([host.get(name) for name in host.outputs])
+    assert len(walked) > 12
+    assert (refused > 0) == (tangential == "load" and not options)
+    events = [
+        event
+        for time, (up, push) in enumerate(walked)
+        for event in (names[normal][0](float(time), up), names[tangential][1](float(time), push))
+    ]
+    replay = hs.Replay(ensemble, events, record="all", **options)
+    state = before = ensemble.initial_state()
+    for up, push in walked:
+        before = state
+        to = {f"normal_{normal}": up, f"tangential_{tangential}": push}
+        state = ensemble.advance(state, **to, **options)
+    content = state.to_bytes()
+    assert host.state_bytes()[-len(content) :] == content
+    history, got = replay.dataset(), dict(zip(host.outputs, np.transpose(found), strict=True))
+    for place, end in enumerate("xy"):
+        np.testing.assert_array_equal(got[f"tangential_load_{end}"], history.total_tangential_load[:, place])
+        np.testing.assert_array_equal(got[f"tangential_displacement_{end}"], history.tangential_displacement[:, place])
+        if options.get("instrument"):
+            np.testing.assert_allclose(got[f"drive_displacement_{end}"], history.drive_displacement[:, place], 1e-12)
+    np.testing.assert_array_equal(got["normal_load"], history.total_normal_load)
+    np.testing.assert_array_equal(got["dissipated_energy"], history.total_dissipated_energy)
+    np.testing.assert_array_equal(got["contact_count"], history.contact_count)
+    np.testing.assert_array_equal(got["saturated"], history.saturated)
+    shares = hs.analysis.slip_shares(history)["slipping_area"].values
+    np.testing.assert_allclose(got["slipping_share"], shares, atol=1e-9)
+    stiffness = state.stiffness(tuple(state.tangential_displacement - before.tangential_displacement))
+    ends = ("xx", "xy", "yy")
+    there = [host.get(f"tangential_stiffness_{end}") for end in ends]
+    np.testing.assert_allclose(there, stiffness[[0, 0, 1], [0, 1, 1]], 1e-6, 1e-6 * stiffness.max())
+    with pytest.raises(FMICallException) as raised:
+        host.derivative("tangential_load_x", host.inputs[1])
+    assert raised.value.status == DISCARD
+    for state, *_ in kept:
+        host.slave.freeFMUstate(state)
+
+
 def test_beyond_the_limit_it_refuses_or_holds(hosted):
     refusing, holding = (
         hosted(job(rough()), "one coefficient", at=1.0, tangential="load", saturate=saturate).begin()
@@ -302,11 +375,12 @@ def test_beyond_the_limit_it_refuses_or_holds(hosted):
     assert not holding.get("saturated")
 
 
+@pytest.mark.parametrize("directions", [1, 2])
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_nonsense_is_refused_and_changes_nothing(hosted, value):
-    host = hosted(job(rough()), "one coefficient", at=1.0).begin()
+def test_nonsense_is_refused_and_changes_nothing(hosted, value, directions):
+    host = hosted(job(rough()), "one coefficient", at=1.0, directions=directions).begin()
     before = host.state_bytes()
-    for name in ("prescribed_normal_load", "prescribed_tangential_displacement", "friction_factor"):
+    for name in (*host.inputs, "friction_factor"):
         with pytest.raises(FMICallException) as raised:
             host.set(**{name: value})
         assert raised.value.status == DISCARD
@@ -318,7 +392,7 @@ def test_nonsense_is_refused_and_changes_nothing(hosted, value):
             host.slave.doStep(time, length)
         assert raised.value.status == DISCARD
     assert host.state_bytes() == before
-    host.step(0.02, 1e-9)
+    host.step(0.02, *[1e-9] * directions)
 
 
 def test_states_of_another_unit_and_damaged_ones_are_refused(hosted):

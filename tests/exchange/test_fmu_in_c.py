@@ -20,7 +20,7 @@ EVENTS = [hs.NormalLoad(0.0, 0.02), hs.TangentialLoad(0.0, 0.0), hs.TangentialLo
 
 def summits(friction):
     rng = np.random.default_rng(3)
-    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, 20), rng.uniform(20e-6, 60e-6, 20), friction)
+    return hs.Ensemble(PAIR, rng.normal(0.0, 30e-9, 20), rng.uniform(20e-6, 60e-6, 20), friction, rings=hs.Rings(2, 12))
 
 
 def patches():
@@ -40,16 +40,18 @@ def unpacked(source, folder, **options):
 
 
 @pytest.mark.parametrize(
-    ("kind", "normal", "tangential"),
+    ("kind", "normal", "tangential", "directions"),
     [
-        pytest.param("many", "load", "load", marks=pytest.mark.ci),
-        pytest.param("one", "load", "displacement", marks=pytest.mark.slow),
-        pytest.param("patches", "displacement", "load", marks=pytest.mark.slow),
+        pytest.param("many", "load", "load", 1, marks=pytest.mark.ci),
+        pytest.param("one", "load", "displacement", 1, marks=pytest.mark.slow),
+        pytest.param("patches", "displacement", "load", 1, marks=pytest.mark.slow),
+        pytest.param("one", "load", "displacement", 2, marks=pytest.mark.ci),
+        pytest.param("many", "displacement", "load", 2, marks=pytest.mark.slow),
     ],
 )
-def test_random_calls_neither_crash_nor_leak(tmp_path, kind, normal, tangential):
+def test_random_calls_neither_crash_nor_leak(tmp_path, kind, normal, tangential, directions):
     replay = hs.Replay(CONTACTS[kind](), EVENTS, instrument=hs.Instrument(lateral_stiffness=1e6))
-    root = unpacked(replay, tmp_path, at=1.0, normal=normal, tangential=tangential)
+    root = unpacked(replay, tmp_path, at=1.0, normal=normal, tangential=tangential, directions=directions)
     sources = [tmp_path / "sources" / file.get("name") for file in root.iter("File")]
     program = tmp_path / "host"
     command = [*compiler(), *SANITIZED, "-O1", *WARNINGS, *SAME_BITS, f"-I{tmp_path / 'sources'}"]
@@ -85,11 +87,22 @@ def test_units_of_variables_are_declared(tmp_path):
         ({"normal": "weight"}, "normal is 'weight'; expected 'load' or 'displacement'"),
         ({"platforms": ["amiga"]}, "platform 'amiga' is not known; expected x86_64-linux"),
         ({"at": float("nan")}, "at is nan"),
+        ({"directions": 3}, "directions is 3; expected 1 or 2"),
     ],
 )
 def test_wrong_arguments_are_told(tmp_path, options, message):
     with pytest.raises(hs.InputError, match=re.escape(message)):
         hs.write_fmu(hs.Replay(CONTACTS["one"](), EVENTS), tmp_path / "a.fmu", **options)
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_directions_are_refused_where_there_is_one(tmp_path):
+    plane = hs.Replay(CONTACTS["one"](), [hs.TangentialDisplacement(0.0, (0.0, 0.0))])
+    for source, directions in ((hs.Replay(patches(), EVENTS), 2), (plane, 1)):
+        with pytest.raises(hs.InputError, match=f"directions is {directions}, and "):
+            hs.write_fmu(source, tmp_path / "a.fmu", directions=directions)
+    with pytest.raises(hs.InputError, match="springs that slide have one tangential direction"):
+        hs.reduce(plane)
     assert not list(tmp_path.iterdir())
 
 

@@ -37,8 +37,8 @@ def test_what_the_readme_shows_runs(tmp_path):
     text = (ROOT / "historysim" / "memory" / "README.md").read_text(encoding="utf-8")
     shown = dict(re.findall(r"```(python)\n(.*?)```", text, re.DOTALL))
     programs = re.findall(r"```c\n(.*?)```", text, re.DOTALL)
-    assert len(programs) == 2
-    for number, (sign, code) in enumerate(zip(("", "-"), programs, strict=True)):
+    assert len(programs) == 3
+    for number, (sign, code) in enumerate(zip(("", "", "-"), programs, strict=True)):
         head, *body = code.splitlines()
         lines = [head, "#include <math.h>", "int main(void) {", *body, f"return !({sign}force > 0.0); }}"]
         (tmp_path / "program.c").write_text("\n".join(lines), encoding="utf-8")

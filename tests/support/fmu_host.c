@@ -9,9 +9,15 @@
 #include <string.h>
 
 #include "fmi2Functions.h"
+#include "model.h"
 
 #define STATES 8
-#define REFERENCES 18
+#define REFERENCES 22
+#ifdef DIRECTIONS
+#define INPUTS 3
+#else
+#define INPUTS 2
+#endif
 
 static uint64_t seed = 88172645463325252u;
 static double chance(void) {
@@ -69,7 +75,7 @@ int main(int count, char **words) {
         fmi2ValueReference vr[2] = {(fmi2ValueReference)one_of(chance() < 0.02 ? 2000 : REFERENCES), 0};
         /* one after the other: compilers differ in the order within a list */
         double first = number(), second = number() * 1e-6, time = chance(), length = chance() < 0.95 ? chance() : number();
-        fmi2Real value[2] = {first, second};
+        fmi2Real value[3] = {first, second, INPUTS == 3 ? number() * 1e-6 : 0.0};
         fmi2Integer whole[2] = {chance() < 0.95 ? 1 : one_of(4), 1};
         int slot = one_of(STATES), kind = one_of(24);
         fmi2Status status = fmi2OK;
@@ -80,8 +86,8 @@ int main(int count, char **words) {
             status = fmi2EnterInitializationMode(c);
             status = fmi2ExitInitializationMode(c);
         } else if (kind < 12) {
-            fmi2ValueReference both[2] = {0, 1};
-            status = fmi2SetReal(c, both, 2, value);
+            fmi2ValueReference all[3] = {0, 1, 2};
+            status = fmi2SetReal(c, all, INPUTS, value);
             if (status == fmi2OK) status = fmi2DoStep(c, time, length, fmi2True);
         } else if (kind == 12) {
             status = fmi2GetReal(c, vr, 1, value);
@@ -90,7 +96,7 @@ int main(int count, char **words) {
         } else if (kind == 14) {
             status = fmi2SetReal(c, vr, 1, value);
         } else if (kind == 15) {
-            fmi2ValueReference factor = 2;
+            fmi2ValueReference factor = INPUTS;
             value[0] = 2.0 * chance();
             status = fmi2SetReal(c, &factor, 1, value);
         } else if (kind == 16) {

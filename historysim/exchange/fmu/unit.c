@@ -55,16 +55,86 @@ static void *content_of(const char *folder, const char *name, size_t *size) {
     return bytes;
 }
 
+/* ---- one tangential direction, or two ------------------------------------------------------------------------------------- */
+
+/* Tangential load [N] and displacement [m] in a direction: of the contact, and of its drive. */
+typedef struct hs_tangential {
+    double load, displacement, drive;
+} hs_tangential;
+
+static hs_tangential in_units(const hs_units *units, double load, double displacement, double compliance) {
+    hs_tangential found = {load * units->load, displacement * units->displacement, 0.0};
+    found.drive = found.displacement + compliance * found.load;
+    return found;
+}
+
+#if DIRECTIONS == 1
+static hs_memory *line_of(hs_kept *memory) { return memory; }
+static int is_held_at_limit(const hs_kept *memory) { return memory->excess != 0.0; }
+#define read_kept hs_memory_read
+static hs_tangential tangential_of(const hs_kept *memory, int direction) {
+    (void)direction;
+    return in_units(&memory->contact->units, memory->tangential_load, memory->displacement, COMPLIANCE);
+}
+static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
+    return hs_step(unit->now.memory, NORMAL_CONTROL, to[0], TANGENTIAL_CONTROL, to[1], &unit->drive, refusal);
+}
+static int have_friction(hs_unit *unit, const double *friction) {
+    return hs_set_friction(unit->now.memory, friction, &unit->drive);
+}
+static int read_row(const hs_kept *memory, const hs_rows *rows) { return hs_read(memory, rows, 0); }
+#else
+#define read_kept hs_planar_from
+static const double compliance[2] = {COMPLIANCE, COMPLIANCE_Y};
+static hs_memory *line_of(hs_kept *memory) { return memory->line; }
+static int is_held_at_limit(const hs_kept *memory) { return memory->excess.x != 0.0 || memory->excess.y != 0.0; }
+static hs_tangential tangential_of(const hs_kept *memory, int direction) {
+    hs_vector load = memory->tangential_load, way = memory->displacement;
+    return direction ? in_units(&memory->line->contact->units, load.y, way.y, COMPLIANCE_Y)
+                     : in_units(&memory->line->contact->units, load.x, way.x, COMPLIANCE);
+}
+/* On a copy, since a path that is refused has used up its memory. */
+static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
+    hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, 1.0, 1, 0, NORMAL_CONTROL, TANGENTIAL_CONTROL, 0, 0, NAN, NAN};
+    hs_planar *before = unit->now.memory, *after = hs_planar_copy(before);
+    int status = after ? hs_memory_join(after->line) : HS_OUT_OF_MEMORY;
+    if (status == HS_OK) status = hs_planar_walk(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal);
+    if (status == HS_OK) {
+        unit->now.way[0] = after->displacement.x - before->displacement.x;
+        unit->now.way[1] = after->displacement.y - before->displacement.y;
+        unit->now.memory = after;
+    }
+    hs_planar_free(status == HS_OK ? before : after);
+    return status;
+}
+static int have_friction(hs_unit *unit, const double *friction) {
+    return hs_planar_set_friction(unit->now.memory, friction, compliance, &unit->drive);
+}
+static int read_row(const hs_kept *memory, const hs_rows *rows) {
+    double load[2], displacement[2];
+    hs_planar_rows both = {*rows, load, displacement};
+    return hs_planar_read(memory, &both, 0);
+}
+static int stiffness(hs_unit *unit, int component, double *value) {
+    double each[4];
+    if (hs_planar_stiffness(unit->now.memory, unit->now.way, each) != HS_OK) return out_of_memory(unit);
+    *value = each[component];
+    return HS_DONE;
+}
+#endif
+
 static int same_start(hs_unit *unit) {
-    unit->now.memory = hs_memory_copy(unit->start);
-    if (!unit->now.memory || hs_memory_join(unit->now.memory) != HS_OK) return out_of_memory(unit);
-    const hs_memory *memory = unit->now.memory;
+    unit->now.memory = KEPT(copy)(unit->start);
+    if (!unit->now.memory || hs_memory_join(line_of(unit->now.memory)) != HS_OK) return out_of_memory(unit);
+    const hs_memory *memory = line_of(unit->now.memory);
     const hs_units *units = &memory->contact->units;
     unit->now.input[0] = NORMAL_CONTROL == HS_LOAD ? memory->normal_load * units->load : memory->approach * units->length;
-    unit->now.input[1] = TANGENTIAL_CONTROL == HS_LOAD
-                             ? memory->tangential_load * units->load
-                             : memory->displacement * units->displacement + COMPLIANCE * (memory->tangential_load * units->load);
-    unit->now.rate[0] = unit->now.rate[1] = 0.0;
+    for (int k = 0; k < DIRECTIONS; ++k) {
+        hs_tangential found = tangential_of(unit->now.memory, k);
+        unit->now.input[1 + k] = TANGENTIAL_CONTROL == HS_LOAD ? found.load : found.drive;
+    }
+    memset(unit->now.rate, 0, sizeof unit->now.rate);
+    unit->now.way[0] = unit->now.way[1] = 0.0;
     unit->now.beginning = memory->approach * units->length;
     unit->now.factor = 1.0;
     unit->now.time = 0.0;
@@ -74,21 +144,21 @@ static int same_start(hs_unit *unit) {
 
 /* Have the coefficients be a factor times those of the start. */
 static int scale_friction(hs_unit *unit, double factor) {
-    int64_t count = unit->start->contact->count;
+    int64_t count = line_of(unit->start)->contact->count;
     double *scaled = unit->friction + count;
     for (int64_t i = 0; i < count; ++i) scaled[i] = factor * unit->friction[i];
-    if (hs_set_friction(unit->now.memory, scaled, &unit->drive) != HS_OK) return out_of_memory(unit);
+    if (have_friction(unit, scaled) != HS_OK) return out_of_memory(unit);
     unit->now.factor = factor;
     return HS_DONE;
 }
 
-/* resources/contact.bin is a memory by `hs_memory_write`. resources/curve.bin stands beside it for a contact of patches, in
+/* resources/contact.bin is a memory by `hs_memory_write` or `hs_planar_write`. resources/curve.bin stands beside it for a contact of patches, in
  * doubles: rows, patches; approaches [m] (rows + 1); contact areas [m²] (rows + 1); first touches [m], ascending (patches). */
 hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
     hs_unit *unit = (hs_unit *)calloc(1, sizeof *unit);
     size_t length = 0;
     const char *why = "resources/contact.bin cannot be read";
-    hs_memory *made = NULL;
+    hs_kept *made = NULL;
     if (!unit) {
         snprintf(message, size, "there is no memory left");
         return NULL;
@@ -98,7 +168,7 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
     unit->drive.saturate = SATURATE;
     unit->drive.threads = 1;
     void *bytes = content_of(resources, "contact.bin", &length);
-    if (bytes && hs_memory_read(bytes, length, NULL, &made, &why) == HS_OK) unit->start = made;
+    if (bytes && read_kept(bytes, length, NULL, &made, &why) == HS_OK) unit->start = made;
     free(bytes);
     if (!unit->start) {
         snprintf(message, size, "%s; expected the unit unpacked as a whole, with its resources in %s", why, resources);
@@ -120,11 +190,12 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
             return NULL;
         }
     }
-    const hs_contact *contact = unit->start->contact;
+    const hs_memory *line = line_of(unit->start);
+    const hs_contact *contact = line->contact;
     unit->friction = (double *)malloc(2 * (size_t)contact->count * sizeof(double));
     for (int64_t g = 0; unit->friction && g < contact->groups; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i)
-            unit->friction[contact->order[i]] = unit->start->friction[g];
+            unit->friction[contact->order[i]] = line->friction[g];
     if (!unit->friction || same_start(unit) != HS_DONE) {
         snprintf(message, size, "there is no memory left");
         hs_unit_free(unit);
@@ -135,8 +206,8 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
 
 void hs_unit_free(hs_unit *unit) {
     if (!unit) return;
-    hs_memory_free(unit->now.memory);
-    hs_memory_free(unit->start);
+    KEPT(free)(unit->now.memory);
+    KEPT(free)(unit->start);
     free(unit->friction);
     free(unit->table);
     free(unit->numbers);
@@ -144,7 +215,7 @@ void hs_unit_free(hs_unit *unit) {
 }
 
 int hs_unit_reset(hs_unit *unit) {
-    hs_memory_free(unit->now.memory);
+    KEPT(free)(unit->now.memory);
     unit->now.memory = NULL;
     return same_start(unit);
 }
@@ -154,21 +225,18 @@ int hs_unit_reset(hs_unit *unit) {
 int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
     if (!(fabs(value) <= LARGEST_SIZE))
         return refuse(unit, HS_REFUSED, "an input is %g; expected a finite number, at most %g in size", value, LARGEST_SIZE);
-    if (reference == V_PRESCRIBED_NORMAL) {
-        if (NORMAL_CONTROL == HS_LOAD && value < 0.0)
+    if (reference < INPUTS) {
+        if (reference == V_PRESCRIBED_NORMAL && NORMAL_CONTROL == HS_LOAD && value < 0.0)
             return refuse(unit, HS_REFUSED, "the normal load is %g N; expected 0 or more", value);
-        unit->now.input[0] = value;
-        unit->now.rate[0] = 0.0;
-    } else if (reference == V_PRESCRIBED_TANGENTIAL) {
-        unit->now.input[1] = value;
-        unit->now.rate[1] = 0.0;
+        unit->now.input[reference] = value;
+        unit->now.rate[reference] = 0.0;
     } else if (reference == V_FRICTION_FACTOR) {
         if (value < 0.0) return refuse(unit, HS_REFUSED, "the friction factor is %g; expected 0 or more", value);
         if (value == unit->now.factor) return HS_DONE;
         if (unit->now.mode != HS_STEPPING) {
             /* from the start, so that the order in which values are set makes no difference */
             hs_moment kept = unit->now;
-            hs_memory_free(kept.memory);
+            KEPT(free)(kept.memory);
             if (same_start(unit) != HS_DONE) return HS_FAILED;
             kept.memory = unit->now.memory;
             unit->now = kept;
@@ -181,10 +249,10 @@ int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
 }
 
 int hs_unit_set_rate(hs_unit *unit, unsigned reference, double value) {
-    if (reference != V_PRESCRIBED_NORMAL && reference != V_PRESCRIBED_TANGENTIAL)
+    if (reference >= INPUTS)
         return refuse(unit, HS_FAILED, "variable %u is no input", reference);
     if (!isfinite(value)) return refuse(unit, HS_REFUSED, "a derivative is %g; expected a finite number", value);
-    unit->now.rate[reference == V_PRESCRIBED_TANGENTIAL] = value;
+    unit->now.rate[reference] = value;
     return HS_DONE;
 }
 
@@ -194,17 +262,20 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
     if (!(fabs(time) <= LARGEST_SIZE) || !(length > 0.0) || !(fabs(time + length) <= LARGEST_SIZE))
         return refuse(unit, HS_REFUSED, "the step is from %g s by %g s; expected finite times, and a length above 0", time,
                       length);
-    double normal = now->rate[0] == 0.0 ? now->input[0] : now->input[0] + now->rate[0] * length;
-    double tangential = now->rate[1] == 0.0 ? now->input[1] : now->input[1] + now->rate[1] * length;
-    if (!(fabs(normal) <= LARGEST_SIZE) || !(fabs(tangential) <= LARGEST_SIZE) || (NORMAL_CONTROL == HS_LOAD && normal < 0.0))
-        return refuse(unit, HS_REFUSED, "the inputs go to %g and %g; expected finite numbers, at most %g in size, and no negative normal load",
-                      normal, tangential, LARGEST_SIZE);
+    double to[INPUTS];
+    for (int k = 0; k < INPUTS; ++k) {
+        to[k] = now->rate[k] == 0.0 ? now->input[k] : now->input[k] + now->rate[k] * length;
+        if (!(fabs(to[k]) <= LARGEST_SIZE) || (k == 0 && NORMAL_CONTROL == HS_LOAD && to[k] < 0.0))
+            return refuse(unit, HS_REFUSED, "an input goes to %g; expected a finite number, at most %g in size, and no negative normal load",
+                          to[k], LARGEST_SIZE);
+    }
+    double normal = to[0];
     if (normal > (NORMAL_CONTROL == HS_LOAD ? LARGEST_LOAD : LARGEST_APPROACH))
         return refuse(unit, HS_REFUSED, "%s of %g is beyond the normal curves; expected at most %g",
                       NORMAL_CONTROL == HS_LOAD ? "a normal load [N]" : "an approach [m]", normal,
                       NORMAL_CONTROL == HS_LOAD ? LARGEST_LOAD : LARGEST_APPROACH);
-    double beginning = now->memory->approach;
-    int status = hs_step(now->memory, NORMAL_CONTROL, normal, TANGENTIAL_CONTROL, tangential, &unit->drive, &refusal);
+    double beginning = line_of(now->memory)->approach;
+    int status = carry(unit, to, &refusal);
     if (status == HS_BEYOND_LIMIT)
         return refuse(unit, HS_REFUSED,
                       "a tangential load of %g N is beyond the friction limit of %g N, and the contact would slide; expected "
@@ -213,8 +284,8 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
     if (status != HS_OK) return out_of_memory(unit);
     /* a ramp of both loads begins where the contact touches */
     if (NORMAL_CONTROL == HS_LOAD && TANGENTIAL_CONTROL == HS_LOAD && beginning < 0.0) beginning = 0.0;
-    now->beginning = beginning * now->memory->contact->units.length;
-    now->rate[0] = now->rate[1] = 0.0;
+    now->beginning = beginning * line_of(now->memory)->contact->units.length;
+    memset(now->rate, 0, sizeof now->rate);
     now->time = time + length;
     return HS_DONE;
 }
@@ -231,7 +302,7 @@ static double area_at(const hs_unit *unit, double approach) {
 
 /* Share of the contact area outside the stick radii, as `slip_shares` has it. */
 static int slipping_share(hs_unit *unit, double *value) {
-    const hs_memory *memory = unit->now.memory;
+    const hs_memory *memory = line_of(unit->now.memory);
     int64_t columns = PATCHES ? 1 : memory->contact->count;
     size_t n = (size_t)columns;
     *value = 0.0;
@@ -254,7 +325,7 @@ static int slipping_share(hs_unit *unit, double *value) {
     rows.normal_load = stick + n;
     rows.tangential_load = stick + 2 * n;
     rows.slip_state = (int8_t *)(asperity + n);
-    if (hs_read(memory, &rows, 0) != HS_OK) return out_of_memory(unit);
+    if (read_row(unit->now.memory, &rows) != HS_OK) return out_of_memory(unit);
     double whole = 0.0, sticks = 0.0;
     if (PATCHES) {
         /* on the first element, which touches at 0, areas are proportional to approaches */
@@ -276,20 +347,30 @@ enum hs_type hs_unit_type(unsigned reference) {
 }
 
 int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
-    const hs_memory *memory = unit->now.memory;
+    const hs_memory *memory = line_of(unit->now.memory);
     const hs_units *units = &memory->contact->units;
-    double load = memory->tangential_load * units->load, displacement = memory->displacement * units->displacement;
+    hs_tangential along = tangential_of(unit->now.memory, 0);
     switch (reference) {
     case V_PRESCRIBED_NORMAL: *value = unit->now.input[0]; break;
     case V_PRESCRIBED_TANGENTIAL: *value = unit->now.input[1]; break;
     case V_FRICTION_FACTOR: *value = unit->now.factor; break;
     case V_NORMAL_LOAD: *value = memory->normal_load * units->load; break;
-    case V_TANGENTIAL_LOAD: *value = load; break;
+    case V_TANGENTIAL_LOAD: *value = along.load; break;
     case V_APPROACH: *value = memory->approach * units->length; break;
-    case V_TANGENTIAL_DISPLACEMENT: *value = displacement; break;
-    case V_DRIVE_DISPLACEMENT: *value = displacement + COMPLIANCE * load; break;
+    case V_TANGENTIAL_DISPLACEMENT: *value = along.displacement; break;
+    case V_DRIVE_DISPLACEMENT: *value = along.drive; break;
+#if DIRECTIONS == 1
     case V_TANGENTIAL_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).tangential; break;
     case V_COUPLING_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).coupling; break;
+#else
+    case V_PRESCRIBED_TANGENTIAL_Y: *value = unit->now.input[2]; break;
+    case V_TANGENTIAL_LOAD_Y: *value = tangential_of(unit->now.memory, 1).load; break;
+    case V_TANGENTIAL_DISPLACEMENT_Y: *value = tangential_of(unit->now.memory, 1).displacement; break;
+    case V_DRIVE_DISPLACEMENT_Y: *value = tangential_of(unit->now.memory, 1).drive; break;
+    case V_TANGENTIAL_STIFFNESS: return stiffness(unit, 0, value);
+    case V_TANGENTIAL_STIFFNESS_XY: return stiffness(unit, 1, value);
+    case V_TANGENTIAL_STIFFNESS_YY: return stiffness(unit, 3, value);
+#endif
     case V_NORMAL_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).normal; break;
     case V_DISSIPATED_ENERGY: *value = memory->dissipated * units->energy; break;
     case V_SLIPPING_SHARE: return slipping_share(unit, value);
@@ -297,13 +378,14 @@ int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
         *value = (double)(PATCHES ? hs_touching(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
                                   : hs_contact_count(memory));
         break;
-    case V_SATURATED: *value = memory->excess != 0.0; break;
+    case V_SATURATED: *value = is_held_at_limit(unit->now.memory); break;
     case V_TIME: *value = unit->now.time; break;
     default: return refuse(unit, HS_FAILED, "variable %u does not exist", reference);
     }
     return HS_DONE;
 }
 
+#if DIRECTIONS == 1
 int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *value) {
     const hs_slopes slopes = hs_slopes_of(unit->now.memory, unit->now.beginning);
     const char *open = "the contact slides or does not touch, so that loads do not say where it is: derivatives are not "
@@ -338,24 +420,32 @@ int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *
     }
     return HS_DONE;
 }
+#else
+int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *value) {
+    (void)unknown;
+    (void)known;
+    (void)value;
+    return refuse(unit, HS_REFUSED, "derivatives are not given in two tangential directions; expected the outputs of stiffness");
+}
+#endif
 
 /* ---- moments -------------------------------------------------------------------------------------------------------------- */
 
 void hs_moment_free(hs_moment *saved) {
     if (!saved) return;
-    hs_memory_free(saved->memory);
+    KEPT(free)(saved->memory);
     free(saved);
 }
 
 int hs_unit_save(hs_unit *unit, hs_moment **saved) {
-    hs_memory *copy = hs_memory_copy(unit->now.memory);
+    hs_kept *copy = KEPT(copy)(unit->now.memory);
     hs_moment *made = *saved ? *saved : (hs_moment *)calloc(1, sizeof *made);
     if (!copy || !made) {
-        hs_memory_free(copy);
+        KEPT(free)(copy);
         if (!*saved) free(made);
         return out_of_memory(unit);
     }
-    hs_memory_free(made->memory);
+    KEPT(free)(made->memory);
     *made = unit->now;
     made->memory = copy;
     *saved = made;
@@ -363,19 +453,19 @@ int hs_unit_save(hs_unit *unit, hs_moment **saved) {
 }
 
 int hs_unit_restore(hs_unit *unit, const hs_moment *saved) {
-    hs_memory *copy = hs_memory_copy(saved->memory);
-    if (!copy || hs_memory_join(copy) != HS_OK) {
-        hs_memory_free(copy);
+    hs_kept *copy = KEPT(copy)(saved->memory);
+    if (!copy || hs_memory_join(line_of(copy)) != HS_OK) {
+        KEPT(free)(copy);
         return out_of_memory(unit);
     }
-    hs_memory_free(unit->now.memory);
+    KEPT(free)(unit->now.memory);
     unit->now = *saved;
     unit->now.memory = copy;
     return HS_DONE;
 }
 
-/* The bytes are: the token of the unit, all numbers of the moment, a checksum (FNV-1a) of both, and the memory. */
-#define NUMBERS 8
+/* The bytes are: the token of the unit, all of the moment but its memory, a checksum (FNV-1a) of both, and the memory. */
+#define NUMBERS (sizeof(hs_moment) - offsetof(hs_moment, input))
 static const char token[] = MODEL_TOKEN;
 
 static void checksum(const unsigned char *bytes, size_t size, unsigned char *sum) {
@@ -385,51 +475,40 @@ static void checksum(const unsigned char *bytes, size_t size, unsigned char *sum
 }
 
 size_t hs_moment_size(const hs_moment *saved) {
-    return sizeof token + (NUMBERS + 1) * sizeof(double) + hs_memory_size(saved->memory);
+    return sizeof token + NUMBERS + sizeof(uint64_t) + KEPT(size)(saved->memory);
 }
 
 int hs_moment_write(hs_unit *unit, const hs_moment *saved, void *bytes, size_t size) {
     unsigned char *at = (unsigned char *)bytes;
-    double numbers[NUMBERS] = {saved->input[0], saved->input[1],  saved->rate[0], saved->rate[1],
-                               saved->factor,   saved->beginning, saved->time,    (double)saved->mode};
     if (size < hs_moment_size(saved)) return refuse(unit, HS_REFUSED, "there is no room for the state in %zu bytes", size);
     memcpy(at, token, sizeof token);
-    memcpy(at + sizeof token, numbers, sizeof numbers);
-    size_t head = sizeof token + sizeof numbers;
+    memcpy(at + sizeof token, (const char *)saved + offsetof(hs_moment, input), NUMBERS);
+    size_t head = sizeof token + NUMBERS;
     checksum(at, head, at + head);
     head += sizeof(uint64_t);
-    if (hs_memory_write(saved->memory, at + head, hs_memory_size(saved->memory)) != HS_OK) return out_of_memory(unit);
+    if (KEPT(write)(saved->memory, at + head, KEPT(size)(saved->memory)) != HS_OK) return out_of_memory(unit);
     return HS_DONE;
 }
 
 int hs_moment_read(hs_unit *unit, const void *bytes, size_t size, hs_moment **saved) {
     const unsigned char *at = (const unsigned char *)bytes;
     unsigned char sum[sizeof(uint64_t)];
-    double numbers[NUMBERS];
     const char *why = NULL;
-    size_t head = sizeof token + sizeof numbers;
+    size_t head = sizeof token + NUMBERS;
     if (size <= head + sizeof sum || memcmp(at, token, sizeof token) != 0)
         return refuse(unit, HS_REFUSED, "the bytes are no state of this unit; expected those that it has written itself");
     checksum(at, head, sum);
     if (memcmp(sum, at + head, sizeof sum) != 0) return refuse(unit, HS_REFUSED, "the bytes of the state are damaged");
-    memcpy(numbers, at + sizeof token, sizeof numbers);
     hs_moment *made = (hs_moment *)calloc(1, sizeof *made);
     if (!made) return out_of_memory(unit);
     head += sizeof sum;
-    int status = hs_memory_read(at + head, size - head, unit->start, &made->memory, &why);
+    int status = read_kept(at + head, size - head, unit->start, &made->memory, &why);
     if (status != HS_OK) {
         hs_moment_free(made);
         if (status == HS_OUT_OF_MEMORY) return out_of_memory(unit);
         return refuse(unit, HS_REFUSED, "the state cannot be read: %s", why);
     }
-    for (int k = 0; k < 2; ++k) {
-        made->input[k] = numbers[k];
-        made->rate[k] = numbers[2 + k];
-    }
-    made->factor = numbers[4];
-    made->beginning = numbers[5];
-    made->time = numbers[6];
-    made->mode = (int64_t)numbers[7];
+    memcpy((char *)made + offsetof(hs_moment, input), at + sizeof token, NUMBERS);
     hs_moment_free(*saved);
     *saved = made;
     return HS_DONE;

@@ -1,6 +1,6 @@
 """The variables of a unit of co-simulation, and `modelDescription.xml` by FMI 2.0 and 3.0, which lists them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 from xml.etree import ElementTree as ET
 
@@ -86,19 +86,35 @@ OUTPUTS = (
 )
 
 
-def variables(normal: str, tangential: str, *, driven: bool, areas: bool) -> tuple[UnitVariable, ...]:
-    """Return all variables of a unit by how its channels are controlled.
+def variables(
+    normal: str, tangential: str, *, driven: bool, areas: bool, directions: int = 1
+) -> tuple[UnitVariable, ...]:
+    """Return all variables of a unit by how its channels are controlled, and how many tangential directions it has.
 
     An instrument in series makes it ``driven``; the share that slips is there where contact areas are known.
     """
     moved = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
-    return (
+    table = (
         UnitVariable(*NORMAL[normal], "input", key="PRESCRIBED_NORMAL"),
         UnitVariable(*moved, "input", key="PRESCRIBED_TANGENTIAL"),
         UnitVariable(*FACTOR, "parameter", "tunable"),
         *(each for each in OUTPUTS if areas or each.name != "slipping_share"),
         UnitVariable("time", "s", "time", "independent"),
     )
+    return table if directions == 1 else tuple(each for one in table for each in _in_plane(one))
+
+
+def _in_plane(one: UnitVariable) -> Iterator[UnitVariable]:
+    """Yield what a variable is in two tangential directions: itself, its components, or nothing."""
+    if one.name == "tangential_stiffness":
+        for ends, what in (("xx", "dTx/dUx"), ("xy", "dTx/dUy, which is dTy/dUx,"), ("yy", "dTy/dUy")):
+            key = one.key if ends == "xx" else f"{one.key}_{ends.upper()}"
+            yield attrs.evolve(one, name=f"{one.name}_{ends}", key=key, text=one.text.replace("dT/dU", what))
+    elif "tangential" in one.name or "drive" in one.name:
+        yield attrs.evolve(one, name=f"{one.name}_x", text=f"{one.text}; in x")
+        yield attrs.evolve(one, name=f"{one.name}_y", key=f"{one.key}_Y", text=f"{one.text}; in y")
+    elif one.name != "coupling_stiffness":
+        yield one
 
 
 class Unit(NamedTuple):
@@ -115,6 +131,8 @@ class Unit(NamedTuple):
     """Of inputs and parameters, by name."""
     sources: Sequence[str]
     """C files to compile."""
+    directions: int = 1
+    """Tangential ones."""
 
 
 def model_description(unit: Unit, version: int) -> bytes:
@@ -128,7 +146,12 @@ def model_description(unit: Unit, version: int) -> bytes:
         "variableNamingConvention": "flat",
     }
     root = ET.Element("fmiModelDescription", head)
-    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **ABILITIES[version]})
+    able = {
+        name: value
+        for name, value in ABILITIES[version].items()
+        if unit.directions == 1 or not name.startswith("providesDirectional")
+    }
+    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **able})
     if version == 2:
         files = ET.SubElement(interface, "SourceFiles")
         for name in unit.sources:

@@ -11,12 +11,12 @@ import zipfile
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
 
 from historysim.asperities.curves import ROUNDING, NormalCurves
-from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
@@ -27,8 +27,13 @@ from historysim.basics.wording import Notify, listed, progress_bar, silent
 from historysim.errors import InputError, InstallationError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, exported
 from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
+from historysim.loads.event_sequence import is_planar
 from historysim.memory import get_include
 from historysim.replaying import Replay
+
+if TYPE_CHECKING:
+    from historysim.asperities.planar import PlanarState
+    from historysim.asperities.state import EnsembleState
 
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
@@ -58,11 +63,15 @@ LONG_AGO = (1980, 1, 1, 0, 0, 0)
 
 @attrs.frozen
 class Controls:
-    """How a unit is driven: by loads or displacements, and whether it holds a load beyond the friction limit there."""
+    """How a unit is driven: by loads or displacements, and whether it holds a load beyond the friction limit there.
+
+    The tangential direction is one, or there are two.
+    """
 
     normal: str = attrs.field()
     tangential: str = attrs.field()
     saturate: bool
+    directions: int = 1
 
     @normal.validator
     @tangential.validator
@@ -79,6 +88,7 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     normal: str = "load",
     tangential: str = "displacement",
     saturate: bool | None = None,
+    directions: int | None = None,
     fmi: int = 2,
     platforms: Sequence[str] | None = None,
     force: bool = False,
@@ -87,8 +97,9 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
 ) -> None:
     """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
 
-    Each ``doStep`` carries the contact straight from where it is to its two inputs, in one exact update, whatever the
-    length of the step. States can be saved, restored and serialised, bit for bit.
+    Each ``doStep`` carries the contact straight from where it is to its inputs, in one exact update, whatever the
+    length of the step; where two tangential directions turn, it is of the accuracy that ``rings`` says. States can be
+    saved, restored and serialised, bit for bit.
 
     Parameters
     ----------
@@ -104,6 +115,9 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     saturate : bool, optional
         Hold a tangential load beyond the friction limit at the limit; by default what the scenario says. Otherwise such
         a step is discarded, with a message, and nothing is changed.
+    directions : {1, 2}, optional
+        Tangential directions; by default as many as the events have. With two, inputs and outputs of the tangential
+        channel end in ``_x`` and ``_y``, and there are no directional derivatives.
     fmi : {2, 3}
         Version of the standard: 2.0 or 3.0.
     platforms : sequence of str, optional
@@ -138,11 +152,24 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     if at is not None and len(events) and at > events[-1].time:
         last = duration_text(events[-1].time)
         notify(f"{found.name}: its last event is at {last}; the unit starts from the state that it left")
-    controls = Controls(normal, tangential, found.replay.saturate if saturate is None else saturate)
+    saturate = found.replay.saturate if saturate is None else saturate
+    controls = Controls(normal, tangential, saturate, _directions(found.replay, directions))
     files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
     with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in sorted(files.items()):
             archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
+
+
+def _directions(job: Replay, given: int | None) -> int:
+    """Return how many tangential directions a unit has; InputError where the contact does not go with that."""
+    planar = is_planar(job.events)
+    if given not in {None, 1, 2} or isinstance(given, bool):
+        raise InputError(f"directions is {given!r}; expected 1 or 2, or nothing for as many as the events have")
+    if given == 1 and planar:
+        raise InputError("directions is 1, and the events move in two tangential directions; expected 2, or nothing")
+    if given == 2 and job.ensemble.confined:
+        raise InputError(f"directions is 2, and {job.ensemble.confined} goes with one tangential direction; expected 1")
+    return given or 1 + planar
 
 
 def unit_files(
@@ -156,18 +183,27 @@ def unit_files(
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
-    state = job.ensemble.initial_state() if at is None else job.state(until=at)
-    if state.memory.evolved:
+    state: Any = job.ensemble.initial_state() if at is None else job.state(until=at)
+    if controls.directions == 2:
+        state = job.ensemble.in_plane(state)
+    elif state.memory.evolved:
         raise InputError(f"{EVOLVES}, which a unit of co-simulation does not follow; {CONSTANT}")
     curves = job.ensemble.curves
     resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _curve(curves)})
     identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
-    driven, areas = not job.instrument.rigid, curves is None or curves.area is not None
-    table = variables(controls.normal, controls.tangential, driven=driven, areas=areas)
+    table = variables(
+        controls.normal,
+        controls.tangential,
+        driven=not job.instrument.rigid,
+        areas=curves is None or curves.area is not None,
+        directions=controls.directions,
+    )
+    keys = {each.key for each in table}
+    inputs = [each.name for each in table if each.causality == "input"]
     code = {path.name: path.read_text("utf-8") for path in _sources(fmi)}
     code["historysim.h"] = PREFACE + code["historysim.h"]
-    absent = [each for each in OUTPUTS if each not in table]
+    absent = [each for each in OUTPUTS if each.key not in keys]
     numbered = [*enumerate(table), *enumerate(absent, start=1000)]
     settings = _settings(job, controls, curves) | {f"V_{variable.key}": str(number) for number, variable in numbered}
     token = _token({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
@@ -179,8 +215,9 @@ def unit_files(
         text=source.title or "a rough frictional contact with its exact memory",
         token=token,
         variables=table,
-        starts=dict(zip((each.name for each in table[:3]), (*_starts(job, state, controls), 1.0), strict=True)),
+        starts=dict(zip((*inputs, "friction_factor"), (*_starts(job, state, controls), 1.0), strict=True)),
         sources=sorted(name for name in code if name.endswith(".c")),
+        directions=controls.directions,
     )
     files = {f"resources/{name}": content for name, content in resources.items()}
     files |= {f"sources/{name}": text.encode() for name, text in code.items()}
@@ -249,10 +286,13 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
     kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
     last = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
     ends = [(end * (1.0 + ROUNDING)).hex() for end in last] or ["HUGE_VAL", "HUGE_VAL"]
+    planar = controls.directions == 2
+    x, y = job.instrument.compliances if planar else (1.0 / job.instrument.stiffness, 0.0)
     return {
         "NORMAL_CONTROL": kind[controls.normal],
         "TANGENTIAL_CONTROL": kind[controls.tangential],
-        "COMPLIANCE": (1.0 / job.instrument.stiffness).hex(),
+        "COMPLIANCE": x.hex(),
+        **({"COMPLIANCE_Y": y.hex(), "DIRECTIONS": "2"} if planar else {}),
         "TOLERANCE": job.ensemble.tolerance.hex(),
         "SATURATE": str(int(controls.saturate)),
         "LARGEST_SIZE": LARGEST.hex(),
@@ -279,11 +319,13 @@ def _curve(curves: NormalCurves) -> bytes:
     return np.concatenate([np.asarray(part, dtype="<f8") for part in parts]).tobytes()
 
 
-def _starts(job: Replay, state: EnsembleState, controls: Controls) -> tuple[float, float]:
-    """Return where the normal and the tangential input stand at the start."""
+def _starts(job: Replay, state: "EnsembleState | PlanarState", controls: Controls) -> list[float]:
+    """Return where the inputs stand at the start: the normal one, and the tangential one or two."""
     normal = state.normal_load if controls.normal == "load" else state.approach
-    force, displacement = state.tangential_load, state.tangential_displacement
-    return normal, force if controls.tangential == "load" else job.instrument.drive_displacement(displacement, force)
+    found: Any = state.tangential_load
+    if controls.tangential == "displacement":
+        found = job.instrument.drive_displacement(state.tangential_displacement, found)
+    return [normal, *np.atleast_1d(found)]
 
 
 def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
@@ -301,14 +343,22 @@ def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
         else "discards the step with a message and changes nothing"
     )
     start = "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"
+    many, update, slopes = (
+        "two",
+        "in one exact update",
+        "are exact; they are given of loads, approach and displacements",
+    )
+    if controls.directions == 2:
+        many, slopes = "three", "are not given; the outputs of stiffness are on the side of the last step"
+        update = "in one update, which is exact along one line and else within the tolerance of its rings"
     text = f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(unit.name)}</title></head><body>
 <h1>{escape(unit.name)}</h1><p>{escape(unit.text)}</p>
 <p>A rough frictional contact before it slides, with its exact memory, made by historysim. It starts from: {start}. Each
-step carries it straight from where it is to its two inputs, in one exact update, whatever its length. The inputs are
+step carries it straight from where it is to its {many} inputs, {update}, whatever its length. The inputs are
 where the contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it
 gives their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
-{beyond}. Derivatives in the inputs are exact; they are given of loads, approach and displacements.</p>
+{beyond}. Derivatives in the inputs {slopes}.</p>
 <p>Compile the sources with <code>-std=c11 -ffp-contract=off</code> for the same bits.</p>
 <table border="1"><tr><th>variable</th><th>causality</th><th>unit</th><th>meaning</th></tr>{rows}</table>
 </body></html>

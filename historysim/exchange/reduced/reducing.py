@@ -17,6 +17,7 @@ from historysim.errors import InputError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, exported
 from historysim.exchange.reduced.reduced_model import ReducedModel
 from historysim.exchange.reduced.springs import Scaling
+from historysim.loads.event_sequence import is_planar
 from historysim.replaying import Replay
 
 STEEPER = 1e-9
@@ -223,6 +224,8 @@ def reduce(
     if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= MOST_ELEMENTS:
         raise InputError(f"elements is {elements!r}; expected a whole number from 1 to {MOST_ELEMENTS}")
     found = exported(source, notify)
+    if is_planar(found.replay.events):
+        raise InputError("springs that slide have one tangential direction; expected events with one, not two")
     ensemble = found.replay.ensemble
     changes = found.replay.changes
     if changes.friction or changes.evolve:
