@@ -277,7 +277,7 @@ COMMANDS = {
     "loops {nc}": "goes with one tangential direction",
     "table {nc} cycle-drift -o {out}.csv": "cycle_drift goes with one tangential direction",
     "plot {nc} --picture loop -o {out}.png": "the picture loop goes with one tangential direction",
-    "fmu {toml} -o {out}.fmu": "one tangential direction",
+    "fmu {toml} -o {out}.fmu": 0,
     "reduce {toml} -o {out}.json": "one tangential direction",
 }
 
