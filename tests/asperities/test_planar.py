@@ -338,6 +338,26 @@ def test_a_fall_of_friction():
         assert (plane.friction == friction).all()
 
 
+@pytest.mark.parametrize(
+    ("shape", "falls"), [("circle", {9: 0.8, 25: 0.5}), ("square", {11: 0.6, 20: 0.7}), ("square", {20: 0.4})]
+)
+def test_falls_of_friction_after_turns_beside_a_half_space(shape, falls):
+    ensemble, oracle, friction = sphere(), PlanarHalfSpace(32), 1.0
+    oracle.to((0.0, 0.0), 1.0)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    for k, u in enumerate(way(shape, 0.6, 10)):
+        state = ensemble.advance(state, tangential_displacement=tuple(u))
+        oracle.to(u, 1.0)
+        if k in falls:
+            friction *= falls[k]
+            state = ensemble.with_friction(state, friction)
+            oracle.to_friction(friction)
+            # a mesh of 1/32, where whole annuli slip at once
+            assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 1e-3
+        assert np.abs(numbers(state)[:2] - 0.75 * oracle.tangential_load).max() < 4e-3
+    assert numbers(state)[2] == pytest.approx(0.75 * oracle.dissipated, rel=1e-2)
+
+
 def test_stiffness_by_differences():
     ensemble = hs.Ensemble(PAIR, *many(), rings=hs.Rings(tolerance=1e-4))
     path, approach = random_walk(9, 12)
