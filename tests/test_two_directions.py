@@ -278,6 +278,7 @@ COMMANDS = {
     "table {nc} cycle-drift -o {out}.csv": "cycle_drift goes with one tangential direction",
     "plot {nc} --picture loop -o {out}.png": "the picture loop goes with one tangential direction",
     "plot {nc} --picture slip-annulus --with steps=2,-1 -o {out}.png": 0,
+    "fmu {toml} -o {out}.fmu": 0,
     "fmu {toml} --directions 1 -o {out}.fmu": "the events move in two tangential directions",
     "reduce {toml} -o {out}.json": "one tangential direction",
 }

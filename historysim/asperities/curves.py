@@ -187,6 +187,8 @@ class NormalCurves:
     def project(self, elements: Rows, friction: float, patches: Integers, rows: Rows) -> None:
         """Fill in rows of patches (column) from rows of all elements; radii are those of circles of the same area."""
         rows.totals[...] = elements.totals
+        for name, values in elements.vectors.items():
+            rows.vectors[name][...] = values
         approach, stick = elements.totals["approach"], self.stick_approach(elements)
         first = self.first_touch
         rows.totals["contact_count"] = np.searchsorted(np.sort(first), approach, side="left")
@@ -207,9 +209,23 @@ class NormalCurves:
         # what the struct points to has to live as long as it does
         kept = fill(struct, arrays), row.astype(np.int64)
         struct.row = pointer(kept[1])
-        written = elements.as_struct(np.arange(self.label.size)), rows.as_struct(patches)
         given = pointer(np.ascontiguousarray(approach)), pointer(stick)
-        check(lib.hs_record_patches(struct, written[0], approach.size, *given, friction, written[1]))
+        knots = np.arange(self.label.size)
+        if not rows.vectors:
+            written = elements.as_struct(knots), rows.as_struct(patches)
+            check(lib.hs_record_patches(struct, written[0], approach.size, *given, friction, written[1]))
+            return
+        # loads are sums over elements, so that each component has its own
+        for axis in range(2):
+            one, to = (
+                Rows(
+                    each.totals, each.each | {"tangential_load": np.ascontiguousarray(each.tangential_load[..., axis])}
+                )
+                for each in (elements, rows)
+            )
+            written = one.as_struct(knots), to.as_struct(patches)
+            check(lib.hs_record_patches(struct, written[0], approach.size, *given, friction, written[1]))
+            rows.tangential_load[..., axis] = to.tangential_load
 
     def check_reach(self, paths: Paths) -> None:
         """Check that paths, with targets in N and m, stay within the table; a CurveEndError has the path's position."""

@@ -159,6 +159,7 @@ class LogHeader:
                 float(own["friction"][0]),
                 highest_summit=float(own["summit_height"].max()),
                 tolerance=self.settings["tolerance"],
+                rings=_rings(self.settings.get("rings", {})),
             )
         written = {name: law for name, (_, law) in LAWS.items() if name in self.settings}
         laws = {name: law.from_settings(self.settings[name]) for name, law in written.items()}

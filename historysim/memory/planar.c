@@ -379,6 +379,23 @@ HS_WIDE static void add_node(const double *restrict gap, const double *restrict 
     }
 }
 
+/* Tangential loads of knots: what the springs carry that touch from a knot up to the next one. */
+static void loads_of_knots(const hs_class *part, double *x, double *y) {
+    const hs_curve *curve = &part->curve;
+    for (int32_t k = 0; k + 1 < part->count; ++k) {
+        const hs_node *outer = part->nodes + k, *inner = outer + 1;
+        hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
+        hs_vector slope = scaled(1.0 / (outer->label - inner->label), rise);
+        int64_t first = hs_touching(curve->gap, curve->count, inner->label) - 1;
+        for (int64_t i = first > 0 ? first : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
+            int last = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
+            double high = last ? outer->normal : curve->load[i + 1], low = hs_most(inner->normal, curve->load[i]);
+            x[i] += slope.x * (high - low);
+            y[i] += slope.y * (high - low);
+        }
+    }
+}
+
 /* Tangential loads of all asperities of the classes, by position: x of all, then y of all. */
 static void tangential_loads(const hs_body *body, double *load) {
     int64_t count = body->contact->count;
@@ -386,6 +403,10 @@ static void tangential_loads(const hs_body *body, double *load) {
     for (int64_t c = 0; c < body->classes; ++c) {
         const hs_class *part = body->parts + c;
         hs_vector slope = nowhere;
+        if (part->curve.load) {
+            loads_of_knots(part, load + part->start, load + count + part->start);
+            continue;
+        }
         for (int32_t k = 0; k + 1 < part->count; ++k) {
             const hs_node *outer = part->nodes + k, *inner = outer + 1;
             hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
@@ -441,7 +462,9 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
         int touches = gap < body->approach, slip = label > gap ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
         rows->rows.tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
         rows->rows.tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
-        rows->rows.stick_radius[at] = contact->weight[i] * sqrt(hs_most(label - gap, 0.0)) * units->radius;
+        /* radii of knots stand for labels */
+        double weight = contact->load ? 1.0 : contact->weight[i];
+        rows->rows.stick_radius[at] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
         rows->rows.slip_state[at] = (int8_t)(!touches ? HS_SEPARATED : front[i] == HUGE_VAL ? HS_FULL_STICK : slip);
     }
     free(load);

@@ -5,6 +5,8 @@
 /* share of the limit by which rings may still move where a solution is settled */
 #define SETTLED 1e-7
 #define MOST_ROUNDS 100
+/* Where a normal curve is straight nothing touches, and a ring would have no stiffness: it has this share of what is outside. */
+#define LEAST_MASS 1e-12
 /* farthest that Newton's step turns a traction [rad] */
 #define FARTHEST_TURN 0.7
 
@@ -48,7 +50,7 @@ void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction) {
     for (int32_t i = n; i >= 1; --i) {
         double inner = outer;
         outer = (normal[i - 1] - normal[i]) / (label[i - 1] - label[i]);
-        problem->mass[i] = hs_most(outer - inner, 0.0);
+        problem->mass[i] = hs_most(outer - inner, LEAST_MASS * outer);
     }
     for (int32_t i = 1; i <= n; ++i) {
         double before = sqrt(r[i]);

@@ -277,7 +277,7 @@ VARIABLES = (
     Variable("contact_radius", _BOTH, "m", "contact radius", when=_round),
     Variable("stick_radius", _BOTH, "m", "stick radius", when=_round),
     Variable("normal_load", _BOTH, "N", "normal load of the patch", when=_PATCHES),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the patch", when=_PATCHES),
+    Variable("tangential_load", _BOTH, "N", "tangential load of the patch", when=_PATCHES, directed=True),
     Variable(
         "contact_area", _BOTH, "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")
     ),

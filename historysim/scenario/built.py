@@ -167,9 +167,9 @@ def ensemble_on(sections: Sections, name: str, pair: "MaterialPair", surface: Bu
             _check_steady(sections)
         if surface.curve is not None:
             with at("surface"):
-                ensemble = Ensemble.from_normal_curves(pair, *surface.curve, coefficients)
+                ensemble = Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
         elif surface.solutions is not None:
-            ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients)
+            ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
         else:
             with at("surface"):
                 sloping = surface.summits is not None and surface.summits.slope is not None

@@ -351,6 +351,20 @@ def test_two_directions_with_rollbacks_are_those_of_a_replay(hosted, normal, tan
         host.slave.freeFMUstate(state)
 
 
+def test_patches_in_two_directions_are_those_of_a_state(hosted):
+    ensemble, rng = patches(), np.random.default_rng(7)
+    host = hosted(hs.Replay(ensemble, [PLANE]), normal="displacement", tangential="displacement").begin()
+    state = ensemble.initial_state()
+    for _ in range(30):
+        up, push = rng.uniform(1e-8, 1.5e-7), rng.uniform(-3e-8, 3e-8, 2)
+        host.step(up, *push)
+        state = ensemble.advance(state, normal_displacement=up, tangential_displacement=tuple(push))
+        assert [host.get("tangential_load_x"), host.get("tangential_load_y")] == state.tangential_load.tolist()
+        assert host.get("dissipated_energy") == state.dissipated_energy
+    with pytest.raises(FMICallException):
+        host.step(2.5e-7, 0.0, 0.0)
+
+
 def test_beyond_the_limit_it_refuses_or_holds(hosted):
     refusing, holding = (
         hosted(job(rough()), "one coefficient", at=1.0, tangential="load", saturate=saturate).begin()

@@ -98,9 +98,8 @@ def test_wrong_arguments_are_told(tmp_path, options, message):
 
 def test_two_directions_are_refused_where_there_is_one(tmp_path):
     plane = hs.Replay(CONTACTS["one"](), [hs.TangentialDisplacement(0.0, (0.0, 0.0))])
-    for source, directions in ((hs.Replay(patches(), EVENTS), 2), (plane, 1)):
-        with pytest.raises(hs.InputError, match=f"directions is {directions}, and "):
-            hs.write_fmu(source, tmp_path / "a.fmu", directions=directions)
+    with pytest.raises(hs.InputError, match="directions is 1, and "):
+        hs.write_fmu(plane, tmp_path / "a.fmu", directions=1)
     with pytest.raises(hs.InputError, match="springs that slide have one tangential direction"):
         hs.reduce(plane)
     assert not list(tmp_path.iterdir())

@@ -86,6 +86,15 @@ class PlanarHalfSpace:
         self.traction, self.displacement, self.approach = q, np.asarray(displacement), approach
         return self
 
+    def to_friction(self, friction):
+        """Go to another coefficient at once, at the displacement that is held: one problem, without a second stage."""
+        before, held = self.moved(self.traction), self.traction
+        self.friction = friction
+        self.traction = self._settled(held, before, friction * self.pressure(self.approach))
+        after = self.moved(self.traction)
+        self.dissipated += 0.5 * ((held * before).sum() - (self.traction * after).sum()) * self.cell**2
+        return self
+
 
 def _within(traction, limit):
     size = np.hypot(*traction)

@@ -130,7 +130,7 @@ class SlipAnnulusPicture(Picture):
         figure: Any = canvas.several(len(steps))
         rows = max(1, round((len(steps) * canvas.height / canvas.width) ** 0.5))
         columns = -(-len(steps) // rows)
-        if figure.get_layout_engine() is not None:
+        if figure.figure is figure and figure.get_layout_engine() is not None:
             # circles keep their shape, and stand close
             figure.set_layout_engine("compressed")
         grid = figure.subplots(-(-len(steps) // columns), columns, sharex=True, sharey=True, squeeze=False)
