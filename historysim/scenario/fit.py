@@ -235,22 +235,24 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         A normal load that the contact cannot carry.
     """
     scenario = as_scenario(scenario)
-    scenario.check_steady_friction()
-    measurement = scenario.measurement()
-    section, model, start = model_of(scenario)
-    with reported(scenario.path.name), at("loading"):
-        observation = observe(
-            measurement,
-            skip=section.skip,
-            displacement_noise=section.displacement_noise,
-            load_noise=section.load_noise,
-        )
-        with progress_bar(progress, "walk", desc="fitting", delay=2) as done:
-            estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
+    observation, model, start = to_fit(scenario)
+    bar = progress_bar(progress, "walk", desc="fitting", delay=2)
+    with reported(scenario.path.name), at("loading"), bar as done:
+        estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)
     return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness, between))
+
+
+def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
+    """Return what a fit compares with, the model, and the values that it starts from; raises what `fit` does."""
+    scenario.check_steady_friction()
+    measurement = scenario.measurement()
+    section, model, start = model_of(scenario)
+    with reported(scenario.path.name), at("loading"):
+        noise = {"displacement_noise": section.displacement_noise, "load_noise": section.load_noise}
+        return observe(measurement, skip=section.skip, **noise), model, start
 
 
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:

@@ -56,6 +56,11 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
         from historysim.studies.design import problem_of
 
         problem_of(loaded)
+    if loaded.sections.fit is not None:
+        from historysim.scenario.fit import to_fit
+
+        for run in loaded.runs():
+            to_fit(run)
     lines = summary(loaded, walk=seconds)
     for number, point in ends.items():
         # a cell that takes long is left to the sweep

@@ -144,3 +144,11 @@ def test_the_ends_of_a_sweep_are_walked(folder):
     found = hs.sweep(path)
     assert str(found.failure.values[0]).startswith(place)
     assert [bool(text) for text in found.failure.values] == [True, False, False]
+
+
+def test_a_fit_needs_a_record(folder):
+    loading = f"waypoints = [{PRESSED}, {PUSHED}]"
+    path = scenario(folder, loading, '[fit]\nparameters = ["friction"]')
+    for ask in (hs.validate, hs.fit):
+        with pytest.raises(hs.InputError, match=r"^s\.toml: loading: has no measured record; expected loading\.file"):
+            ask(path)
