@@ -1,5 +1,7 @@
 """Histories in two tangential directions: events, logs, files, scenarios, questions and pictures of them."""
 
+import math
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -326,8 +328,30 @@ def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_
     assert ends > 100
     with pytest.raises(InputError, match="one tangential direction"):
         assert one.reversal_points
+
+
+def test_a_stepper_of_two_directions_goes_as_advance_does():
+    ensemble = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.2)
+    state = ensemble.advance(ensemble.in_plane(ensemble.initial_state()), normal_load=4e-3)
+    stepper = ensemble.stepper(state, saturate=True)
+    for to in ((1e-8, 0.0), (1e-8, 1e-8)):
+        stepper.step(tangential_displacement=to)
+        kept, state = stepper.save(), ensemble.advance(state, tangential_displacement=to)
+    assert stepper.state == state
+    stepper.step(tangential_load=(1.0, 0.0))
+    assert np.hypot(*stepper.tangential_load) == pytest.approx(0.2 * 4e-3, rel=2e-3)
+    stepper.restore(kept)
+    np.testing.assert_array_equal(stepper.tangential_load, state.tangential_load)
+    other = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.3)
+    for wrong in (other.in_plane(other.initial_state()), ensemble.initial_state()):
+        with pytest.raises(InputError):
+            stepper.restore(wrong)
+    for wrong in ({"tangential_displacement": 1e-9}, {"tangential_displacement": (math.nan, 0.0)}):
+        with pytest.raises(InputError):
+            stepper.step(**wrong)
     with pytest.raises(InputError, match="the stepper moves in one tangential direction"):
         ensemble.stepper().step(normal_load=1e-3, tangential_displacement=(1e-9, 0.0))
+    assert stepper.state == state
 
 
 def test_a_hodograph_needs_two_directions():

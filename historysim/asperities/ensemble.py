@@ -25,7 +25,7 @@ from historysim.asperities.planar import (
 )
 from historysim.asperities.rings import RINGS, Rings
 from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import Stepper, Totals, channel, goals_of, path_to
+from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, goals_of, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import Floats, Integers, checked, one_per, scalar, workable
@@ -436,13 +436,14 @@ class Ensemble:
             A value that is not finite, a negative normal load, or both a load and a displacement of one channel; in two
             directions a single number for a tangential channel, or an ensemble that evolves.
         """
-        # a tight loop gets by with one comparison
+        # a tight loop gets by with one comparison: what is like the start is of one direction
         start = self._beginning
-        memory = state.memory if getattr(state, "like", None) is start else self._line_of(state)
+        known = getattr(state, "like", None) is start
+        memory = state.memory if known else self._line_of(state)
         moved: EnsembleState | PlanarState
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        if tangential[1].__class__ is tuple or isinstance(state, PlanarState):
+        if tangential[1].__class__ is tuple or (not known and isinstance(state, PlanarState)):
             _check_pair_of(tangential)
             moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         elif memory.evolved:
@@ -504,10 +505,30 @@ class Ensemble:
         state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
         return state, Totals.of(rows.totals)
 
+    @overload
     def stepper(
         self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
-    ) -> Stepper:
-        """Return what steps a state in place, for tight loops; it starts unloaded by default."""
+    ) -> Stepper: ...
+
+    @overload
+    def stepper(
+        self, state: PlanarState, *, saturate: bool = False, instrument: Instrument = RIGID
+    ) -> PlanarStepper: ...
+
+    def stepper(
+        self,
+        state: EnsembleState | PlanarState | None = None,
+        *,
+        saturate: bool = False,
+        instrument: Instrument = RIGID,
+    ) -> Stepper | PlanarStepper:
+        """Return what steps a state in place, for tight loops; it starts unloaded by default.
+
+        Of a `PlanarState`, such as ``in_plane(initial_state())``, it moves in two tangential directions.
+        """
+        if isinstance(state, PlanarState):
+            self._line_of(state)
+            return PlanarStepper(state, partial(self.advance, saturate=saturate, instrument=instrument))
         walk = partial(self.walk, saturate=saturate, instrument=instrument)
         state = self.initial_state() if state is None else state
         self._memory_of(state)

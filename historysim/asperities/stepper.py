@@ -5,10 +5,12 @@ import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
+import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.curves import NormalCurves
+from historysim.asperities.planar import PlanarState
 from historysim.asperities.state import EnsembleState, WholeContact
 from historysim.basics.arguments import Floats, Integers, checked, workable
 from historysim.basics.library import OneAtATime, ffi, lib
@@ -212,7 +214,8 @@ class Stepper(WholeContact):
             if not isinstance(goal, tuple):
                 raise
             raise InputError(
-                f"the stepper moves in one tangential direction; expected one number, not {goal}, or Ensemble.advance"
+                f"the stepper moves in one tangential direction; expected one number, not {goal}, or "
+                "ensemble.stepper(ensemble.in_plane(state))"
             ) from None
         finally:
             free.append(None)
@@ -250,3 +253,44 @@ class Stepper(WholeContact):
         with self._place:
             found = lib.hs_slopes_of(self.memory, self._start)
         return Slopes(found.tangential, found.coupling, found.normal)
+
+
+def _of_state(name: str) -> Any:
+    return property(lambda stepper: getattr(stepper.state, name), doc=getattr(PlanarState, name).__doc__)
+
+
+@attrs.define(eq=False)
+class PlanarStepper:
+    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`.
+
+    `Ensemble.stepper` makes one of a `PlanarState`, such as ``ensemble.in_plane(ensemble.initial_state())``.
+
+    Attributes
+    ----------
+    state : PlanarState
+        The present one, which later steps do not change.
+    """
+
+    state: PlanarState
+    _advance: Callable[..., Any]
+
+    normal_load = _of_state("normal_load")
+    tangential_load = _of_state("tangential_load")
+    approach = _of_state("approach")
+    tangential_displacement = _of_state("tangential_displacement")
+    dissipated_energy = _of_state("dissipated_energy")
+
+    def step(self, **targets: Any) -> None:
+        """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed."""
+        self.state = self._advance(self.state, **targets)
+
+    def save(self) -> PlanarState:
+        """Return the present state."""
+        return self.state
+
+    def restore(self, state: PlanarState) -> None:
+        """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
+        if not isinstance(state, PlanarState):
+            raise InputError(f"state is {state!r}; expected a PlanarState, such as save() returns")
+        check_belongs(state.memory.line, self.state.memory.line)
+        self.state = state

@@ -486,7 +486,7 @@ def test_what_moves_in_one_direction_only():
     ensemble = sphere()
     state = ensemble.advance(ensemble.initial_state(), tangential_displacement=(0.1, 0.0))
     with pytest.raises(InputError, match="two tangential directions"):
-        ensemble.stepper(state)
+        ensemble.advance_many(state, tangential_displacement=[0.2])
     for wrong in ({"rings": 0}, {"height_classes": 1.5}, {"tolerance": 2}):
         with pytest.raises(InputError):
             hs.Rings(**wrong)
