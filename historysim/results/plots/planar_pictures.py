@@ -123,6 +123,8 @@ class SlipAnnulusPicture(Picture):
             label = int(data["asperity"].values[data["normal_load"].isel(step=steps).values.max(axis=0).argmax()])
         found = asperities_at(data, label, steps)
         edge = max(each.contact_radius for each in found)
+        if edge == 0:
+            raise InputError(f"asperity {label} does not touch at any of the steps; expected one at which it does")
         length, unit = scale_of("m", edge)
         rings = [_ring_arrows(each) for each in found]
         most = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
@@ -146,7 +148,7 @@ class SlipAnnulusPicture(Picture):
             axes.set_aspect("equal")
         for axes in grid.flat[len(steps) :]:
             axes.set_visible(False)
-        reach = 1.08 * edge * length or 1.0
+        reach = 1.08 * edge * length
         grid[0, 0].set(xlim=(-reach, reach), ylim=(-reach, reach))
         for axes in grid[-1]:
             axes.set_xlabel(f"$x$ ({unit})")
