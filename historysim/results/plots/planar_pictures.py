@@ -176,6 +176,8 @@ class SlipAnnulusPicture(Picture):
 
 def _ring_arrows(one: Any) -> Floats:
     """Return places [m] and tractions [Pa] on the rings of an asperity (arrow, 4)."""
+    if one.contact_radius == 0:
+        return np.empty((0, 4))
     found = []
     for share, traction in zip(RINGS, one.traction(np.array(RINGS) * one.contact_radius), strict=True):
         around = np.arange(max(1, round(16 * share))) / max(1, round(16 * share)) * 2 * np.pi
