@@ -5,6 +5,7 @@
 
 import inspect
 import itertools
+import pprint
 import re
 import textwrap
 from pathlib import Path
@@ -37,7 +38,8 @@ python -m pytest tests/verification --page    # all cases; writes this page and 
 python -m pytest tests/verification           # the quick cases; compares them with this page
 ```
 
-The lines of Python are those that run. They begin with
+The lines of Python are those that run; the test below them has what is made for them elsewhere.
+They begin with
 
 ```python
 import numpy as np
@@ -51,6 +53,9 @@ Brute forces and other helpers are in `tests/support`.
 """
 NUMBERS = slice(1, 4)
 """Columns of a table that hold numbers: expected, found, error."""
+MOST_NUMBERS, MOST_CHARACTERS = 8, 700
+"""Of an argument that is shown whole."""
+WRITTEN, FAILED = pytest.StashKey(), pytest.StashKey()
 
 
 class Row(NamedTuple):
@@ -79,6 +84,7 @@ class Case:
     def __init__(self, item):
         title, _, text = inspect.cleandoc(item.function.__doc__).partition("\n")
         self.name, self.title, self.text = item.name.removeprefix("test_"), title, text.strip()
+        self.place = f"{item.path.name}::{item.name}"
         assert "Compared with **" in self.text, f"{item.name}: its docstring does not say with what it is compared"
         assert "The model ends " in self.text, f"{item.name}: its docstring does not say where the model ends"
         self.code, self.rows, self.drawn = "", [], None
@@ -86,7 +92,10 @@ class Case:
     def shows(self, function, *arguments):
         """Run a function, and show its body on the page as what the reader types; arguments are helpers of the test."""
         body = textwrap.dedent("".join(inspect.getsourcelines(function)[0][1:]))
-        self.code = re.sub(r"^return .*\n", "", body, flags=re.MULTILINE).rstrip()
+        given = zip(inspect.signature(function).parameters, arguments, strict=True)
+        self.code = "\n".join(
+            [*(given_as(*one) for one in given), re.sub(r"^return .*\n", "", body, flags=re.MULTILINE).rstrip()]
+        )
         return function(*arguments)
 
     def row(self, name, expected, found, bound, why="rounding", *, of="itself", scale=None):
@@ -117,9 +126,8 @@ class Case:
             for each in self.text.split("\n\n")
         ]
         picture = f"![{self.title}](pictures/{self.name}.png)"
-        return "\n\n".join([
-            f"### {self.title}", *words[:-1], f"```python\n{self.code}\n```", "\n".join(lines), picture, words[-1]
-        ])  # fmt: skip
+        code, place = f"```python\n{self.code}\n```", f"(`{self.place}`)"
+        return "\n\n".join([f"### {self.title}", *words[:-1], code, place, "\n".join(lines), picture, words[-1]])
 
     def compare(self, page):
         """The section stands on the page, with the same words and code, and with these numbers to their digits."""
@@ -129,11 +137,22 @@ class Case:
         shown, own = found[0].strip(), self.section()
         assert blanked(shown) == blanked(own), again
         for (row, scale), cells in zip(self.rows, rows_of(shown), strict=True):
-            near = 2 * row.bound * scale + 1e-5 * abs(row.expected)
+            # six digits are printed, and another processor rounds otherwise
+            near = min(2 * row.bound, 1e-3) * scale + 1e-5 * abs(row.expected)
             assert float(cells[0]) == pytest.approx(row.expected, abs=near), f"{row.name}: {again}"
             assert float(cells[1]) == pytest.approx(row.found, abs=near), f"{row.name}: {again}"
             assert float(cells[2]) <= 1.5 * row.bound, f"{row.name}: {again}"
         assert (FOLDER / "pictures" / f"{self.name}.png").is_file(), again
+
+
+def given_as(name, value):
+    """What the reader is told of an argument: its value, where it is short, else what it is."""
+    if isinstance(value, np.ndarray) and value.size <= MOST_NUMBERS:
+        return f"{name} = np.array({value.tolist()})"
+    if isinstance(value, str | float | int | tuple | list | dict) and len(repr(value)) <= MOST_CHARACTERS:
+        return f"{name} = {pprint.pformat(value, width=90, sort_dicts=False)}"
+    size = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
+    return f"# {name}: {'an array' if size else 'made'}{size} by the test"
 
 
 def rows_of(section):
@@ -159,13 +178,10 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.stash[WRITTEN] = {}
-    if config.getoption("page"):
+    if config.getoption("page", default=False):
         if config.getoption("numprocesses", None):
             raise pytest.UsageError("--page writes one page; expected no -n")
         config.option.markexpr = ""
-
-
-WRITTEN = pytest.StashKey()
 
 
 @pytest.fixture(autouse=True)
@@ -187,9 +203,6 @@ def page(request):
     group = GROUPS[request.node.path.stem]
     request.config.stash[WRITTEN].setdefault(group, {})[case.title] = case.section()
     draw_picture(case)
-
-
-FAILED = pytest.StashKey()
 
 
 @pytest.hookimpl(wrapper=True)

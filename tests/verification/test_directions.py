@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 from planar_half_space import PlanarHalfSpace
+from planar_paths import TABLES, way
 
 import historysim as hs
 
@@ -45,29 +46,6 @@ def test_along_a_line(page):
     page.picture(draw)
 
 
-def ramp_and_turn(shape, amplitude, parts):
-    if shape == "circle":
-        angle = np.arange(1, 4 * parts + 1) / parts * np.pi / 2
-        ramp = np.outer(np.arange(1, parts + 1) / parts, (amplitude, 0))
-        return np.vstack([ramp, amplitude * np.column_stack([np.cos(angle), np.sin(angle)])])
-    corners = amplitude * np.array([(0, 0), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1)])
-    share = np.arange(1, parts + 1)[:, None] / parts
-    return np.vstack([a + share * (b - a) for a, b in itertools.pairwise(corners)])
-
-
-TABLES = {
-    "circle": [
-        (0.8357, 0, 0.05446), (-0.1418, 0.7687, 0.1605), (-0.7568, -0.1895, 0.3431), (0.2085, -0.7585, 0.5593),
-        (0.7619, 0.2153, 0.7901),
-    ],
-    "square": [
-        (0.8357, 0, 0.05446), (0.6302, 0.7531, 0.2275), (-0.2603, 0.6828, 0.2711), (-0.8142, 0.5098, 0.5308),
-        (-0.7048, -0.3502, 0.6040), (-0.4843, -0.8400, 0.9325),
-    ],
-}  # fmt: skip
-"""Loads and energies over the normal load, at corners, or at quarters of a circle, by another program."""
-
-
 def test_circle_and_square(page):
     """A circle and a square
 
@@ -90,15 +68,15 @@ def test_circle_and_square(page):
             found[name] = np.array(states)
         return found
 
-    paths = {shape: ramp_and_turn(shape, 0.7, 48) for shape in TABLES}
+    paths = {shape: way(shape, 0.7, 48) for shape in ("circle", "square")}
     found = page.shows(walks, paths)
-    for shape, expected in TABLES.items():
-        ends, table = found[shape][47::48] / UNIT, np.array(expected)
+    for shape in paths:
+        ends, table = found[shape][47::48] / UNIT, np.array(TABLES[shape])
         page.row(f"T on a {shape}, of N", table[:, :2], ends[:, :2], 1e-3, "tolerance, by default", of="μN", scale=1)
         page.row(f"energy lost on a {shape}, of N × 1 m", table[:, 2], ends[:, 2], 2e-3, "tolerance", of="all of it")
 
     def draw(axes):
-        for shape in TABLES:
+        for shape in paths:
             axes.plot(*(found[shape][:, :2] / UNIT).T, label=shape)
             axes.plot(*np.array(TABLES[shape])[:, :2].T, "k.")
         axes.set(xlabel="T in x, of μN", ylabel="T in y, of μN", aspect="equal")
