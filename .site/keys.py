@@ -4,9 +4,8 @@ The classes say what a key is: its type and unit, its default, below it what it 
 ``python .site/keys.py`` writes the page; a test asks whether it is up to date.
 """
 
-import ast
 import inspect
-import itertools
+import re
 import sys
 import textwrap
 from pathlib import Path
@@ -135,16 +134,20 @@ def meanings(kind: type) -> dict[str, str]:
 
 
 def beside_fields(kind: type) -> dict[str, str]:
-    """Return the strings that stand below fields in the source of a class, by the names of the fields."""
+    """Return the comments ``#: …`` beside, or above, fields in the source of a class, by the names of the fields."""
     if not attrs.has(kind) or kind.__module__.partition(".")[0] != "historysim":
         return {}
+    found: dict[str, str] = {}
+    above: list[str] = []
     # a height map with the steps of other packages has no source of its own
-    [body] = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
-    return {
-        field.target.id: " ".join(text.value.value.split())
-        for field, text in itertools.pairwise(body.body)  # type: ignore[attr-defined] # of a class
-        if isinstance(field, ast.AnnAssign) and isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
-    }
+    for line in textwrap.dedent(inspect.getsource(kind)).splitlines():
+        code, mark, text = line.partition("#: ")
+        field = re.match(r"    (\w+): ", code)
+        if field and (mark or above):
+            words = " ".join([*above, text]).strip()
+            found[field[1]] = words[0].upper() + words[1:].removesuffix(".") + "."
+        above = [*above, text] if mark and not code.strip() else []
+    return found
 
 
 def example(kind: type) -> str:

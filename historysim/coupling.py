@@ -33,38 +33,27 @@ Motion = Callable[[float, Floats, "EnsembleState"], ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 
 METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
+# Parameters of scipy's solvers that are no options; the last takes all other names.
 NO_OPTIONS = ("fun", "t0", "y0", "t_bound", "extraneous")
-"""Parameters of scipy's solvers that are no options; the last takes all other names."""
-PARTS = 8
-"""Equal parts of a step, at the ends of which it is looked whether the contact has turned round."""
-ROUNDING = 1e-12
-"""Share of the way of the contact below which a change of its direction is rounding."""
-EDGE = 1e-3
-"""Share of a step at either end, in which it is seen which way the contact goes there."""
+PARTS = 8  # equal parts of a step, at the ends of which it is looked whether the contact has turned round
+ROUNDING = 1e-12  # share of the way of the contact below which a change of its direction is rounding
+EDGE = 1e-3  # share of a step at either end, in which it is seen which way the contact goes there
+# Share of a step to which a turning point is found; and from its beginning, within which it is that beginning.
 TURN_TOLERANCE, AT_BEGINNING = 1e-6, 1e-4
-"""Share of a step to which a turning point is found; and from its beginning, within which it is that beginning."""
 
 
 @attrs.frozen(eq=False)
 class CoupledSolution:
     """What a solver has found, at the ends of its accepted steps."""
 
-    t: Floats
-    """(step) Times from the beginning on [s]."""
-    y: Floats
-    """(variable, step) The variables of the motion."""
-    normal_load: Floats
-    """(step) Of the contact [N]."""
-    tangential_load: Floats
-    """(step) Of the contact [N]."""
-    dissipated_energy: Floats
-    """(step) What friction has taken since the contact was unloaded [J]."""
-    state: "EnsembleState"
-    """The contact at the end."""
-    turns: int
-    """Steps that were cut where the contact turned round."""
-    evaluations: int
-    """How often the equations were evaluated."""
+    t: Floats  #: (step) Times from the beginning on [s]
+    y: Floats  #: (variable, step) The variables of the motion
+    normal_load: Floats  #: (step) Of the contact [N]
+    tangential_load: Floats  #: (step) Of the contact [N]
+    dissipated_energy: Floats  #: (step) What friction has taken since the contact was unloaded [J]
+    state: "EnsembleState"  #: the contact at the end
+    turns: int  #: steps that were cut where the contact turned round
+    evaluations: int  #: how often the equations were evaluated
 
 
 def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
@@ -153,8 +142,7 @@ class _CarriedContact:
     ensemble: "Ensemble"
     place: Place
     given: dict[str, Any]
-    states: "list[EnsembleState]"
-    """That of the beginning, and those at the ends of the accepted steps."""
+    states: "list[EnsembleState]"  #: that of the beginning, and those at the ends of the accepted steps
     times: list[float] = attrs.field(factory=list)
     values: list[Floats] = attrs.field(factory=list)
 
@@ -369,24 +357,15 @@ class _SampledContact:
 class StageMotion:
     """How a stage has moved."""
 
-    time: Floats
-    """(sample) When the controller was asked [s]."""
-    place: Floats
-    """(sample) Of the stage at the end of the sample [m]."""
-    contact_force: Floats
-    """(sample) Tangential load of the contact at the end of the sample [N]."""
-    motor_force: Floats
-    """(sample) During the sample [N]."""
-    work: float
-    """Of the motor [J]."""
-    kinetic: float
-    """Energy of the motion at the end [J]."""
-    stored: float
-    """Energy in the tractions at the end [J]."""
-    dissipated: float
-    """Energy lost to friction [J]."""
-    state: "EnsembleState"
-    """The contact at the end."""
+    time: Floats  #: (sample) When the controller was asked [s]
+    place: Floats  #: (sample) Of the stage at the end of the sample [m]
+    contact_force: Floats  #: (sample) Tangential load of the contact at the end of the sample [N]
+    motor_force: Floats  #: (sample) During the sample [N]
+    work: float  #: of the motor [J]
+    kinetic: float  #: energy of the motion at the end [J]
+    stored: float  #: energy in the tractions at the end [J]
+    dissipated: float  #: energy lost to friction [J]
+    state: "EnsembleState"  #: the contact at the end
 
 
 def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact

@@ -39,8 +39,7 @@ if TYPE_CHECKING:
     Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface | Sequence[str | Path | Surface]
     Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
 
-MOST_CHANNELS = 40
-"""Columns of a record; a height map has as many as points."""
+MOST_CHANNELS = 40  # columns of a record; a height map has as many as points
 MAP_ALONE = "expected with the path of a height map alone, which is read with them"
 
 
@@ -449,8 +448,8 @@ def _page_of_scenario(scenario: "Scenario") -> str:
 class Explorer:
     """The interactive picture of `explore`, which a notebook shows."""
 
+    #: One self-contained HTML page, to be written to a file.
     page: str = attrs.field(repr=lambda page: f"<{len(page):,} characters of HTML>")
-    """One self-contained HTML page, to be written to a file."""
 
     def _repr_html_(self) -> str:
         # in a frame of its own, which no style or script of the notebook reaches

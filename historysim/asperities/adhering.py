@@ -11,8 +11,8 @@ from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.contact import adhesion, hertz
 from historysim.errors import InputError
 
+# Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve.
 LARGEST_LOAD = 5.0
-"""Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve."""
 
 
 @attrs.frozen(eq=False)

@@ -13,23 +13,17 @@ import numpy as np
 
 from historysim.basics.arguments import Floats
 
-HALVINGS = 12
-"""Rows below the first one of a table, each at half the approach of the next one."""
-ROUNDING = 1e-9
-"""Fall of the stiffness, relatively, that is taken for rounding of the table."""
-MOST_ROWS = 600
-"""Rows of a table that is met exactly; a longer one is a measurement."""
-MOST_NODES = 120
-"""Places where the stiffness of a measured curve may change its slope."""
+HALVINGS = 12  # rows below the first one of a table, each at half the approach of the next one
+ROUNDING = 1e-9  # fall of the stiffness, relatively, that is taken for rounding of the table
+MOST_ROWS = 600  # rows of a table that is met exactly; a longer one is a measurement
+MOST_NODES = 120  # places where the stiffness of a measured curve may change its slope
+# Tables with other noise that the uncertainty of a measured curve is taken from: the worst of them.
 REPLICAS, SEED = 40, 1
-"""Tables with other noise that the uncertainty of a measured curve is taken from: the worst of them."""
 
-LEFT_OUT = 3
-"""One of so many rows is kept to see what the others say of the error between rows."""
-UNKNOWN = 0.25
-"""Part of the triangle before the first row that a power of the approach may be off by there."""
+LEFT_OUT = 3  # one of so many rows is kept to see what the others say of the error between rows
+UNKNOWN = 0.25  # part of the triangle before the first row that a power of the approach may be off by there
+# Misfit over the noise from which it is none, but a bend that the nodes of a measured curve cannot follow.
 DEVIATIONS = 4.0
-"""Misfit over the noise from which it is none, but a bend that the nodes of a measured curve cannot follow."""
 
 
 class Knots(NamedTuple):

@@ -24,15 +24,13 @@ from historysim.memory.binding import LOAD, check, fill
 from historysim.memory.paths import Paths
 from historysim.memory.rows import Rows
 
-FEWEST = 4
-"""Rows that make a table."""
+FEWEST = 4  # rows that make a table
+# Root mean square misfit of the total, over its largest load, from which it is no noise that could be smoothed.
 NOT_CONVEX = 0.05
-"""Root mean square misfit of the total, over its largest load, from which it is no noise that could be smoothed."""
+# Largest misfit from which it is compared with the noise, and its median over the noise from which it is none: of
+# Gaussian noise that is .67.
 BENDS, MOST_DEVIATIONS = 0.005, 1.5
-"""Largest misfit from which it is compared with the noise, and its median over the noise from which it is none: of
-Gaussian noise that is .67."""
-ROUNDING = 1e-9
-"""By how much, relatively, a path may go beyond the table before it is refused."""
+ROUNDING = 1e-9  # by how much, relatively, a path may go beyond the table before it is refused
 
 
 class Superposition(NamedTuple):
@@ -58,23 +56,18 @@ class NormalCurves:
     tangential loads are superpositions of normal ones, whatever the contact).
     """
 
-    approach: Floats
-    """Of the table: approaches of the whole contact from first touch (row) [m]."""
-    load: Floats = attrs.field(repr=False)
-    """Loads (row, patch) [N]."""
+    approach: Floats  #: of the table: approaches of the whole contact from first touch (row) [m]
+    load: Floats = attrs.field(repr=False)  #: loads (row, patch) [N]
+    #: Of the curve: approaches of its knots (element) [m]; 0 of a Hertzian contact.
     label: Floats = attrs.field(repr=False)
-    """Of the curve: approaches of its knots (element) [m]; 0 of a Hertzian contact."""
-    stiffness: Floats | None = attrs.field(default=None, repr=False)
-    """dP/da at the knots (element) [N/m]."""
+    stiffness: Floats | None = attrs.field(default=None, repr=False)  #: dP/da at the knots (element) [N/m]
+    #: Of a Hertzian contact: k of P(a) = k a^(3/2) (element) [N/m^1.5].
     weight: Floats | None = attrs.field(default=None, repr=False)
-    """Of a Hertzian contact: k of P(a) = k a^(3/2) (element) [N/m^1.5]."""
-    area: Floats | None = attrs.field(default=None, repr=False)
-    """Contact areas (row, patch) [m²]."""
+    area: Floats | None = attrs.field(default=None, repr=False)  #: contact areas (row, patch) [m²]
+    #: Standard deviations of the noise of the total (row) [N], where there is any.
     noise: Floats | None = attrs.field(default=None, repr=False)
-    """Standard deviations of the noise of the total (row) [N], where there is any."""
     x: Floats | None = attrs.field(default=None, repr=False)
-    y: Floats | None = attrs.field(default=None, repr=False)
-    """Positions (patch) [m]."""
+    y: Floats | None = attrs.field(default=None, repr=False)  #: positions (patch) [m]
 
     @classmethod
     def from_table(

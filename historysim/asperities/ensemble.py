@@ -62,8 +62,8 @@ if TYPE_CHECKING:
 
 _ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 AnyState = TypeVar("AnyState", EnsembleState, PlanarState, EnsembleState | PlanarState)
+# What is recorded of asperities that evolve, beside what always is.
 EVOLVED = {name for name, _ in ffi.typeof("hs_rows").fields} - _ALWAYS
-"""What is recorded of asperities that evolve, beside what always is."""
 
 
 def check_pair(pair: MaterialPair) -> MaterialPair:

@@ -15,16 +15,12 @@ from historysim.basics.library import lib
 from historysim.memory.binding import DISPLACED, Memory, advanced
 from historysim.memory.rows import Rows
 
-SETTLED = 1e-13
-"""Relative difference of a load from the one that is asked for."""
+SETTLED = 1e-13  # relative difference of a load from the one that is asked for
+# Trials of an approach, of which so many may be Newton's, and how often a path is halved.
 MOST_TRIALS, MOST_NEWTON, MOST_HALVINGS = 200, 30, 20
-"""Trials of an approach, of which so many may be Newton's, and how often a path is halved."""
-FIRST_DEPTH = 1e-6
-"""First trial of an approach from first touch, over the smallest radius."""
-LEAST_LOSS = 1e-3
-"""Energy of a chord that has to settle, over that of sliding."""
-LOSSES = 10
-"""Tolerance of energies over that of loads and approaches."""
+FIRST_DEPTH = 1e-6  # first trial of an approach from first touch, over the smallest radius
+LEAST_LOSS = 1e-3  # energy of a chord that has to settle, over that of sliding
+LOSSES = 10  # tolerance of energies over that of loads and approaches
 _SUMMED = ("contact_count", "real_contact_area", "dissipated_energy")
 
 
@@ -39,13 +35,11 @@ class Facet(Ensemble):
     Only + - × ÷ √ make its axes, so that its bits are the same everywhere.
     """
 
-    members: Integers
-    """(asperity) Their indices in the whole ensemble."""
+    members: Integers  #: (asperity) Their indices in the whole ensemble
     slope: float  # type: ignore[assignment] # that of all of them
     cosine: float
     sine: float
-    gap: float
-    """Approach at which its highest asperity touches where U = 0 [m]."""
+    gap: float  #: approach at which its highest asperity touches where U = 0 [m]
 
     @classmethod
     def of(cls, whole: Ensemble, slope: float, members: Integers) -> Self:

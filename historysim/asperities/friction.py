@@ -14,13 +14,13 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import check, fill
 
+# The laws by their names in scenarios and logs.
 LAWS: Registry[type["FrictionLaw"]] = Registry(
     "historysim.laws",
     "historysim.asperities.friction:FrictionLaw",
     "friction law",
     "historysim.asperities.laws",
 )
-"""The laws by their names in scenarios and logs."""
 
 
 @attrs.frozen(eq=False)
@@ -60,11 +60,11 @@ class FrictionLaw(Law):
     """
 
     registry: ClassVar[Registry[Any]] = LAWS
+    #: What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid).
     depends_on: ClassVar[str]
-    """What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid)."""
 
+    #: Whether it has the same bits on every machine: it only adds, multiplies, divides and takes square roots.
     same_bits: bool = False
-    """Whether it has the same bits on every machine: it only adds, multiplies, divides and takes square roots."""
 
     def core(self) -> dict[str, Any]:
         """Return the fields of ``hs_law``; a law without a ``kind`` there is asked by `coefficients`."""

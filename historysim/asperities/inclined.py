@@ -27,8 +27,8 @@ from historysim.memory.rows import Rows, blank_rows
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
 
+# Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load.
 STEEPEST_SLIDING = 0.9
-"""Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load."""
 _HEAD = struct.Struct("<8sqqqdd")
 _MARK = b"hsinclin"
 

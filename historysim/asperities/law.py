@@ -15,12 +15,9 @@ class Law(abc.ABC):
 
     __slots__ = ()
 
-    registry: ClassVar[Registry[Any]]
-    """All laws of its sort by their names."""
-    kind: ClassVar[str]
-    """Its name in scenarios and logs."""
-    library_kind: ClassVar[str | None] = None
-    """Its name in the C library; None of a law of your own."""
+    registry: ClassVar[Registry[Any]]  #: all laws of its sort by their names
+    kind: ClassVar[str]  #: its name in scenarios and logs
+    library_kind: ClassVar[str | None] = None  #: its name in the C library; None of a law of your own
 
     @property
     @abc.abstractmethod

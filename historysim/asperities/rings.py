@@ -7,8 +7,7 @@ import attrs
 from historysim.basics.units import is_number
 from historysim.errors import InputError
 
-MOST_RINGS = 1000
-"""Of the library: ``HS_MOST_RINGS``."""
+MOST_RINGS = 1000  # of the library: ``HS_MOST_RINGS``
 
 
 def _from_1(_: Any, field: "attrs.Attribute[int]", value: int) -> None:

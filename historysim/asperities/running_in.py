@@ -38,20 +38,14 @@ class Pass:
 class PassRecord(NamedTuple):
     """How a map meets the flat before a pass."""
 
-    normal_load: float
-    """[N]"""
-    preliminary_displacement: float
-    """θμδ of the highest summit under it [m]."""
+    normal_load: float  #: [N]
+    preliminary_displacement: float  #: θμδ of the highest summit under it [m]
     contact_count: int
-    real_contact_area: float
-    """Of the summits that touch [m²]."""
-    rms_height: float
-    """Rq of the map [m]."""
+    real_contact_area: float  #: of the summits that touch [m²]
+    rms_height: float  #: Rq of the map [m]
     summits: Summits
-    touching: Integers
-    """Indices of those that touch."""
-    removed_volume: float
-    """That the pass has cut off [m³], whether it was lost or put back."""
+    touching: Integers  #: indices of those that touch
+    removed_volume: float  #: that the pass has cut off [m³], whether it was lost or put back
 
 
 def run_in(

@@ -26,43 +26,28 @@ from historysim.memory.binding import (
 class Evolved(NamedTuple):
     """What has become of asperities since the start, beside what their tractions remember; arrays are (asperity)."""
 
-    summit_height: Floats
-    """Present heights [m]."""
-    summit_radius: Floats
-    """Present radii [m]."""
-    slid_distance: Floats
-    """∫|dU| while the asperity slid as a whole [m]."""
-    worn_volume: Floats
-    """Volume lost since the start [m³]."""
-    waiting_volume: Floats
-    """Part of it that has not yet shaped the summit [m³]."""
-    shaped_volume: Floats
-    """Part of it that has, since the summit was last a whole paraboloid [m³]."""
-    given: Booleans
-    """Where an event has set the friction, in place of the law."""
-    slid_together: float
-    """∫|dU| while all asperities in contact slid [m]."""
-    erased_memories: float
-    """Number of contacts that a change of geometry has replaced, with their memory."""
-    erased_energy: float
-    """Tangential elastic energy lost with them, or with what was worn [J]."""
+    summit_height: Floats  #: present heights [m]
+    summit_radius: Floats  #: present radii [m]
+    slid_distance: Floats  #: ∫|dU| while the asperity slid as a whole [m]
+    worn_volume: Floats  #: volume lost since the start [m³]
+    waiting_volume: Floats  #: part of it that has not yet shaped the summit [m³]
+    shaped_volume: Floats  #: part of it that has, since the summit was last a whole paraboloid [m³]
+    given: Booleans  #: where an event has set the friction, in place of the law
+    slid_together: float  #: ∫|dU| while all asperities in contact slid [m]
+    erased_memories: float  #: number of contacts that a change of geometry has replaced, with their memory
+    erased_energy: float  #: tangential elastic energy lost with them, or with what was worn [J]
 
 
 class Yielded(NamedTuple):
     """How asperities have yielded since the start; arrays are (asperity)."""
 
-    virgin_height: Floats
-    """Heights before they yielded [m]."""
-    virgin_radius: Floats
-    """Radii before they yielded [m]."""
-    summit_height: Floats
-    """Present heights [m]."""
-    summit_radius: Floats
-    """Present radii [m]."""
+    virgin_height: Floats  #: heights before they yielded [m]
+    virgin_radius: Floats  #: radii before they yielded [m]
+    summit_height: Floats  #: present heights [m]
+    summit_radius: Floats  #: present radii [m]
+    #: Largest load under which each yielded, up to which it is elastic now; 0 where it never has [N].
     yielding_load: Floats
-    """Largest load under which each yielded, up to which it is elastic now; 0 where it never has [N]."""
-    yielding_energy: Floats
-    """Energy that yielding has taken since the start [J], apart from what friction dissipates."""
+    yielding_energy: Floats  #: energy that yielding has taken since the start [J], apart from what friction dissipates
 
     @property
     def yielded_depth(self) -> Floats:

@@ -19,10 +19,8 @@ from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, check_belongs, copied
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
-TURNS = 4
-"""Reversals of the displacement in as many successive steps that look like trials."""
-HELD = math.nan
-"""Target of a channel that is held as it was controlled last."""
+TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
+HELD = math.nan  # target of a channel that is held as it was controlled last
 
 
 def channel(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> tuple[int, Any]:

@@ -18,32 +18,24 @@ from historysim.basics.wording import Finding, counted
 from historysim.contact import hertz
 from historysim.surfaces.summits import detached_summits
 
-STEEPEST = 0.3
-"""a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains."""
-MOST_LOAD = 0.1
-"""Share of the normal load that may stand on asperities beyond a limit, and that adhesion may add to it."""
-MOST_OVERLAP = 0.2
-"""Share of the normal load that may stand on asperities with contact circles that overlap."""
-MOST_AREA = 0.05
-"""Contact area over nominal area up to which asperities are taken to be independent."""
-MOST_ON_OUTLIERS = 0.5
-"""Share of the normal load that a handful of outliers may carry."""
+STEEPEST = 0.3  # a/R up to which the paraboloid stands for the sphere, and Hertz' theory for small strains
+MOST_LOAD = 0.1  # share of the normal load that may stand on asperities beyond a limit, and that adhesion may add to it
+MOST_OVERLAP = 0.2  # share of the normal load that may stand on asperities with contact circles that overlap
+MOST_AREA = 0.05  # contact area over nominal area up to which asperities are taken to be independent
+MOST_ON_OUTLIERS = 0.5  # share of the normal load that a handful of outliers may carry
+# Circles of which all pairs are looked at, which takes less time than to import a search for neighbours.
 MOST_PAIRED = 500
-"""Circles of which all pairs are looked at, which takes less time than to import a search for neighbours."""
+# Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
+# hardness, since what is pressed down has nowhere to go (Pullen and Williamson 1972).
 MOST_YIELDED_AREA = 0.5
-"""Contact area over nominal area up to which summits that yield do so alone: beyond it the pressure rises above the
-hardness, since what is pressed down has nowhere to go (Pullen and Williamson 1972)."""
-STRAIN = 0.2
-"""Representative strain of an indentation over a/R (Tabor 1951)."""
+STRAIN = 0.2  # representative strain of an indentation over a/R (Tabor 1951)
+# That of a Vickers indentation, by which hardness is measured, and the factor either side within which it is taken.
 STRAIN_OF_VICKERS, STRAIN_RANGE = 0.08, 2.0
-"""That of a Vickers indentation, by which hardness is measured, and the factor either side within which it is taken."""
-MOST_BEFORE_ROWS = 0.2
-"""Approach of the first row of a normal curve, over that of the last."""
-MOST_ERROR = 0.01
-"""What a normal curve may be off by, over its largest load."""
+MOST_BEFORE_ROWS = 0.2  # approach of the first row of a normal curve, over that of the last
+MOST_ERROR = 0.01  # what a normal curve may be off by, over its largest load
+# Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure 0.6 H)
+# and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3).
 ONSET_OF_HARDNESS, ONSET_OF_YIELD = 0.4, 1.07
-"""Mean pressure at which a sphere begins to flow, over the hardness (Greenwood and Williamson 1966: peak pressure
-0.6 H) and over the yield stress (Johnson 1985, section 6.1: peak pressure 1.6 Y for ν = 0.3)."""
 
 
 @attrs.frozen

@@ -26,10 +26,10 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
+# The laws by their names in scenarios and logs.
 WEAR_LAWS: Registry[type["WearLaw"]] = Registry(
     "historysim.wear", "historysim.asperities.wear:WearLaw", "wear law", "historysim.asperities.wear"
 )
-"""The laws by their names in scenarios and logs."""
 register = WEAR_LAWS.register
 
 

@@ -31,21 +31,19 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-HARDNESS_OF_YIELD = 2.8
-"""Hardness over yield stress in tension (Tabor 1951)."""
+HARDNESS_OF_YIELD = 2.8  # hardness over yield stress in tension (Tabor 1951)
+# Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1; ν = 0.3).
 PEAK_AT_ONSET = 1.6
-"""Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1; ν = 0.3)."""
-POISSONS_RATIO = 0.3
-"""Of a pair that is known by its moduli alone."""
+POISSONS_RATIO = 0.3  # of a pair that is known by its moduli alone
 
 
+# The laws by their names in scenarios and logs.
 YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
     "historysim.yielding",
     "historysim.asperities.yielding:YieldingLaw",
     "yielding law",
     "historysim.asperities.yielding",
 )
-"""The laws by their names in scenarios and logs."""
 register = YIELDING_LAWS.register
 
 

@@ -18,8 +18,7 @@ ArrayLike = npt.ArrayLike
 Booleans = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
-DIRECTION = "direction"
-"""The last dimension of a load or displacement in two tangential directions."""
+DIRECTION = "direction"  # the last dimension of a load or displacement in two tangential directions
 
 
 class FrozenArrays:
@@ -38,8 +37,7 @@ class FrozenArrays:
             object.__setattr__(self, name, value)
 
 
-NUMBERS = "iufO"
-"""Kinds of arrays that may hold numbers; of objects, fractions and the like."""
+NUMBERS = "iufO"  # kinds of arrays that may hold numbers; of objects, fractions and the like
 
 
 def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:

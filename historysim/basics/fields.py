@@ -131,12 +131,10 @@ class Field:
     """A field of a class, as its users see it."""
 
     name: str
-    unit: str
-    """The SI unit; "1" of a plain number, empty of what is no number."""
+    unit: str  #: the SI unit; "1" of a plain number, empty of what is no number
     needed: bool
     default: Any
-    limits: str
-    """What its values have to be, as ``"> 0"``."""
+    limits: str  #: what its values have to be, as ``"> 0"``
 
     @property
     def text(self) -> str:

@@ -12,8 +12,8 @@ from historysim.basics import system
 from historysim.basics.wording import brief
 from historysim.errors import InputError
 
+# What is added to the name of a file while it is written: who writes it, and what nobody can guess.
 UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
-"""What is added to the name of a file while it is written: who writes it, and what nobody can guess."""
 
 
 SQLITE = b"SQLite format 3\x00"

@@ -17,13 +17,11 @@ from historysim.basics.limits import at_most, check_unpacked, most, raised_by
 from historysim.basics.system import ends_well
 from historysim.errors import InputError
 
-MOST_EMPTY = 1 << 26
-"""Bytes that a dataset may claim whatever the size of its file."""
-MOST_RATIO = 100_000
-"""Bytes that a dataset may claim for each of its file; compressing equal numbers gives some 10,000."""
+MOST_EMPTY = 1 << 26  # bytes that a dataset may claim whatever the size of its file
+MOST_RATIO = 100_000  # bytes that a dataset may claim for each of its file; compressing equal numbers gives some 10,000
 
+# Least chunks of a node of an index, and most values that are read of a variable.
 _CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
-"""Least chunks of a node of an index, and most values that are read of a variable."""
 
 
 def check_contained(path: Path, *, by_h5py: bool = False) -> None:

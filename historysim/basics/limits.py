@@ -6,10 +6,9 @@ from typing import IO
 
 from historysim.errors import InputError
 
+# The largest size of a number that is computed with, and the smallest of what gives others their scale, in SI.
 LARGEST, SMALLEST = 1e60, 1e-60
-"""The largest size of a number that is computed with, and the smallest of what gives others their scale, in SI."""
-SIZE = f"a number of at most {LARGEST:g} in size"
-"""What a message expects of a number that is larger."""
+SIZE = f"a number of at most {LARGEST:g} in size"  # what a message expects of a number that is larger
 
 LIMITS = {
     "STEPS": 100_000_000,  # rows of a history

@@ -22,11 +22,9 @@ OWN = "historysim"
 class Provider:
     """The package that a kind comes from."""
 
-    package: str
-    """Its name; the module of a class that no installed package declares."""
+    package: str  #: its name; the module of a class that no installed package declares
     version: str
-    declared: bool = True
-    """Whether an installed package declares it."""
+    declared: bool = True  #: whether an installed package declares it
 
     def __str__(self) -> str:
         return f"{self.package} {self.version}".rstrip()

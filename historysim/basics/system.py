@@ -29,19 +29,15 @@ try:
 except ImportError:
     fcntl = resource = None
 
+# Flags to open a file as bytes, and for this process alone.
 OWN = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-"""Flags to open a file as bytes, and for this process alone."""
-NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)
-"""Flags to open a file so, and under its very name."""
+NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)  # flags to open a file so, and under its very name
+# Whether a process can be copied (``fork``) whatever its libraries have done; those of macOS may refuse to go on.
 COPIES_PROCESSES = sys.platform == "linux"
-"""Whether a process can be copied (``fork``) whatever its libraries have done; those of macOS may refuse to go on."""
-NO_WAIT = getattr(os, "O_NONBLOCK", 0)
-"""A flag to open what may be a FIFO, which would wait for a writer otherwise."""
-REPLACES_OPEN_FILES = os.name == "posix"
-"""Whether a file can be renamed and replaced while it is open."""
+NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # A flag to open what may be a FIFO, which would wait for a writer otherwise
+REPLACES_OPEN_FILES = os.name == "posix"  # whether a file can be renamed and replaced while it is open
 
-_FAR = 1 << 43
-"""A byte beyond the end of any file, within what disks can address."""
+_FAR = 1 << 43  # A byte beyond the end of any file, within what disks can address
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
 
@@ -180,8 +176,8 @@ def copy_ends_well(task: Callable[[], None], seconds: float) -> bool:
     return status == 0
 
 
+# Threads by default, at most: one thread, which walks the history, takes a quarter of the time of a replay.
 MOST_THREADS = 4
-"""Threads by default, at most: one thread, which walks the history, takes a quarter of the time of a replay."""
 
 
 def threads_of(given: int | None) -> int:
@@ -193,8 +189,7 @@ def threads_of(given: int | None) -> int:
     return given
 
 
-_SLOWER = 3
-"""Seconds on the wall for each of a processor, which others use, too."""
+_SLOWER = 3  # seconds on the wall for each of a processor, which others use, too
 _STARTED = """
 import importlib, json, sys
 sys.path[:], module, name, path, seconds = json.loads(sys.argv[1])

@@ -12,19 +12,16 @@ from typing import NamedTuple
 from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf
 from historysim.errors import InputError
 
-LOOKED_AT = 1 << 16
-"""Bytes at either end of a file in which it says who made it."""
+LOOKED_AT = 1 << 16  # bytes at either end of a file in which it says who made it
 MARK = b"historysim"
 
 
 class OutputFormat(NamedTuple):
     """A kind of file that is written."""
 
-    name: str
-    """As messages call it: ``"a result of historysim"``."""
+    name: str  #: as messages call it: ``"a result of historysim"``
     endings: tuple[str, ...]
-    is_own: Callable[[Path], bool]
-    """Whether this program has written a file that is there."""
+    is_own: Callable[[Path], bool]  #: whether this program has written a file that is there
 
 
 class Output(NamedTuple):

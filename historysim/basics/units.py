@@ -53,8 +53,8 @@ _NAMES = {
     "kg": "mass",
     "rad": "rotation",
 }
+# The SI unit of arguments of functions, which also take strings with units: a name means one thing in all of them.
 UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
-"""The SI unit of arguments of functions, which also take strings with units: a name means one thing in all of them."""
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
@@ -286,10 +286,10 @@ def conversion_factor(unit_text: str, unit: str) -> float:
     return factor
 
 
-_Dimension = dict[str, Fraction]
-"""Powers of base units, by their names in pint."""
+_Dimension = dict[str, Fraction]  # powers of base units, by their names in pint
 _Unit = tuple[Fraction, _Dimension]
 
+# Units that take prefixes, each as a power of ten of base units: what most data have, for which pint is not loaded.
 _OWN: dict[str, tuple[int, dict[str, int]]] = {
     "m": (0, {"meter": 1}),
     "g": (-3, {"kilogram": 1}),
@@ -304,7 +304,7 @@ _OWN: dict[str, tuple[int, dict[str, int]]] = {
     "K": (0, {"kelvin": 1}),
     "rad": (0, {"radian": 1}),
 }
-"""Units that take prefixes, each as a power of ten of base units: what most data have, for which pint is not loaded."""
+# What else instruments write, without prefixes, and what pint means otherwise.
 _DEFINED = {
     "%": "0.01",
     "min": "60 s",
@@ -332,7 +332,6 @@ _DEFINED = {
     "rpm": "1 / min",
     "nmile": "1852 m",
 }
-"""What else instruments write, without prefixes, and what pint means otherwise."""
 _POWERS_OF_TEN = {prefix: power for power, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6, "c": -2, "d": -1, "h": 2}
 _TERM = re.compile(
     r"(?P<over>\s*(?:/|\bper\b)\s*)|(?P<open>\()|(?P<close>\))"

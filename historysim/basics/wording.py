@@ -25,8 +25,7 @@ def nearest(word: str, known: Collection[str]) -> str:
     return f"expected one of {listed(known)}" if known else "none is expected here"
 
 
-MOST_NAMED = 100
-"""Words that a message names."""
+MOST_NAMED = 100  # words that a message names
 
 
 def listed(words: Collection[str]) -> str:
@@ -133,13 +132,10 @@ class FieldsAsHtml:
 class Finding:
     """An assumption of the model that does not hold."""
 
-    name: str
-    """Which one, in a word."""
+    name: str  #: which one, in a word
     value: float
-    limit: float
-    """The value at which it is no longer assumed to hold."""
-    text: str
-    """Both in a line, with a remedy."""
+    limit: float  #: the value at which it is no longer assumed to hold
+    text: str  #: both in a line, with a remedy
 
 
 def written_findings(findings: Iterable[Finding]) -> str:
@@ -153,8 +149,7 @@ def read_findings(text: str) -> tuple[Finding, ...]:
     return tuple(Finding(**entry) for entry in json.loads(text))
 
 
-Notify = Callable[[str], None]
-"""Takes a notice, a sentence for the user."""
+Notify = Callable[[str], None]  # takes a notice, a sentence for the user
 
 
 def silent(_: str) -> None:

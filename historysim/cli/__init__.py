@@ -25,6 +25,7 @@ with contextlib.suppress(ValueError, NameError):
     signal.signal(signal.SIGINT, _before)
 
 
+# What the program says when no command is given.
 BEGIN = """\
 Replay load histories across rough frictional contacts, exactly.
 
@@ -34,7 +35,6 @@ Replay load histories across rough frictional contacts, exactly.
   a result (netCDF)      historysim show my.nc, historysim plot my.nc, historysim report my.nc
 
 historysim --help lists all commands, and historysim COMMAND --help the options of one."""
-"""What the program says when no command is given."""
 
 
 @click.group(

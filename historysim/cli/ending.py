@@ -87,6 +87,7 @@ def _with_mend(error: click.UsageError) -> click.UsageError:
     return click.UsageError(f"{text.rstrip('.')}. {mend}", error.ctx) if mend else error
 
 
+# The commands in the order of use; any other stands below.
 GROUPS = {
     "Begin": "columns validate run show plot report",
     "Measured records": "loops sliding compare fit creep",
@@ -95,10 +96,9 @@ GROUPS = {
     "The log": "verify state log fork append",
     "Reference": "table kinds",
 }
-"""The commands in the order of use; any other stands below."""
 
+# A command in a source: its name if it differs from that of the function, the function, and its first paragraph.
 _COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
-"""A command in a source: its name if it differs from that of the function, the function, and its first paragraph."""
 
 
 class Commands(click.Group):

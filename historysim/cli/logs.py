@@ -18,14 +18,13 @@ if TYPE_CHECKING:
     from historysim.tables import Format
 
 
-TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")
-"""Tables of events are written by hand, too."""
+TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")  # tables of events are written by hand, too
+# What is shown of a state, by units.
 TOTALS = {
     "N": ("normal_load", "tangential_load"),
     "m": ("approach", "tangential_displacement"),
     "J": ("dissipated_energy", "stored_energy"),
 }
-"""What is shown of a state, by units."""
 
 
 @click.command()

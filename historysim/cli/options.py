@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from historysim.scenario.scenario import Scenario
 
+# A key, in which what stands in quotes may hold any character, and a value.
 _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
-"""A key, in which what stands in quotes may hold any character, and a value."""
 
 
 class PathType(click.Path):

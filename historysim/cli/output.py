@@ -28,8 +28,7 @@ TABLES_OF_SLIDING = (
     netcdf("a table of friction", "friction over time or distance"),
     csv_table("a table of friction", "distance,coefficient", "time,coefficient"),
 )
-TABLE_OF_SWEEP = netcdf("a sweep", "sweep")
-"""What is written, and how an earlier one is known; see `targets`."""
+TABLE_OF_SWEEP = netcdf("a sweep", "sweep")  # what is written, and how an earlier one is known; see `targets`
 
 
 def csv_of_sweep(keys: Iterable[str]) -> OutputFormat:
@@ -43,14 +42,10 @@ class Answer(NamedTuple):
     """What a command has found."""
 
     lines: Sequence[tuple[str, str]] = ()
-    tables: Sequence[Sequence[tuple[str, ...]]] = ()
-    """Rows of texts; the first row of each has the headings."""
-    files: Sequence[Path] = ()
-    """What was written."""
-    data: "Callable[[], xr.Dataset] | None" = None
-    """Gives all numbers as a Dataset, with units."""
-    below: Sequence[tuple[str, str]] = ()
-    """Lines that stand below the tables."""
+    tables: Sequence[Sequence[tuple[str, ...]]] = ()  #: rows of texts; the first row of each has the headings
+    files: Sequence[Path] = ()  #: what was written
+    data: "Callable[[], xr.Dataset] | None" = None  #: gives all numbers as a Dataset, with units
+    below: Sequence[tuple[str, str]] = ()  #: lines that stand below the tables
 
 
 def write_answer(answer: Answer, *, as_json: bool = False) -> None:

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     Rows = Sequence[tuple[str, ...]]
 
 
-FEWEST_OF_A_MAP = 16
-"""Columns of numbers without names that may be heights."""
+FEWEST_OF_A_MAP = 16  # columns of numbers without names that may be heights
 
 
 @click.command()

@@ -36,6 +36,7 @@ class PictureOption(click.Option):
         return super().get_help_record(ctx)
 
 
+# Options of pictures that stand by themselves; all of them may be given by --with.
 SHORT = {
     "steps": "Of loops and traction: states by number or name, as K,L,120.",
     "across": "What a traction is drawn over: radius or diameter.",
@@ -44,9 +45,8 @@ SHORT = {
     "asperity": "Of traction: which asperity; with --adhesion, the one to draw the equilibria of.",
     "panels": "Of the picture history: some of loop,loads,states,energy.",
 }
-"""Options of pictures that stand by themselves; all of them may be given by --with."""
+# Arguments of `hs.plot` that say what is drawn and where: the command has them itself, or Python alone.
 NO_OPTIONS = {"what", "name", "picture", "place", "size", "figure", "ax"}
-"""Arguments of `hs.plot` that say what is drawn and where: the command has them itself, or Python alone."""
 
 
 def picture_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -19,11 +19,10 @@ from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 
-HIGHEST_ORDER = 10
-"""Order up to which the quadrature of height integrals is accurate."""
+HIGHEST_ORDER = 10  # order up to which the quadrature of height integrals is accurate
 
+# Separation below which a height integral leaves out less of the normal curve than a rounding: F_n(h) = (-h)^n.
 WHOLE_CURVE = -1e8
-"""Separation below which a height integral leaves out less of the normal curve than a rounding: F_n(h) = (-h)^n."""
 
 
 def _positive(name: str) -> float:
@@ -139,14 +138,10 @@ class GreenwoodWilliamson:
 class SummitContact(NamedTuple):
     """Totals over given summits under a rigid flat; each has the shape of the separations."""
 
-    contact_count: Floats
-    """Number of summits in contact [1]."""
-    contact_area: Floats
-    """Real contact area Σ π R δ [m²]."""
-    normal_load: Floats
-    """Σ (4/3) E* √R δ^(3/2) [N]."""
-    normal_stiffness: Floats
-    """-dN/dd = Σ 2 E* √(R δ) [N/m]."""
+    contact_count: Floats  #: number of summits in contact [1]
+    contact_area: Floats  #: real contact area Σ π R δ [m²]
+    normal_load: Floats  #: Σ (4/3) E* √R δ^(3/2) [N]
+    normal_stiffness: Floats  #: -dN/dd = Σ 2 E* √(R δ) [N/m]
 
 
 def summit_contact(

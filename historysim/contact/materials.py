@@ -76,8 +76,8 @@ def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", val
         )
 
 
+# Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid.
 _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
-"""Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid."""
 
 _ISOTROPIC: Any = None
 
@@ -211,13 +211,11 @@ def _built_in() -> dict[str, Material]:
         return {row["name"]: _material_of(row) for row in csv.DictReader(stream)}
 
 
+# The built-in materials by name, from the table beside this module. The first six are Table B.1 of Winogrodzka's
+# thesis, in which alumina and sapphire are one row, with hardness of other sources. The rest are rounded values of the
+# kind that is meant, as its source says; those of a batch differ by some per cent in E, and by a quarter in hardness.
+# Toughness is rounded from makers' data: the order of what cracks.
 MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(_built_in())
-"""The built-in materials by name, from the table beside this module.
-
-The first six are Table B.1 of Winogrodzka's thesis, in which alumina and sapphire are one row, with hardness of other
-sources. The rest are rounded values of the kind that is meant, as its source says; those of a batch differ by some
-per cent in E, and by a quarter in hardness. Toughness is rounded from makers' data: the order of what cracks.
-"""
 _BY_KEY = MappingProxyType({_key(name): row for name, row in MATERIALS.items()})
 
 

@@ -12,8 +12,7 @@ from historysim.scenario.scenario import Scenario
 EVOLVES = "friction or summits change (a law of friction, wear, summits that yield, or events)"
 CONSTANT = "expected constant coefficients and summits"
 
-Exportable = Scenario | Source | Replay | str | Path
-"""A scenario or its file, a log, a result, or a replay."""
+Exportable = Scenario | Source | Replay | str | Path  # A scenario or its file, a log, a result, or a replay
 
 
 class Exported(NamedTuple):

@@ -27,14 +27,11 @@ from historysim.surfaces.surface_statistics import SpectralMoments
 if TYPE_CHECKING:
     import xarray as xr
 
-HOLDS = 0.2
-"""Relative difference from the whole map up to which a law counts as holding."""
+HOLDS = 0.2  # relative difference from the whole map up to which a law counts as holding
+# Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures.
 CURVATURES, RATIOS = 48, 32
-"""Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures."""
-DEVIATIONS = 9.0
-"""How far the rule for the mean curvature goes beyond what summits of a height have on average."""
-HIGHEST = 12.0
-"""Separation over the rms height at which the linear law is reached within 3 %, and no contact is left."""
+DEVIATIONS = 9.0  # how far the rule for the mean curvature goes beyond what summits of a height have on average
+HIGHEST = 12.0  # separation over the rms height at which the linear law is reached within 3 %, and no contact is left
 
 
 def area_laws(

@@ -17,24 +17,20 @@ from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 
+# Mean gap over rms height, weighted by pressure, at which a solution is taken: what lies between two rows is known to
+# some 1e-4.
 ACCURACY = 1e-7
-"""Mean gap over rms height, weighted by pressure, at which a solution is taken: what lies between two rows is known to
-some 1e-4."""
-MOST_ITERATIONS = 2000
-"""Iterations after which a load counts as one that is not solved."""
+MOST_ITERATIONS = 2000  # iterations after which a load counts as one that is not solved
+# Pressure that a point which the flat overlaps gets at first, over that which would close its overlap alone.
 TOUCH_STEP = 0.3
-"""Pressure that a point which the flat overlaps gets at first, over that which would close its overlap alone."""
 
-MOST_POINTS = 200
-"""Points in contact beyond which there are too many for active sets."""
-MOST_CANDIDATES = 1600
-"""Highest points that may touch."""
+MOST_POINTS = 200  # points in contact beyond which there are too many for active sets
+MOST_CANDIDATES = 1600  # highest points that may touch
+# Points in contact up to which there is a row at each touch; beyond, at each approach larger by `APPROACH_STEP`.
 EACH_TOUCH = 16
-"""Points in contact up to which there is a row at each touch; beyond, at each approach larger by `APPROACH_STEP`."""
 APPROACH_STEP = 1.06
 MOST_TURNS = 100
-ROUNDING = 1e-11
-"""Gap over the approach that is taken for rounding."""
+ROUNDING = 1e-11  # gap over the approach that is taken for rounding
 
 
 class HalfSpace:

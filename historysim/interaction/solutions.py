@@ -22,10 +22,8 @@ from historysim.errors import InputError
 from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
 
-FORM = b"5"
-"""Changes whenever the same arguments are to be computed anew."""
-DIGEST = "digest"
-"""Name of the digest of all other arrays of a file."""
+FORM = b"5"  # changes whenever the same arguments are to be computed anew
+DIGEST = "digest"  # name of the digest of all other arrays of a file
 DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
@@ -70,31 +68,20 @@ def _digest(arrays: Iterable[tuple[object, Array]]) -> str:
     return found.hexdigest()
 
 
-LIGHTEST = 1e-3
-"""Lightest load over the largest where more points than a few touch at once."""
-STEP = 1.12
-"""Loads that are solved by conjugate gradients, one over the one before."""
-FIRST_PRESSURE = 1e-4
-"""Mean pressure, over E* and the rms slope, to begin from where an approach is to be reached."""
-ABOVE = 1.001
-"""By how much the largest load that is solved lies above what is asked for."""
+LIGHTEST = 1e-3  # lightest load over the largest where more points than a few touch at once
+STEP = 1.12  # loads that are solved by conjugate gradients, one over the one before
+FIRST_PRESSURE = 1e-4  # mean pressure, over E* and the rms slope, to begin from where an approach is to be reached
+ABOVE = 1.001  # by how much the largest load that is solved lies above what is asked for
 MOST_DOUBLINGS = 40
-ITERATIONS = 20
-"""Iterations of the conjugate gradients that a load takes, after the one before it."""
-LONG = 30.0
-"""Time that is announced before it begins [s]."""
-MUCH = 2**30
-"""Memory that is announced before it is taken [bytes]."""
-BYTES = 118 * 2**20
-"""Memory of the program, and of a contact of few points."""
-POINT_BYTES = {True: 96, False: 216}
-"""What is held of each point of a map that repeats, and of any other."""
-PRESSURE_BYTES = 24
-"""What is held of the pressure of a point in contact under a load."""
-AREA_PER_PRESSURE = 2.2
-"""A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches."""
+ITERATIONS = 20  # iterations of the conjugate gradients that a load takes, after the one before it
+LONG = 30.0  # time that is announced before it begins [s]
+MUCH = 2**30  # memory that is announced before it is taken [bytes]
+BYTES = 118 * 2**20  # memory of the program, and of a contact of few points
+POINT_BYTES = {True: 96, False: 216}  # what is held of each point of a map that repeats, and of any other
+PRESSURE_BYTES = 24  # what is held of the pressure of a point in contact under a load
+AREA_PER_PRESSURE = 2.2  # A/A0 over p/(E* h'), with the rms slope h' of the map: about that while little of it touches
+# Change of the contact area without every second point, from which areas and patches are those of the grid.
 MOST_CHANGE = 0.1
-"""Change of the contact area without every second point, from which areas and patches are those of the grid."""
 
 
 @attrs.frozen(eq=False)
@@ -104,25 +91,20 @@ class NormalSolutions:
     Up to the first row one point carries all, a flat punch. Between the rows pressures are taken to grow together.
     """
 
-    approach: Floats
-    """(row) Of the flat, from first touch [m]."""
+    approach: Floats  #: (row) Of the flat, from first touch [m]
+    #: (point) Flat indices of the points of the map that touch under the largest load.
     point: Integers = attrs.field(repr=False)
-    """(point) Flat indices of the points of the map that touch under the largest load."""
-    pressure: Floats = attrs.field(repr=False)
-    """(row, point) Pressures there, over E*."""
+    pressure: Floats = attrs.field(repr=False)  #: (row, point) Pressures there, over E*
+    #: (row) dP/da of the whole contact over E*, just before the row [m]; NaN where it was not solved.
     stiffness: Floats = attrs.field(repr=False)
-    """(row) dP/da of the whole contact over E*, just before the row [m]; NaN where it was not solved."""
+    #: (point) The patch of each point: connected parts of the contact under the largest load, the largest first.
     patch: Integers = attrs.field(repr=False)
-    """(point) The patch of each point: connected parts of the contact under the largest load, the largest first."""
-    shape: tuple[int, int]
-    """Of the map."""
-    pixel_size: tuple[float, float]
-    """[m]."""
-    highest_summit: float
-    """Height of the flat at first touch [m]."""
+    shape: tuple[int, int]  #: of the map
+    pixel_size: tuple[float, float]  #: [m]
+    highest_summit: float  #: height of the flat at first touch [m]
+    #: Relative change of the approach and of the contact area under the largest load without every second point of the
+    #: map: how much the map's resolution matters.
     coarse: tuple[float, float]
-    """Relative change of the approach and of the contact area under the largest load without every second point of the
-    map: how much the map's resolution matters."""
 
     @classmethod
     def of(

@@ -27,10 +27,9 @@ from historysim.loads.events import (
     TangentialEvent,
 )
 
+# What a load channel reaches something with, in the order of their numbers in arrays and in logs.
 KINDS = tuple(LOAD_KINDS.values())
-"""What a load channel reaches something with, in the order of their numbers in arrays and in logs."""
-LINES_AT_ONCE = 1 << 16
-"""Lines of a digest that are in memory together."""
+LINES_AT_ONCE = 1 << 16  # lines of a digest that are in memory together
 _CODE = {kind: number for number, kind in enumerate(KINDS)}
 _TANGENTIAL = [number for number, kind in enumerate(KINDS) if kind.channel == "tangential"]
 
@@ -137,12 +136,9 @@ class SampledLoads(Sequence[Event]):
     Raises InputError: a number beyond the sizes that are computed with.
     """
 
-    time: Floats
-    """(sample) Times, which do not decrease [s]."""
-    normal_load: Floats
-    """(sample) [N], 0 or more."""
-    tangential_displacement: Floats
-    """(sample) [m], that of the drive where there is an instrument."""
+    time: Floats  #: (sample) Times, which do not decrease [s]
+    normal_load: Floats  #: (sample) [N], 0 or more
+    tangential_displacement: Floats  #: (sample) [m], that of the drive where there is an instrument
 
     def __attrs_post_init__(self) -> None:
         """Check what events check one by one."""

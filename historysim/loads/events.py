@@ -25,8 +25,7 @@ __all__ = [
     "register",
 ]
 
-Number = Callable[[str], float]
-"""Reads a number of a table, with its unit, in SI."""
+Number = Callable[[str], float]  # reads a number of a table, with its unit, in SI
 
 
 def __dir__() -> list[str]:
@@ -128,19 +127,14 @@ class Event:
 
     __slots__ = ()
 
-    name: ClassVar[str]
-    """Its name in scenarios, tables and logs."""
-    unit: ClassVar[str] = "1"
-    """Of the numbers in a table."""
-    channel: ClassVar[str | None] = None
-    """Of a waypoint: "normal", "tangential" or "friction"."""
+    name: ClassVar[str]  #: its name in scenarios, tables and logs
+    unit: ClassVar[str] = "1"  #: of the numbers in a table
+    channel: ClassVar[str | None] = None  #: of a waypoint: "normal", "tangential" or "friction"
+    #: The fields beside the time in their order in a log; by default as they are declared.
     order: ClassVar[tuple[str, ...]] = ()
-    """The fields beside the time in their order in a log; by default as they are declared."""
-    noun: ClassVar[str] = "number"
-    """What a message calls one of its numbers."""
+    noun: ClassVar[str] = "number"  #: what a message calls one of its numbers
     changes_friction: ClassVar[bool] = False
-    changes_geometry: ClassVar[bool] = False
-    """What it changes, so that it is recorded at each step."""
+    changes_geometry: ClassVar[bool] = False  #: what it changes, so that it is recorded at each step
 
     time: float
 
@@ -246,10 +240,10 @@ def _numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
     return number(text) if len(numbers) == 1 else tuple(map(number, numbers))
 
 
+# All kinds of events by their names.
 EVENTS: Registry[type[Event]] = Registry(
     "historysim.events", "historysim.loads.events:Event", "event", "historysim.loads", label="name"
 )
-"""All kinds of events by their names."""
 register = EVENTS.register
 
 
@@ -307,8 +301,7 @@ class NormalDisplacement(LoadEvent):
     unit = "m"
 
 
-Components = tuple[float, float]
-"""In x and y."""
+Components = tuple[float, float]  # in x and y
 ForceOrPair = Annotated[float | Components, Quantity("N")]
 LengthOrPair = Annotated[float | Components, Quantity("m")]
 
@@ -528,12 +521,11 @@ class GeometryChange(Event):
         return ensemble.with_geometry(state, saturate=saturate, **new, **place)
 
 
+# Those that a load channel reaches something with; how it is controlled is a matter of the core.
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
     name: kind for name, kind in EVENTS.own().items() if issubclass(kind, LoadEvent)
 }
-"""Those that a load channel reaches something with; how it is controlled is a matter of the core."""
-ACROSS = "_y"
-"""Ends the name of a column that has the second component of a tangential channel."""
+ACROSS = "_y"  # ends the name of a column that has the second component of a tangential channel
 
 
 def load_kind(channel: str) -> type[LoadEvent]:

@@ -19,13 +19,11 @@ from historysim.memory.paths import STILL, Goals, Paths, paths_to
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
 
-Ramp = tuple[FrictionRamp, float]
-"""Where friction is on its way to, and the fraction of the way left to go."""
+Ramp = tuple[FrictionRamp, float]  # where friction is on its way to, and the fraction of the way left to go
 
 CHANNELS = ("normal", "tangential", "friction")
 AT_WAYPOINT, BEYOND_LAST = -1, -2
-PARTS = 6
-"""Column of the parts of a path, behind the goals of two channels."""
+PARTS = 6  # column of the parts of a path, behind the goals of two channels
 
 
 @attrs.frozen
@@ -37,15 +35,12 @@ class Cursor:
     the same.
     """
 
-    events: int
-    """Events that are done."""
-    rows: int
-    """Rows recorded so far."""
-    time: float
-    """[s]"""
+    events: int  #: events that are done
+    rows: int  #: rows recorded so far
+    time: float  #: [s]
+    #: (channel) Index of the event that each of `CHANNELS` is on its way to; ``AT_WAYPOINT`` where it stands at one of
+    #: its waypoints or has not begun, ``BEYOND_LAST`` where it is held after its last.
     heading: tuple[int, ...]
-    """(channel) Index of the event that each of `CHANNELS` is on its way to; ``AT_WAYPOINT`` where it stands at one of
-    its waypoints or has not begun, ``BEYOND_LAST`` where it is held after its last."""
 
 
 @attrs.frozen(eq=False)
@@ -65,23 +60,16 @@ class Start:
 class Segment:
     """Paths between changes of friction or geometry, and the change that ends them."""
 
-    paths: Paths
-    """With targets in N and m."""
-    event: Sequence[int]
-    """Index of an event that each path serves, the tangential one where there is one."""
-    row_time: Floats
-    """(row) Times of the rows that the paths record [s]."""
-    change: Event | None = None
-    """Acts at the end of the last path."""
-    change_event: int = -1
-    """Its index."""
+    paths: Paths  #: with targets in N and m
+    event: Sequence[int]  #: index of an event that each path serves, the tangential one where there is one
+    row_time: Floats  #: (row) Times of the rows that the paths record [s]
+    change: Event | None = None  #: acts at the end of the last path
+    change_event: int = -1  #: its index
+    #: Where friction is on its way to on the one path, of which it goes the part ``ramp_part``.
     ramp: FrictionRamp | None = None
-    """Where friction is on its way to on the one path, of which it goes the part ``ramp_part``."""
     ramp_part: float = 1.0
-    cursor: Cursor | None = None
-    """Where the schedule stands at the end, if all events of a time are done there."""
-    share: float = 1.0
-    """Part of its one path that is walked, where the schedule ends between two event times."""
+    cursor: Cursor | None = None  #: where the schedule stands at the end, if all events of a time are done there
+    share: float = 1.0  #: part of its one path that is walked, where the schedule ends between two event times
 
     def friction_goal(self, count: int) -> FrictionGoal | None:
         """Return where the coefficients of so many asperities go on the path, if they do."""
@@ -346,13 +334,10 @@ class _Channel:
     """One channel's waypoints, in the order of time; arrays are (waypoint)."""
 
     name: str
-    waypoints: list[Any]
-    """The events, unless all events are loads."""
-    numbers: Integers
-    """Their indices among the events."""
+    waypoints: list[Any]  #: the events, unless all events are loads
+    numbers: Integers  #: their indices among the events
     time: Floats
-    value: Floats
-    """(waypoint), or in two directions (waypoint, 2)."""
+    value: Floats  #: (waypoint), or in two directions (waypoint, 2)
     control: Integers
 
     @classmethod

@@ -24,17 +24,17 @@ from historysim.loads.events import (
 )
 
 ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
+# Kinds that stand as lists, by what a log has in their place. Any other has `NAMED`, and its name in front.
 LISTED: dict[int, type[Event]] = {
     MANY_COEFFICIENTS + 1: FrictionChange,
     MANY_COEFFICIENTS + 2: FrictionRamp,
     MANY_COEFFICIENTS + 3: GeometryChange,
 }
-"""Kinds that stand as lists, by what a log has in their place. Any other has `NAMED`, and its name in front."""
 NAMED = MANY_COEFFICIENTS + 4
+# Kinds that stand as lists where they have two components, by what a log has in their place.
 PAIRS: dict[int, type[Event]] = {NAMED + 1: TangentialLoad, NAMED + 2: TangentialDisplacement}
-"""Kinds that stand as lists where they have two components, by what a log has in their place."""
+# In the place of the length of a list: for one that is not given, and for a number that stands for all asperities.
 ABSENT, ALONE = -1, -2
-"""In the place of the length of a list: for one that is not given, and for a number that stands for all asperities."""
 LINK = struct.Struct("<qqq")
 
 

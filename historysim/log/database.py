@@ -12,8 +12,7 @@ from historysim.basics.files import beginning, sync_folder
 from historysim.errors import InputError
 
 ENDING = ".history"
-PATIENCE = 60.0
-"""Seconds that a reader or writer waits for the other's transaction."""
+PATIENCE = 60.0  # seconds that a reader or writer waits for the other's transaction
 _EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
 
 _HELD = errno.EAGAIN, "another process holds the log; try again when it is done"
@@ -27,8 +26,7 @@ _REFUSALS = {
     sqlite3.SQLITE_NOMEM: (errno.ENOMEM, "the memory does not suffice"),
 }
 
-_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")
-"""What a journal begins with, and one that SQLite has done with."""
+_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")  # what a journal begins with, and one that SQLite has done with
 
 TABLES = ("head", "array", "batch", "chain")
 SCHEMA = """

@@ -38,8 +38,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _HELD = Goals(DISPLACED, *STILL)
-HOLD = paths_to(_HELD, _HELD)
-"""A path that leads nowhere and records a row."""
+HOLD = paths_to(_HELD, _HELD)  # A path that leads nowhere and records a row
 
 
 @attrs.frozen

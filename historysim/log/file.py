@@ -36,8 +36,8 @@ from historysim.log.database import (
 from historysim.log.header import LogHeader, head_from
 
 MOST_EVENTS_OF_A_BATCH = 1 << 16
+# Bytes that a value of a log may have in any case; no value is longer than twice the file besides.
 SHORTEST_LIMIT = 1_000_000
-"""Bytes that a value of a log may have in any case; no value is longer than twice the file besides."""
 
 
 @attrs.frozen
@@ -45,12 +45,9 @@ class Content:
     """What stands in a log, as far as the chain holds."""
 
     events: Events = attrs.field(repr=False)
-    links: list[bytes] = attrs.field(repr=False)
-    """Of the head, and after each batch."""
-    ends: list[int] = attrs.field(repr=False)
-    """Number of events up to each link."""
-    problem: str = ""
-    """What is wrong after these events; empty where nothing is."""
+    links: list[bytes] = attrs.field(repr=False)  #: of the head, and after each batch
+    ends: list[int] = attrs.field(repr=False)  #: number of events up to each link
+    problem: str = ""  #: what is wrong after these events; empty where nothing is
 
     def batches_for(self, count: int) -> int:
         """Count the batches in which so many events stand."""

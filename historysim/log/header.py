@@ -29,12 +29,13 @@ from historysim.log.canonical import array_digest
 from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
+# Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
 FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES = 1, 3, 4, 5, 7
-"""Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes."""
 FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES)
 OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
 OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
+# What each setting has to be.
 OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
     **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
@@ -45,14 +46,13 @@ OF_SETTINGS: Mapping[str, Any] = {
     "record": str | list,
     "surface_attributes": dict,
 }
-"""What each setting has to be."""
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
+# Settings that make asperities evolve: the attribute of an ensemble with each, and its class.
 LAWS: Mapping[str, tuple[str, type[Any]]] = {
     "friction_law": ("law", FrictionLaw),
     "wear": ("wear", WearLaw),
     "yielding": ("yielding", YieldingLaw),
 }
-"""Settings that make asperities evolve: the attribute of an ensemble with each, and its class."""
 
 
 # slots would leave no room for what is computed once
@@ -60,12 +60,12 @@ LAWS: Mapping[str, tuple[str, type[Any]]] = {
 class LogHeader:
     """What a log begins with."""
 
+    #: What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the moduli [Pa], tolerance,
+    #: the lateral stiffness of the instrument [N/m], substeps, saturate, what is recorded, and what makes asperities
+    #: evolve; as far as they are known, limits of the pair, nominal area [m²], resolutions, and metadata.
     settings: Mapping[str, Any]
-    """What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the moduli [Pa], tolerance,
-    the lateral stiffness of the instrument [N/m], substeps, saturate, what is recorded, and what makes asperities
-    evolve; as far as they are known, limits of the pair, nominal area [m²], resolutions, and metadata."""
+    #: Of the ensemble, and of the group ``surface`` of the result, with names that begin with ``surface.``.
     arrays: Mapping[str, Array] = attrs.field(repr=False)
-    """Of the ensemble, and of the group ``surface`` of the result, with names that begin with ``surface.``."""
 
     @classmethod
     def of(

@@ -33,10 +33,9 @@ if TYPE_CHECKING:
 
 logger = logging.getLogger(__name__)
 
-LARGE = 200e6
-"""Bytes of a result from which its size is announced."""
+LARGE = 200e6  # bytes of a result from which its size is announced
+# Asperities times rows between snapshots by default, and the most rows: some seconds of replay.
 SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
-"""Asperities times rows between snapshots by default, and the most rows: some seconds of replay."""
 
 
 def log_beside(output: Path) -> Path:
@@ -147,10 +146,8 @@ class _Snapshots:
     content: Content
     target: FileRecorder
     unfinished: Unfinished
-    written: str
-    """What the rows before a snapshot are called."""
-    every: int
-    """Rows between two of them."""
+    written: str  #: what the rows before a snapshot are called
+    every: int  #: rows between two of them
 
     def __call__(self, cursor: Cursor, state: "EnsembleState") -> None:
         if cursor.rows - self.unfinished.kept < self.every or cursor.rows == self.target.steps:

@@ -19,18 +19,12 @@ from historysim.log.file import Content, LogFile
 class Snapshot:
     """A state and where in the log it stands."""
 
-    cursor: Cursor
-    """Events that are done, rows that are recorded, and what the channels are on their way to."""
-    batches: int
-    """Batches of the log that the state depends on, the one with the events ahead included."""
-    link: bytes
-    """Link of the last of them."""
-    program: str
-    """Versions that computed the state."""
-    state: bytes = attrs.field(repr=False)
-    """See `EnsembleState.to_bytes`."""
-    written: str = ""
-    """Which file has the rows before it; empty where none are written."""
+    cursor: Cursor  #: events that are done, rows that are recorded, and what the channels are on their way to
+    batches: int  #: batches of the log that the state depends on, the one with the events ahead included
+    link: bytes  #: link of the last of them
+    program: str  #: versions that computed the state
+    state: bytes = attrs.field(repr=False)  #: see `EnsembleState.to_bytes`
+    written: str = ""  #: which file has the rows before it; empty where none are written
 
     @property
     def row(self) -> tuple[int, str, bytes, bytes, bytes]:

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     import netCDF4
 
 
-ROUNDING = 1e-9
-"""Largest difference, over the largest value of a variable, that is taken for rounding."""
+ROUNDING = 1e-9  # largest difference, over the largest value of a variable, that is taken for rounding
 
 
 @attrs.define
@@ -39,16 +38,11 @@ class Difference:
     """Where a variable of a result differs from the replay in any bit."""
 
     name: str
-    count: int = 0
-    """Values that differ."""
-    first: str = ""
-    """The first of them: where, and both values."""
-    largest: float = 0.0
-    """Largest difference."""
-    scale: float = 0.0
-    """Largest value of the replay."""
-    real: bool = True
-    """Whether the values are real numbers, not flags or counts."""
+    count: int = 0  #: values that differ
+    first: str = ""  #: the first of them: where, and both values
+    largest: float = 0.0  #: largest difference
+    scale: float = 0.0  #: largest value of the replay
+    real: bool = True  #: whether the values are real numbers, not flags or counts
 
     def add(self, names: Sequence[str], first: int, recorded: Array, replayed: Array) -> None:
         """Compare values along dimensions of these names, of which the first begin at an index."""

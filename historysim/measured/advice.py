@@ -15,25 +15,17 @@ from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.measured import scatter
 
-SURE = 0.999
-"""Confidence from which on an effect is no chance."""
-EXPLAINS = 0.6
-"""Share of the squares that branches have in common, from which on what takes it off has a note."""
-AS_GOOD = 0.05
-"""What a fault explains more than other values of friction or stiffness would."""
-LEAST = 0.01
-"""Change of the load over its largest value, up to which an effect has no note."""
+SURE = 0.999  # confidence from which on an effect is no chance
+EXPLAINS = 0.6  # share of the squares that branches have in common, from which on what takes it off has a note
+AS_GOOD = 0.05  # what a fault explains more than other values of friction or stiffness would
+LEAST = 0.01  # change of the load over its largest value, up to which an effect has no note
+# Deviations of the place of a turn that a length is more than: a turn is read off at the outermost sample.
 OVER_NOISE = 3.0
-"""Deviations of the place of a turn that a length is more than: a turn is read off at the outermost sample."""
 FEWEST_BRANCHES, FEWEST_OF_BRANCH = 4, 12
-MOST_BRANCHES, MOST_OF_BRANCH = 48, 200
-"""Branches, and samples of one, that are looked at."""
-PLACES, PIECES = 40, 8
-"""Places of a branch, and pieces of it with a speed."""
-BEFORE_END = 0.85
-"""Share of the samples of a branch that is looked at."""
-SIZES = np.geomspace(0.003, 0.5, 12)
-"""Sizes of a fault that are tried, over the largest one."""
+MOST_BRANCHES, MOST_OF_BRANCH = 48, 200  # branches, and samples of one, that are looked at
+PLACES, PIECES = 40, 8  # places of a branch, and pieces of it with a speed
+BEFORE_END = 0.85  # share of the samples of a branch that is looked at
+SIZES = np.geomspace(0.003, 0.5, 12)  # sizes of a fault that are tried, over the largest one
 
 
 @attrs.frozen(eq=False)
@@ -88,14 +80,11 @@ def _none(branch: BranchSamples) -> Floats:
 class Fault:
     """What a fault of size 1 does to a branch."""
 
+    #: Of its size, and of the mean speed [m/s]; None of what is another value of a parameter, and no fault.
     text: Callable[[float, float], str] | None = None
-    """Of its size, and of the mean speed [m/s]; None of what is another value of a parameter, and no fault."""
-    behind: Callable[[BranchSamples], Floats] = _none
-    """By how much displacement the load is behind [m]."""
-    added: Callable[[BranchSamples], Floats] = _none
-    """Load that is added [N]."""
-    either_way: bool = False
-    """Whether its size may be below 0."""
+    behind: Callable[[BranchSamples], Floats] = _none  #: by how much displacement the load is behind [m]
+    added: Callable[[BranchSamples], Floats] = _none  #: load that is added [N]
+    either_way: bool = False  #: whether its size may be below 0
 
     def largest(self, branch: BranchSamples) -> float:
         """Return the size of it that moves a branch by its whole stroke, or adds as much as its largest load."""
@@ -148,10 +137,8 @@ class Effect:
 
     size: float
     sure: bool
-    explained: float
-    """Share of the squares in common that it takes off."""
-    change: float
-    """Of the load over its largest value."""
+    explained: float  #: share of the squares in common that it takes off
+    change: float  #: of the load over its largest value
 
 
 def advice(branches: Sequence[BranchSamples], place_deviation: float) -> list[str]:

@@ -17,18 +17,16 @@ from historysim.measured.reduction import MEDIAN_OF_NORMAL
 Form = Callable[[Floats, Floats], Floats]
 
 FEWEST_WINDOWS = 6
+# Chances below which an exponential describes windows better than a constant, or than a line, by no accident.
 CHANCE_OF_CONSTANT, CHANCE_OF_LINE = 1e-3, 1e-2
-"""Chances below which an exponential describes windows better than a constant, or than a line, by no accident."""
+# Correlation of neighbouring windows, times the root of their number, from which on they stray together.
 MOST_TOGETHER = 2.5
-"""Correlation of neighbouring windows, times the root of their number, from which on they stray together."""
-MOST_ALONE = 6.0
-"""Deviations from which on a window strays alone."""
-FINE = 0.01
-"""Deviation of what is left over the height of the running-in, up to which no structure of it matters."""
+MOST_ALONE = 6.0  # deviations from which on a window strays alone
+FINE = 0.01  # deviation of what is left over the height of the running-in, up to which no structure of it matters
+# Squares of the scatter that another decay leaves less, from which on it describes the windows better.
 CLEARLY_BETTER = 8.0
-"""Squares of the scatter that another decay leaves less, from which on it describes the windows better."""
+# Windows below which a length in which friction doubles is that in which the contact or the rig bends.
 SHORT_START = 3.0
-"""Windows below which a length in which friction doubles is that in which the contact or the rig bends."""
 _MOST_CORRELATED = 0.97
 _LENGTHS = 60
 
@@ -40,18 +38,15 @@ class Approach:
     steady: float
     steady_low: float
     steady_high: float
-    start: float
-    """At the place of `origin` [1]."""
+    start: float  #: at the place of `origin` [1]
     start_low: float
     start_high: float
-    length: float
-    """A time [s] or a distance [m]."""
+    length: float  #: A time [s] or a distance [m]
     length_low: float
     length_high: float
-    origin: float
-    """Where s = 0: the static peak, or where sliding begins [s or m]."""
+    origin: float  #: where s = 0: the static peak, or where sliding begins [s or m]
+    #: Whether the record goes on for two lengths or more; else the steady value lies beyond what was measured.
     settled: bool = attrs.field(converter=bool)
-    """Whether the record goes on for two lengths or more; else the steady value lies beyond what was measured."""
 
     def at(self, place: ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""

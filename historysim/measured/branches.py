@@ -13,18 +13,13 @@ from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.measured.reduction import FEWEST_SAMPLES
 
+# Rises over the least one that no sliding has; share of a rise in its second half below which it bends.
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
-"""Rises over the least one that no sliding has; share of a rise in its second half below which it bends."""
-CLEAR_SLOPE = 3.0
-"""Standard errors beyond which a slope is no scatter."""
-FEWEST_OF_CURVE = 4
-"""Samples of a branch from which on Mindlin's curve is fitted to it."""
-PARTS = 10
-"""Parts of a branch over which the normal load is averaged, so that its noise is no move."""
-USUAL_MOVES = 0.25
-"""Quantile of the moves of the normal load on all branches that is the way of the test, and no step."""
-AT_REST = 0.05
-"""Share of a branch from its reversal, and at most a dead band, in which the displacement is at rest."""
+CLEAR_SLOPE = 3.0  # standard errors beyond which a slope is no scatter
+FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitted to it
+PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
+USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches that is the way of the test, and no step
+AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
 
 
 def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
@@ -38,20 +33,20 @@ def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) 
 class Definitions:
     """What is taken for sliding, for reached, and for the beginning of a branch: shares between 0 and 1."""
 
+    #: Sliding is this last part of a branch, by displacement; the friction force is its mean.
     sliding_part: float = attrs.field(default=0.25, validator=_is_share)
-    """Sliding is this last part of a branch, by displacement; the friction force is its mean."""
+    #: Of the way from the load at the reversal to the friction force: where the preliminary displacement ends.
     reached: float = attrs.field(default=0.95, validator=_is_share)
-    """Of the way from the load at the reversal to the friction force: where the preliminary displacement ends."""
+    #: Of the same way: up to where the slope of a branch is its stiffness.
     initial_part: float = attrs.field(default=0.2, validator=_is_share)
-    """Of the same way: up to where the slope of a branch is its stiffness."""
+    #: How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
+    #: branches; a branch on which it moves more is left out. Loads that differ by no more are one.
     load_share: float = attrs.field(default=0.1, validator=_is_share)
-    """How much the normal load may move on a branch, over its greatest value there and beyond what it moves on most
-    branches; a branch on which it moves more is left out. Loads that differ by no more are one."""
+    #: Loops of less than this share of the largest amplitude are kept out of means; 0 keeps all.
     amplitude_share: float = attrs.field(default=0.5, validator=_is_share)
-    """Loops of less than this share of the largest amplitude are kept out of means; 0 keeps all."""
+    #: How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
+    #: less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share.
     still_rising: float = attrs.field(default=0.05, validator=_is_share)
-    """How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
-    less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share."""
 
     @property
     def sliding_text(self) -> str:
@@ -71,14 +66,10 @@ DEFAULT = Definitions()
 class Trace:
     """The channels that loops are found in, over time; the normal load is None where it is not known."""
 
-    time: Floats
-    """(sample) Times that do not decrease [s]."""
-    displacement: Floats
-    """(sample) Tangential displacement U [m]."""
-    tangential_load: Floats
-    """(sample) T [N], positive in the direction of U."""
-    normal_load: Floats | None
-    """(sample) N [N]."""
+    time: Floats  #: (sample) Times that do not decrease [s]
+    displacement: Floats  #: (sample) Tangential displacement U [m]
+    tangential_load: Floats  #: (sample) T [N], positive in the direction of U
+    normal_load: Floats | None  #: (sample) N [N]
 
 
 # -- what is read off a branch ---------------------------------------------------------------------
@@ -221,16 +212,11 @@ def area(u: Floats, f: Floats) -> float:
 class AtOneLoad:
     """Loops of which each has a branch at one normal load."""
 
-    number: Integers
-    """(loop) Which loop of the record each one is."""
-    ends: Integers
-    """(loop, 3) The samples at which each loop begins, turns back, and ends."""
-    left_out: Booleans
-    """(loop, 2) Whether the first and the second branch of each loop have no values."""
-    stepped: Booleans
-    """(loop, 2) Whether they begin with a step of the load."""
-    notes: tuple[str, ...] = ()
-    """What was left out, and why."""
+    number: Integers  #: (loop) Which loop of the record each one is
+    ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
+    left_out: Booleans  #: (loop, 2) Whether the first and the second branch of each loop have no values
+    stepped: Booleans  #: (loop, 2) Whether they begin with a step of the load
+    notes: tuple[str, ...] = ()  #: what was left out, and why
 
 
 def at_one_load(

@@ -26,56 +26,41 @@ from historysim.measured.reduction import Measurement, check_moves, loop_dead_ba
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay
 
+# Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it.
 LEAST_STEP = 5e-3
-"""Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it."""
-MOST_BACK = 64
-"""Samples that are looked back to for the stiffness that noise may have met."""
-PLACES = 40
-"""Places that a branch is divided into."""
-SLIDES = 0.95
-"""Load of the model over its friction limit from which on it is along sliding."""
-ONE_LOAD = 0.1
-"""Move of the normal load on a branch, over its greatest value there, up to which it is at one load."""
-SOFTER = 0.5
-"""Stiffness at reversals over that of the model below which a compliance in series has a note."""
+MOST_BACK = 64  # samples that are looked back to for the stiffness that noise may have met
+PLACES = 40  # places that a branch is divided into
+SLIDES = 0.95  # load of the model over its friction limit from which on it is along sliding
+ONE_LOAD = 0.1  # move of the normal load on a branch, over its greatest value there, up to which it is at one load
+SOFTER = 0.5  # stiffness at reversals over that of the model below which a compliance in series has a note
 
 
 @attrs.frozen(eq=False)
 class Observation:
     """Samples of measured loops, in the order of their times."""
 
-    time: Floats
-    """(sample) [s]."""
-    displacement: Floats
-    """(sample) Measured tangential displacement: that of the drive [m]."""
-    tangential_load: Floats
-    """(sample) Measured tangential load [N]."""
-    normal_load: Floats
-    """(sample) Normal load [N], ≥ 0."""
-    turns: Integers
-    """(turn) Indices of the turning points of the displacement, with the first and the last sample."""
+    time: Floats  #: (sample) [s]
+    displacement: Floats  #: (sample) Measured tangential displacement: that of the drive [m]
+    tangential_load: Floats  #: (sample) Measured tangential load [N]
+    normal_load: Floats  #: (sample) Normal load [N], ≥ 0
+    turns: Integers  #: (turn) Indices of the turning points of the displacement, with the first and the last sample
+    #: (node) Indices of the samples at which the contact remembers the displacement: the turning points, and those
+    #: before and after a step of the normal load.
     nodes: Integers
-    """(node) Indices of the samples at which the contact remembers the displacement: the turning points, and those
-    before and after a step of the normal load."""
+    #: (node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
+    #: noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples.
     node_deviation: Floats
-    """(node) How far the true places of the nodes may be from the measured ones [m], as a standard deviation: by the
-    noise of the displacement, and by half the way to the next sample, for a channel may turn between two samples."""
+    #: (node) Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the
+    #: mean by a quarter of the way to the next one where the displacement comes and goes evenly.
     node_offset: Floats
-    """(node) Where they are expected, less where they were measured [m]: a turn is beyond the outermost sample, in the
-    mean by a quarter of the way to the next one where the displacement comes and goes evenly."""
     displacement_noise: float
+    #: displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N].
     load_noise: float
-    """displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N]."""
-    dead_band: float
-    """The smallest swing of the displacement that is a reversal [m]."""
-    loops: Loops | None
-    """The measured loops; None where there is no whole one."""
-    skip: int = 0
-    """Loops at the start that are not compared."""
-    first: int = 0
-    """The sample that a comparison begins at: those before are walked through, and not compared."""
-    remarks: tuple[tuple[str, str], ...] = ()
-    """What was done to the samples before."""
+    dead_band: float  #: the smallest swing of the displacement that is a reversal [m]
+    loops: Loops | None  #: the measured loops; None where there is no whole one
+    skip: int = 0  #: loops at the start that are not compared
+    first: int = 0  #: the sample that a comparison begins at: those before are walked through, and not compared
+    remarks: tuple[tuple[str, str], ...] = ()  #: what was done to the samples before
 
     def thinned(self, most: int) -> "Observation":
         """Return an observation of all nodes, and of about so many of the samples between them, evenly."""
@@ -151,17 +136,13 @@ def observe(
 class ModelResponse:
     """What a model does at each sample of an observation."""
 
-    displacement: Floats
-    """(sample) Of the drive, which near a sample is that of the observation [m]."""
-    tangential_load: Floats
-    """(sample) [N]."""
+    displacement: Floats  #: (sample) Of the drive, which near a sample is that of the observation [m]
+    tangential_load: Floats  #: (sample) [N]
+    #: (sample) Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the
+    #: displacement may have met.
     stiffness: Floats
-    """(sample) Slope of the load over the displacement of the drive [N/m]; the greatest one that the noise of the
-    displacement may have met."""
-    slope: Floats
-    """(sample) Slope of the load over the displacement of the drive at the sample itself [N/m]."""
-    friction_limit: Floats
-    """(sample) [N]."""
+    slope: Floats  #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
+    friction_limit: Floats  #: (sample) [N]
 
 
 def passed(
@@ -235,21 +216,17 @@ def load_steps(normal_load: Floats) -> Integers:
 class Residuals:
     """What a model leaves of measured loops."""
 
-    rms: float
-    """Root of the mean square [N]."""
-    largest: float
-    """The largest load that was measured [N]."""
+    rms: float  #: root of the mean square [N]
+    largest: float  #: the largest load that was measured [N]
     at_reversals: float
+    #: at_reversals and along_sliding: shares of the squares that are alike in all loops, where the model sticks or
+    #: slips in part, and where it slides.
     along_sliding: float
-    """at_reversals and along_sliding: shares of the squares that are alike in all loops, where the model sticks or
-    slips in part, and where it slides."""
-    between_branches: float
-    """Share that is a branch's own, all along it."""
-    place: Floats
-    """(direction, place) Share of the way from one turning point to the next [1]."""
+    between_branches: float  #: share that is a branch's own, all along it
+    place: Floats  #: (direction, place) Share of the way from one turning point to the next [1]
+    #: (direction, place) Measured less model load there, over all branches that rise and all that fall [N]; NaN where
+    #: no sample is.
     mean: Floats
-    """(direction, place) Measured less model load there, over all branches that rise and all that fall [N]; NaN where
-    no sample is."""
 
     @property
     def rest(self) -> float:
@@ -312,20 +289,15 @@ def _means(group: Integers, values: Floats, count: int) -> Floats:
 class Comparison:
     """A model beside a measurement."""
 
-    observation: Observation
-    """What was measured."""
-    response: ModelResponse
-    """What the model does along it."""
-    model: Loops | None
-    """Loops of the model, None where it has no whole one."""
-    instrument: Instrument = RIGID
-    """What the displacement was measured by."""
+    observation: Observation  #: what was measured
+    response: ModelResponse  #: what the model does along it
+    model: Loops | None  #: loops of the model, None where it has no whole one
+    instrument: Instrument = RIGID  #: what the displacement was measured by
+    #: Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not known.
     contact_stiffness: float = math.nan
-    """Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not
-    known."""
+    #: What the model does between the turning points as they were measured, where the response is between fitted ones,
+    #: which take up what a model lacks.
     between_turns: ModelResponse | None = None
-    """What the model does between the turning points as they were measured, where the response is between fitted ones,
-    which take up what a model lacks."""
 
     @classmethod
     def of(

@@ -14,16 +14,11 @@ from historysim.basics.arguments import Floats
 from historysim.errors import InputError
 from historysim.measured.reduction import clock, in_step, reversals, turning_points
 
-QUALITY = 30.0
-"""Frequency of a notch over the width at which it lets half of the power pass, once."""
-ORDER = 2
-"""Order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency."""
-EVEN = 0.01
-"""Largest difference of sample intervals, over their median, up to which a clock is even."""
-FALSE_ALARM = 1e-4
-"""Chance that noise alone is taken for hum, in one channel."""
-LEAST_HUM = 0.1
-"""Share of what is left of a channel between its turns that a line must hold, to be reported as hum."""
+QUALITY = 30.0  # frequency of a notch over the width at which it lets half of the power pass, once
+ORDER = 2  # order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
+EVEN = 0.01  # largest difference of sample intervals, over their median, up to which a clock is even
+FALSE_ALARM = 1e-4  # chance that noise alone is taken for hum, in one channel
+LEAST_HUM = 0.1  # share of what is left of a channel between its turns that a line must hold, to be reported as hum
 # samples of a piece of the spectrum, and the degree of the polynomial that is taken off it
 _LEAST_PIECE, _LONGEST_PIECE, _DEGREE = 128, 8192, 5
 # bins that a line spreads over to either side, and how far beside it the noise is looked for
@@ -39,8 +34,7 @@ class Estimate:
     """A number that was estimated from the cycles of a channel."""
 
     value: float
-    standard_error: float
-    """NaN where there are too few cycles."""
+    standard_error: float  #: NaN where there are too few cycles
 
 
 def offset_of_cycles(values: Floats, *, dead_band: float) -> Estimate:
@@ -190,10 +184,8 @@ def _padding(size: int, samples: float) -> int:
 class Hum:
     """A line in the spectrum of a channel, between its turns."""
 
-    frequency: float
-    """As the samples show it: beyond half of the sampling rate it is folded back below it [Hz]."""
-    amplitude: float
-    """In the unit of the channel."""
+    frequency: float  #: as the samples show it: beyond half of the sampling rate it is folded back below it [Hz]
+    amplitude: float  #: in the unit of the channel
 
 
 def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ...]:

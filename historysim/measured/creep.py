@@ -20,42 +20,29 @@ from historysim.measured.holds import Rest, end_of, quiet, rests_of, start_of
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, noise_of
 
-FEWEST_HOLDS = 3
-"""Holds from which on their scatter is known."""
-FINENESS = 10
-"""Means of a hold in a decade of its time."""
-ONSETS = 80
-"""Times of onset that are tried."""
-CLEARLY_BETTER = 8.0
-"""Squares of the scatter that another form has to leave more before relaxation is over log time."""
+FEWEST_HOLDS = 3  # holds from which on their scatter is known
+FINENESS = 10  # means of a hold in a decade of its time
+ONSETS = 80  # times of onset that are tried
+CLEARLY_BETTER = 8.0  # squares of the scatter that another form has to leave more before relaxation is over log time
+# Creep over a thousandth of the stroke that a search starts from at least, and steps of the search.
 LEAST_START, MOST_ROUNDS = 1e-3, 30
-"""Creep over a thousandth of the stroke that a search starts from at least, and steps of the search."""
+# Onsets, and parts of the measured change, of which the best begins the search.
 FIRST_ONSETS, FIRST_SHARES = 4, (0.03, 0.3, 1.0)
-"""Onsets, and parts of the measured change, of which the best begins the search."""
-LEAST_ROLE = 0.02
-"""Part of the tangential load at the limit below which a hold has none to relax."""
+LEAST_ROLE = 0.02  # part of the tangential load at the limit below which a hold has none to relax
 
 
 @attrs.frozen
 class Hold:
     """A hold, with the parts of the change of its tangential load from its start to its end [N], which add up."""
 
-    start: float
-    """[s]"""
-    duration: float
-    """[s]"""
-    normal_load: float
-    """Its mean [N]."""
-    tangential_load: float
-    """Where the displacement has come to rest [N]."""
-    change: float
-    """What was measured [N]."""
-    memory: float
-    """What the contact's memory predicts of displacement and normal load [N]."""
-    relaxation: float
-    """What goes with the logarithm of time, against the load [N]; NaN where the record does not say."""
-    sensor: float
-    """What goes with time in one direction, whatever that of the load [N]; likewise."""
+    start: float  #: [s]
+    duration: float  #: [s]
+    normal_load: float  #: its mean [N]
+    tangential_load: float  #: where the displacement has come to rest [N]
+    change: float  #: what was measured [N]
+    memory: float  #: what the contact's memory predicts of displacement and normal load [N]
+    relaxation: float  #: what goes with the logarithm of time, against the load [N]; NaN where the record does not say
+    sensor: float  #: what goes with time in one direction, whatever that of the load [N]; likewise
 
     @property
     def rest(self) -> float:
@@ -82,24 +69,18 @@ class Creep:
     """What the holds of a record show: the contact creeps by c ln(1 + t/τ) against its load, beside its memory."""
 
     holds: tuple[Hold, ...]
-    per_decade: WithInterval
-    """By how much the contact creeps in each decade of time, c ln 10 [m]."""
+    per_decade: WithInterval  #: by how much the contact creeps in each decade of time, c ln 10 [m]
+    #: Share of the tangential load that this takes in each decade of time, while the drive rests [1].
     relaxation: WithInterval
-    """Share of the tangential load that this takes in each decade of time, while the drive rests [1]."""
-    onset: float
-    """τ [s]; NaN where the record does not say."""
-    sensor_drift: WithInterval
-    """Drift of the zero of the load [N/s]."""
-    unknown: str = ""
-    """Why the record does not say how the load relaxes; empty where it does."""
-    time: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
-    """(point) Since the start of the hold [s]."""
+    onset: float  #: τ [s]; NaN where the record does not say
+    sensor_drift: WithInterval  #: drift of the zero of the load [N/s]
+    unknown: str = ""  #: why the record does not say how the load relaxes; empty where it does
+    time: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))  #: (point) Since the start of the hold [s]
+    #: (point) Means of what memory and sensor leave of the load, over the load at the start of the hold [1].
     relaxed: Floats = attrs.field(repr=False, factory=lambda: np.empty(0))
-    """(point) Means of what memory and sensor leave of the load, over the load at the start of the hold [1]."""
+    #: (point) Whether that load is positive.
     forward: Booleans = attrs.field(repr=False, factory=lambda: np.empty(0, dtype=bool))
-    """(point) Whether that load is positive."""
-    remarks: tuple[tuple[str, str], ...] = ()
-    """Lines of (label, text): what was done to the record before."""
+    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
 
     def __repr__(self) -> str:
         return f"<Creep: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -200,8 +181,7 @@ class _Model:
     ensemble: Ensemble
     instrument: Instrument
     rests: list[Rest]
-    sense: Floats
-    """(hold) Sign of the tangential load."""
+    sense: Floats  #: (hold) Sign of the tangential load
 
     @classmethod
     def of(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Model":
@@ -258,10 +238,8 @@ class _Search:
     model: _Model
     load: Floats
     measured: "_Points"
-    mean_load: float
-    """Of the holds, without sign [N]."""
-    relaxed: float
-    """Share of the load that creep by one unit takes over ln(1 + t/τ)."""
+    mean_load: float  #: of the holds, without sign [N]
+    relaxed: float  #: share of the load that creep by one unit takes over ln(1 + t/τ)
 
     @classmethod
     def of(cls, model: _Model, load: Floats) -> "_Search":
@@ -362,16 +340,11 @@ def _creeping(model: _Model, load: Floats) -> _Law:
 class _Points:
     """Means of what memory leaves in the holds, each over a part of a decade of time."""
 
-    hold: Integers
-    """(point)"""
-    time: Floats
-    """(point) Since the start of the hold [s]."""
-    left: Floats
-    """(point) Measured less predicted load [N]."""
-    load: Floats
-    """(point) Tangential load at the start of the hold [N]."""
-    count: Floats
-    """(point) Samples of the mean."""
+    hold: Integers  #: (point)
+    time: Floats  #: (point) Since the start of the hold [s]
+    left: Floats  #: (point) Measured less predicted load [N]
+    load: Floats  #: (point) Tangential load at the start of the hold [N]
+    count: Floats  #: (point) Samples of the mean
 
 
 def _points(time: Floats, left: Floats, load: Floats, parts: list[Rest]) -> _Points:

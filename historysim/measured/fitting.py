@@ -17,17 +17,13 @@ from historysim.measured.comparison import ModelResponse, Observation, residuals
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, SearchResult
 
-MOST_CORRELATED = 0.99
-"""Correlation of two parameters above which the data do not distinguish them."""
-UNDETERMINED = 1e6
-"""Ratio of the ends of an interval from which on nothing is known."""
-MUCH_WORSE = 3.0
-"""Misfit over noise from which on the noise does not explain what is left."""
-LEAST_NOISE = 0.9
-"""Share of the estimated noise that is taken at least, however little the model leaves."""
+MOST_CORRELATED = 0.99  # correlation of two parameters above which the data do not distinguish them
+UNDETERMINED = 1e6  # ratio of the ends of an interval from which on nothing is known
+MUCH_WORSE = 3.0  # misfit over noise from which on the noise does not explain what is left
+LEAST_NOISE = 0.9  # share of the estimated noise that is taken at least, however little the model leaves
+# What scatter from branch to branch adds to the half width of an interval, over the square of its share of the load:
+# one coefficient for all branches is off by some 1.1 to 1.5 of these squares, to either side (tests/README.md).
 SECOND_ORDER = 1.8
-"""What scatter from branch to branch adds to the half width of an interval, over the square of its share of the load:
-one coefficient for all branches is off by some 1.1 to 1.5 of these squares, to either side (tests/README.md)."""
 _MEANING = (
     ". The intervals say by how much the values of another such record would differ. They do not say how far the "
     "values are from those of the contact"
@@ -41,21 +37,20 @@ class Parameter:
     """A fitted parameter."""
 
     name: str
-    value: float
-    """Its estimate, in SI."""
+    value: float  #: its estimate, in SI
+    #: low and high: its confidence interval of 95 %, by how the estimate wanders from branch to branch, where there are
+    #: enough of them, else the other one. NaN where the search did not end at a minimum.
     low: float
-    """low and high: its confidence interval of 95 %, by how the estimate wanders from branch to branch, where there are
-    enough of them, else the other one. NaN where the search did not end at a minimum."""
     high: float
+    #: noise_low and noise_high: what the interval would be if what is left were independent from sample to sample.
     noise_low: float = math.nan
-    """noise_low and noise_high: what the interval would be if what is left were independent from sample to sample."""
     noise_high: float = math.nan
+    #: start and end: where the record drifts beyond scatter, the values at its ends on a straight line; `value` is then
+    #: that in its middle. Else NaN.
     start: float = math.nan
-    """start and end: where the record drifts beyond scatter, the values at its ends on a straight line; `value` is then
-    that in its middle. Else NaN."""
     end: float = math.nan
+    #: slope_low and slope_high: the interval of the rise from start to end, over the value [1].
     slope_low: float = math.nan
-    """slope_low and slope_high: the interval of the rise from start to end, over the value [1]."""
     slope_high: float = math.nan
 
     @property
@@ -89,20 +84,16 @@ class ParameterFit:
     """Parameters, and what the model makes of the samples with them."""
 
     parameters: tuple[Parameter, ...]
-    correlation: Floats
-    """(parameter, parameter) Of their estimates [1]."""
-    response: ModelResponse
-    """What the model does at each sample, with these parameters."""
-    residual: Floats
-    """(sample) Measured less model load at the samples compared [N]."""
-    misfit: float
-    """Root of the reduced χ² [1]: about 1 where noise explains what is left."""
+    correlation: Floats  #: (parameter, parameter) Of their estimates [1]
+    response: ModelResponse  #: what the model does at each sample, with these parameters
+    residual: Floats  #: (sample) Measured less model load at the samples compared [N]
+    misfit: float  #: root of the reduced χ² [1]: about 1 where noise explains what is left
     degrees_of_freedom: int
+    #: What the model misses, whether the search settled, which parameters are hardly determined, and what drifts.
     notes: tuple[str, ...]
-    """What the model misses, whether the search settled, which parameters are hardly determined, and what drifts."""
+    #: The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
+    #: intervals are those of independent samples.
     loops_compared: int | None = None
-    """The loops, or pieces of a few loops each, that the intervals go by; None where there are too few, and the
-    intervals are those of independent samples."""
 
     @property
     def fits(self) -> bool:

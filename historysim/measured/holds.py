@@ -8,18 +8,13 @@ from historysim.errors import InputError
 from historysim.measured.comparison import load_steps
 from historysim.measured.reduction import Measurement, estimated_noise, loop_dead_band, turning_points
 
+# Deviations of the noise within which a displacement rests, and from which on its way to rest is timed.
 WITHIN, BEFORE = 4.0, 12.0
-"""Deviations of the noise within which a displacement rests, and from which on its way to rest is timed."""
-RESTS = 10.0
-"""Times longer than that way, and samples, that a hold lasts."""
-ON_THE_WAY = 10
-"""Samples on the way to rest that are timed."""
-LEAST_BAND = 1e-3
-"""Least band of rest, over the swings."""
-LEAST_CHANCE = 1e-3
-"""Chance of noise below which a displacement, or a load, moves within a hold."""
-SOONER = 100.0
-"""Of a hold, over when the logarithm of its time begins to run."""
+RESTS = 10.0  # times longer than that way, and samples, that a hold lasts
+ON_THE_WAY = 10  # samples on the way to rest that are timed
+LEAST_BAND = 1e-3  # least band of rest, over the swings
+LEAST_CHANCE = 1e-3  # chance of noise below which a displacement, or a load, moves within a hold
+SOONER = 100.0  # of a hold, over when the logarithm of its time begins to run
 
 
 @attrs.frozen(eq=False)
@@ -27,10 +22,8 @@ class Rest:
     """A displacement that rests at a reversal."""
 
     samples: Integers
-    origin: float
-    """When it has come to rest [s], which lies between samples."""
-    near: slice
-    """The samples around, on the last of the way here and the first of the way on."""
+    origin: float  #: when it has come to rest [s], which lies between samples
+    near: slice  #: the samples around, on the last of the way here and the first of the way on
 
     def since(self, time: Floats) -> Floats:
         """Return the times of the samples since then [s]."""

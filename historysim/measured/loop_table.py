@@ -21,26 +21,21 @@ if TYPE_CHECKING:
 
 Along = Literal["normal_load", "amplitude"]
 
-CONFIDENCE = 0.95
-"""Of all intervals of fitted numbers."""
+CONFIDENCE = 0.95  # of all intervals of fitted numbers
 BOTH = "both"
 UNITS = {"normal_load": "N", "amplitude": "m"}
 DIMENSIONS = {"normal_load": "level", "amplitude": "amplitude_class"}
 HEADINGS = {"normal_load": "normal load", "amplitude": "amplitude"}
-CONTENT_OF_TABLE = "statistics of friction loops"
-"""Value of the attribute ``content`` of a file of such a table."""
+CONTENT_OF_TABLE = "statistics of friction loops"  # value of the attribute ``content`` of a file of such a table
 
 
 @attrs.frozen
 class LoopStatistics:
     """Mean and scatter of one quantity over the loops."""
 
-    mean: float
-    """NaN where no loop has a value."""
-    standard_deviation: float
-    """Of one loop, with count - 1 in the denominator; NaN for fewer than two."""
-    count: int
-    """The loops that have a value."""
+    mean: float  #: NaN where no loop has a value
+    standard_deviation: float  #: of one loop, with count - 1 in the denominator; NaN for fewer than two
+    count: int  #: the loops that have a value
 
     @classmethod
     def of(cls, values: Floats) -> Self:
@@ -78,21 +73,19 @@ class StraightLine:
     intercept: float
     intercept_low: float
     intercept_high: float
-    count: int
-    """The points that it was fitted to."""
+    count: int  #: the points that it was fitted to
 
 
 @attrs.frozen
 class PowerLawFit:
     """A quantity that goes as factor N^exponent, with an interval of 95 % confidence; NaN for two loads."""
 
+    #: Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough
+    #: surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient [1].
     exponent: float
-    """Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough
-    surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient [1]."""
     exponent_low: float
     exponent_high: float
-    factor: float
-    """The quantity at 1 N, in its own unit."""
+    factor: float  #: the quantity at 1 N, in its own unit
 
 
 def straight_line(x: Floats, y: Floats) -> StraightLine:
@@ -126,27 +119,20 @@ class LoopQuantity:
     """What one quantity is called, its unit, and its values."""
 
     label: str
-    unit: str
-    """SI."""
-    values: Floats = attrs.field(eq=False)
-    """(loop) NaN where there is none."""
+    unit: str  #: SI
+    values: Floats = attrs.field(eq=False)  #: (loop) NaN where there is none
 
 
 @attrs.frozen(eq=False)
 class LoopTable:
     """Statistics of loops in groups."""
 
-    along: Along
-    """What the loops of a group have in common."""
-    value: Floats
-    """(group) Its mean over the loops of each group, ascending [N or m]."""
-    members: tuple[Integers, ...]
-    """(group) Which of the loops, by position, are in each group."""
+    along: Along  #: what the loops of a group have in common
+    value: Floats  #: (group) Its mean over the loops of each group, ascending [N or m]
+    members: tuple[Integers, ...]  #: (group) Which of the loops, by position, are in each group
     quantities: Mapping[str, LoopQuantity]
-    directions: tuple[str, ...]
-    """The names of the directions of branches."""
-    attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)
-    """How the loops were found, for files."""
+    directions: tuple[str, ...]  #: the names of the directions of branches
+    attributes: Mapping[str, str | float | int] = attrs.field(factory=dict)  #: how the loops were found, for files
 
     def __len__(self) -> int:
         """Return the number of groups."""

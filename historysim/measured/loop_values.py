@@ -39,8 +39,9 @@ BRANCH_QUANTITIES = {
     "virgin_displacement": ("virgin displacement θμδ", "m"),
     "tangential_stiffness": ("stiffness at reversal", "N m-1"),
 }
+# The quantities of a branch that are read off its sliding part, and do not need the reversal.
 OF_SLIDING = "friction_force", "normal_load", "friction_coefficient"
-"""The quantities of a branch that are read off its sliding part, and do not need the reversal."""
+# The quantities of a branch that are lower bounds where it does not come to slide.
 OF_SLIP = (
     "friction_force",
     "friction_coefficient",
@@ -48,21 +49,16 @@ OF_SLIP = (
     "displacement_from_zero_load",
     "virgin_displacement",
 )
-"""The quantities of a branch that are lower bounds where it does not come to slide."""
 LOOP_QUANTITIES = {
     "dissipated_energy": ("energy per loop", "J"),
     "displacement_gap": ("gap in displacement", "m"),
     "tangential_load_gap": ("gap in tangential load", "N"),
 }
 
-CONTENT = "friction loops"
-"""Value of the attribute ``content`` of a file of loops."""
-CLEARLY_ABOVE = 3.0
-"""Standard errors by which height and energy of friction loops are above 0."""
-ROUNDING = 1e-9
-"""Height and energy, over the largest load and the box around the loop, that are none."""
-OPEN = 2.0
-"""Gap of the load over the half height from which on a loop does not close."""
+CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
+CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
+ROUNDING = 1e-9  # height and energy, over the largest load and the box around the loop, that are none
+OPEN = 2.0  # gap of the load over the half height from which on a loop does not close
 
 
 class NoLoopError(InputError):
@@ -77,56 +73,37 @@ class LoopValues:
     Means over the loops (`statistics`, `rows`) are those of the `large` ones.
     """
 
-    trace: Trace = attrs.field(repr=False)
-    """The record that they were found in."""
+    trace: Trace = attrs.field(repr=False)  #: the record that they were found in
     definitions: Definitions
-    dead_band: float
-    """The smallest swing of the displacement that was taken for a reversal [m]."""
-    number: Integers
-    """(loop) Which loop of the record each one is, from 0."""
-    ends: Integers
-    """(loop, 3) The samples at which each loop begins, turns back, and ends."""
+    dead_band: float  #: the smallest swing of the displacement that was taken for a reversal [m]
+    number: Integers  #: (loop) Which loop of the record each one is, from 0
+    ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
+    #: Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
     left_out: tuple[tuple[int, int], ...]
-    """Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop."""
-    friction_force: Floats
-    """[N], positive."""
-    normal_load: Floats
-    """Mean over the sliding part [N]."""
-    friction_coefficient: Floats
-    """[1]."""
-    preliminary_displacement: Floats
-    """From the reversal to a share of the limit [m]."""
-    displacement_from_zero_load: Floats
-    """From zero load to the same share [m]."""
-    virgin_displacement: Floats
-    """θμδ of the sphere that is nearest, without the instrument [m]."""
-    tangential_stiffness: Floats
-    """At the reversal [N/m]."""
-    dissipated_energy: Floats
-    """(loop) ∮ T dU [J]."""
-    displacement_gap: Floats
-    """(loop) U at the end of the loop less that at its start [m]."""
-    tangential_load_gap: Floats
-    """(loop) Likewise T [N]."""
-    amplitude: Floats
-    """(loop) Half the mean length of the branches that are not left out [m]."""
+    friction_force: Floats  #: [N], positive
+    normal_load: Floats  #: mean over the sliding part [N]
+    friction_coefficient: Floats  #: [1]
+    preliminary_displacement: Floats  #: from the reversal to a share of the limit [m]
+    displacement_from_zero_load: Floats  #: from zero load to the same share [m]
+    virgin_displacement: Floats  #: θμδ of the sphere that is nearest, without the instrument [m]
+    tangential_stiffness: Floats  #: at the reversal [N/m]
+    dissipated_energy: Floats  #: (loop) ∮ T dU [J]
+    displacement_gap: Floats  #: (loop) U at the end of the loop less that at its start [m]
+    tangential_load_gap: Floats  #: (loop) Likewise T [N]
+    amplitude: Floats  #: (loop) Half the mean length of the branches that are not left out [m]
+    #: Branches that have no values: the normal load moves on them, or the record ends on them.
     left_out_branches: Booleans
-    """Branches that have no values: the normal load moves on them, or the record ends on them."""
+    #: Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
     stepped_branches: Booleans
-    """Branches without preliminary displacement and stiffness, since they begin with a step of the normal load."""
+    #: Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
+    #: their displacements are lower bounds, and stay out of means.
     rising_branches: Booleans
-    """Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
-    their displacements are lower bounds, and stay out of means."""
-    exclusions: tuple[str, ...] = ()
-    """What was left out, and why."""
+    exclusions: tuple[str, ...] = ()  #: what was left out, and why
+    #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact.
     lateral_stiffness: float = math.inf
-    """Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact."""
-    remarks: tuple[tuple[str, str], ...] = ()
-    """Lines of (label, text): what was done to the record before."""
-    displacement_noise: float = 0.0
-    """Standard deviation of the noise of the displacement, 0 where it is not known [m]."""
-    columns: str = ""
-    """The question whether the right columns were read, which names them."""
+    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
+    displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
+    columns: str = ""  #: the question whether the right columns were read, which names them
 
     def __len__(self) -> int:
         """Return the number of loops."""

@@ -49,8 +49,7 @@ if TYPE_CHECKING:
 
     from historysim.measured.reduction import Measurement
 
-WRONG_WAY = -0.05
-"""Energy of loops over the area of the boxes around them from which on they run the wrong way round."""
+WRONG_WAY = -0.05  # energy of loops over the area of the boxes around them from which on they run the wrong way round
 
 
 @attrs.frozen(eq=False, repr=False)

@@ -17,21 +17,18 @@ from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.loop_values import LoopValues
 from historysim.measured.reduction import FEWEST_SAMPLES, FEWEST_SPIKES, REVERSAL, SPIKE, count_of_spikes, noise_of
 
-LEAST_DRIFT = 1e-3
-"""Rise along a record over the mean up to which a drift has no note."""
-STROKE_OVER_NOISE = 40.0
-"""Stroke over the noise of the displacement up to which a note says that noise decides."""
+LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
+STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to which a note says that noise decides
+# Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
+# Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond.
 NARROW = 0.05
-"""Energy of a loop over the rectangle around it, 4TU, below which it is a spring's: .2 where a sphere just slides, by
-Cattaneo and Mindlin (8 times the area under 1 - (1 - u)^(3/2), less 4), and more beyond."""
+# Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped.
 CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
-"""Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped."""
-OFFSET = 0.02
-"""Offset or drift of the load over the friction force, from which on it has a note."""
+OFFSET = 0.02  # offset or drift of the load over the friction force, from which on it has a note
+# Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note.
 LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
-"""Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note."""
+# Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip.
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
-"""Drop of the load from one sample to the next, over the friction force, and drops on a branch, that are stick-slip."""
 
 
 def loop_notes(loops: LoopValues) -> tuple[str, ...]:

@@ -24,18 +24,12 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-MEDIAN_OF_NORMAL = 0.6744897501960817
-"""Median of |x| over the standard deviation, of a normal distribution."""
-FEWEST_SAMPLES = 32
-"""Samples below which what looks like noise may be the strokes themselves."""
-REVERSAL = 6.0
-"""Least swing of a reversal by default, in deviations of the noise."""
-DEAD_BAND_SHARE = 0.05
-"""Least dead band of loops by default, over the range of the displacement."""
-SPIKE = 10.0
-"""Deviations of the noise, and three times its usual steps, by which a spike stands out to both sides."""
-FEWEST_SPIKES = 3
-"""Spikes below which a record has none that is worth a line."""
+MEDIAN_OF_NORMAL = 0.6744897501960817  # median of |x| over the standard deviation, of a normal distribution
+FEWEST_SAMPLES = 32  # samples below which what looks like noise may be the strokes themselves
+REVERSAL = 6.0  # least swing of a reversal by default, in deviations of the noise
+DEAD_BAND_SHARE = 0.05  # least dead band of loops by default, over the range of the displacement
+SPIKE = 10.0  # deviations of the noise, and three times its usual steps, by which a spike stands out to both sides
+FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
 
 
 def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
@@ -235,8 +229,7 @@ def resample(time: Floats, values: Floats, onto: Floats, *, shift: float = 0.0, 
 
 
 TANGENTIAL = ("tangential_displacement", "tangential_load")
-MANY_MORE = 5
-"""Times more reversals than beyond the dead band, from which on noise is taken for their cause."""
+MANY_MORE = 5  # times more reversals than beyond the dead band, from which on noise is taken for their cause
 NORMAL = ("normal_load", "normal_displacement")
 
 
@@ -244,23 +237,18 @@ NORMAL = ("normal_load", "normal_displacement")
 class Measurement:
     """A measured load sequence."""
 
-    time: Floats
-    """(sample) Times, which do not decrease [s]."""
-    channels: Mapping[str, Floats]
-    """(sample) What is replayed [N or m], by the names of the load channels."""
-    response: Mapping[str, Floats] = attrs.field(factory=dict)
-    """(sample) What was measured beside it, to compare with."""
+    time: Floats  #: (sample) Times, which do not decrease [s]
+    channels: Mapping[str, Floats]  #: (sample) What is replayed [N or m], by the names of the load channels
+    response: Mapping[str, Floats] = attrs.field(factory=dict)  #: (sample) What was measured beside it, to compare with
+    #: The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
+    #: replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`).
     dead_band: Mapping[str, float] = attrs.field(factory=dict)
-    """The smallest swing of a channel that is no noise [N or m]; a channel that is not named has no noise where it is
-    replayed, and the dead band of its loops by default (see `reduction.loop_dead_band`)."""
+    #: Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`).
     reduced: bool = False
-    """Whether only the samples are replayed that the contact remembers (see `reduction.kept_points`)."""
-    remarks: tuple[tuple[str, str], ...] = ()
-    """Lines of (label, text): what was done to the samples on the way here."""
+    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the samples on the way here
+    #: (sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are.
     removed: Mapping[str, Floats] = attrs.field(factory=dict)
-    """(sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are."""
-    row: Integers | None = None
-    """(sample) Where each sample stood in its file, for messages."""
+    row: Integers | None = None  #: (sample) Where each sample stood in its file, for messages
 
     def __repr__(self) -> str:
         count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))

@@ -10,14 +10,10 @@ import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
 
-FEWEST_LOOPS = 3
-"""Loops below which their scatter is not used."""
-FEWEST_FOR_DRIFT = 6
-"""Loops from which on a drift is distinguished from scatter."""
-MOST_PIECES = 48
-"""Pieces that a record is divided into at most; with more of them nothing changes."""
-SURE = 0.99
-"""Confidence from which on a record drifts."""
+FEWEST_LOOPS = 3  # loops below which their scatter is not used
+FEWEST_FOR_DRIFT = 6  # loops from which on a drift is distinguished from scatter
+MOST_PIECES = 48  # pieces that a record is divided into at most; with more of them nothing changes
+SURE = 0.99  # confidence from which on a record drifts
 _MOST_CORRELATED = 0.97
 _ANGLES = (np.arange(256) + 0.5) / 256 * math.pi / 2
 _CORRELATIONS = np.linspace(0, 0.95, 20)
@@ -30,16 +26,13 @@ _ODDS_OF_NOISE = 3.0
 class Wander:
     """How an estimate wanders along a record."""
 
-    reach: float
-    """Half width of its interval; of its value in the middle of the record, where that drifts."""
+    reach: float  #: half width of its interval; of its value in the middle of the record, where that drifts
     rise: float
+    #: rise and rise_reach: rise of the line through the values of all pieces, from the start to the end of the record,
+    #: and the half width of its interval; NaN for too few pieces.
     rise_reach: float
-    """rise and rise_reach: rise of the line through the values of all pieces, from the start to the end of the record,
-    and the half width of its interval; NaN for too few pieces."""
-    drifts: bool
-    """Whether that line is no chance."""
-    correlation: float
-    """ρ, from piece to piece."""
+    drifts: bool  #: whether that line is no chance
+    correlation: float  #: ρ, from piece to piece
 
 
 def wander(moves: Floats, share: Floats, confidence: float) -> Wander:

@@ -23,18 +23,14 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
+# Turning points and steps of load up to which their places are unknowns; else they are where they are expected.
 MOST_NODES = 1000
-"""Turning points and steps of load up to which their places are unknowns; else they are where they are expected."""
-DECADES = 4
-"""How many factors of ten a start may be off; the search scans so far on either side of it."""
-FARTHEST = (DECADES + 1) * math.log(10)
-"""How far from the start the search may go, as a logarithm."""
-MOST_SCANNED = 500
-"""Starts that a scan tries at most; with more parameters they are farther apart, up to four decades."""
-ENOUGH_SAMPLES = 5_000
-"""Samples from which on a record is thinned while the search finds its way."""
+DECADES = 4  # how many factors of ten a start may be off; the search scans so far on either side of it
+FARTHEST = (DECADES + 1) * math.log(10)  # how far from the start the search may go, as a logarithm
+MOST_SCANNED = 500  # starts that a scan tries at most; with more parameters they are farther apart, up to four decades
+ENOUGH_SAMPLES = 5_000  # samples from which on a record is thinned while the search finds its way
+# Noise moves a node no farther, in standard deviations; a model that does not fit would, to look better.
 FARTHEST_NODE = 5.0
-"""Noise moves a node no farther, in standard deviations; a model that does not fit would, to look better."""
 # how far from a node a sample may have been read, in standard deviations, that is on the other side of it
 _AMBIGUOUS = 3.0
 # the share of a branch, one over this, that may be left out for it at either end
@@ -69,15 +65,12 @@ _STATIONARY, _SIMPLEX = 0.1, 3.0
 class ResidualSlopes:
     """Derivatives of the residuals, those of the samples and behind them those of the nodes' own places."""
 
-    by_parameter: Floats
-    """(residual, parameter)"""
-    by_node: "csr_array"
-    """(residual, node)"""
+    by_parameter: Floats  #: (residual, parameter)
+    by_node: "csr_array"  #: (residual, node)
+    #: (sample, parameter) Derivatives of half of what noise of the displacement adds to the square of each sample's
+    #: residual.
     added: Floats
-    """(sample, parameter) Derivatives of half of what noise of the displacement adds to the square of each sample's
-    residual."""
-    added_by_node: "csr_array"
-    """(sample, node) The same by the nodes."""
+    added_by_node: "csr_array"  #: (sample, node) The same by the nodes
 
     def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
         """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
@@ -96,26 +89,18 @@ class ResidualSlopes:
 class SearchResult:
     """Where a search ends."""
 
-    unknowns: Floats
-    """(parameter and node)"""
-    response: ModelResponse
-    """What the model does there."""
+    unknowns: Floats  #: (parameter and node)
+    response: ModelResponse  #: what the model does there
+    #: (residual) What is left of the load over its scale, and nodes over what is known of their places.
     residual: Floats
-    """(residual) What is left of the load over its scale, and nodes over what is known of their places."""
-    slopes: Floats
-    """(residual, parameter) Derivatives by the parameters; nodes follow that are not at their bounds."""
+    slopes: Floats  #: (residual, parameter) Derivatives by the parameters; nodes follow that are not at their bounds
+    #: (residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is 0.
     pull: Floats
-    """(residual, parameter) What each residual adds to the gradient of what is minimised; over all of them this is
-    0."""
-    at_bounds: int
-    """Nodes that are as far from where they were measured as they may be."""
+    at_bounds: int  #: nodes that are as far from where they were measured as they may be
     scale: Floats
-    noise: Floats
-    """scale and noise: (sample) Weight and noise of what is left of the load [N]."""
-    settled: bool
-    """Whether a minimum was found, and the weights are those at this minimum."""
-    spread: Floats
-    """(parameter) How far other ends are from here that are as deep but for chance, as a logarithm."""
+    noise: Floats  #: scale and noise: (sample) Weight and noise of what is left of the load [N]
+    settled: bool  #: whether a minimum was found, and the weights are those at this minimum
+    spread: Floats  #: (parameter) How far other ends are from here that are as deep but for chance, as a logarithm
 
     @property
     def is_stationary(self) -> bool:
@@ -135,17 +120,13 @@ class Search:
 
     model: Model
     names: tuple[str, ...]
-    start: Floats
-    """(parameter) Logarithms of the parameters to start from."""
+    start: Floats  #: (parameter) Logarithms of the parameters to start from
     observation: Observation
-    free: int
-    """Nodes with unknown places."""
-    compared: Integers
-    """The samples that are compared."""
-    load_noise: float
-    """[N], > 0."""
+    free: int  #: nodes with unknown places
+    compared: Integers  #: the samples that are compared
+    load_noise: float  #: [N], > 0
+    #: (sample) The share of the noise of the displacement that nodes do not follow: 1 less their leverage.
     left_over: Floats
-    """(sample) The share of the noise of the displacement that nodes do not follow: 1 less their leverage."""
 
     @classmethod
     def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":

@@ -38,60 +38,39 @@ Kind = TypeVar("Kind", bound="attrs.AttrsInstance")
 
 WINDOWS = 50
 UNITS = {"time": "s", "distance": "m"}
-FIRST_PART = 0.1
-"""Share of the record, by time or distance, in which the static peak is looked for."""
-SLIDES = 0.95
-"""Share of the friction of the second window from which on a record without a peak is taken to slide."""
-RESTS = 0.05
-"""Share of the friction of the second half of a record below which the rig rests before it starts."""
-BACKWARDS = 0.9
-"""Share of windows of negative friction from which on a channel is the wrong way round."""
-WIDTH_OF_SPIKES = 5
-"""Samples of the running median that takes spikes off, and rest before the start."""
-USUAL_STEPS = 0.9
-"""Share of the steps from sample to sample that are no spikes'."""
-CONTENT_OF_COURSE = "friction over time or distance"
-"""Value of the attribute ``content`` of a file of such a course."""
+FIRST_PART = 0.1  # share of the record, by time or distance, in which the static peak is looked for
+SLIDES = 0.95  # share of the friction of the second window from which on a record without a peak is taken to slide
+RESTS = 0.05  # share of the friction of the second half of a record below which the rig rests before it starts
+BACKWARDS = 0.9  # share of windows of negative friction from which on a channel is the wrong way round
+WIDTH_OF_SPIKES = 5  # samples of the running median that takes spikes off, and rest before the start
+USUAL_STEPS = 0.9  # share of the steps from sample to sample that are no spikes'
+CONTENT_OF_COURSE = "friction over time or distance"  # value of the attribute ``content`` of a file of such a course
 
 
 @attrs.frozen
 class StaticPeak:
     """The greatest friction coefficient at the start of sliding."""
 
-    coefficient: float
-    """T/N of one sample [1]."""
-    place: float
-    """Where: a time [s] or a distance [m]."""
-    lifted: float
-    """What noise adds to the greatest of as many samples, about [1]."""
+    coefficient: float  #: T/N of one sample [1]
+    place: float  #: where: a time [s] or a distance [m]
+    lifted: float  #: what noise adds to the greatest of as many samples, about [1]
 
 
 @attrs.frozen(eq=False)
 class Sliding:
     """Friction of a record that slides one way."""
 
-    over: Over
-    """What friction is given over."""
-    place: Floats
-    """(sample) The time [s] or the distance [m] since the start."""
-    coefficient: Floats
-    """(sample) T/N, positive in the direction of sliding [1]; NaN where it is not known any more."""
-    window_place: Floats
-    """(window) The middle of each window [s or m]."""
-    window_mean: Floats
-    """(window) Mean of μ [1]."""
-    window_deviation: Floats
-    """(window) Standard deviation of μ [1]."""
-    window_count: Integers
-    """(window) Number of samples."""
-    peak: StaticPeak | None
-    """None where friction does not stand out at the start."""
-    approach: Approach | None
-    """None where friction does not run in towards a steady value."""
-    no_approach: str = ""
-    """Why there is none."""
-    remarks: tuple[tuple[str, str], ...] = ()
-    """Lines of (label, text): what was done to the record before."""
+    over: Over  #: what friction is given over
+    place: Floats  #: (sample) The time [s] or the distance [m] since the start
+    coefficient: Floats  #: (sample) T/N, positive in the direction of sliding [1]; NaN where it is not known any more
+    window_place: Floats  #: (window) The middle of each window [s or m]
+    window_mean: Floats  #: (window) Mean of μ [1]
+    window_deviation: Floats  #: (window) Standard deviation of μ [1]
+    window_count: Integers  #: (window) Number of samples
+    peak: StaticPeak | None  #: none where friction does not stand out at the start
+    approach: Approach | None  #: none where friction does not run in towards a steady value
+    no_approach: str = ""  #: why there is none
+    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
 
     def __repr__(self) -> str:
         return f"<Sliding: {', '.join(f'{label} {text}' for label, text in self.summary())}>"

@@ -21,8 +21,8 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = (
     lib.HS_GROSS_SLIP,
 )
 
+# Relative difference of two displacements or loads that rounding alone keeps apart.
 TIE = 32 * float(np.finfo(np.float64).eps)
-"""Relative difference of two displacements or loads that rounding alone keeps apart."""
 
 _KINDS = {"double": "f8", "int64_t": "i8", "int32_t": "i4", "int8_t": "i1", "uint8_t": "u1"}
 
@@ -80,12 +80,9 @@ class Memory(Protocol):
 class Slopes(NamedTuple):
     """Derivatives of the loads at the end of a path in where it ends [N/m], its start being what it is."""
 
-    tangential: float
-    """∂T/∂U at a held approach."""
-    coupling: float
-    """∂T/∂d at a held displacement, with the approach d."""
-    normal: float
-    """∂N/∂d."""
+    tangential: float  #: ∂T/∂U at a held approach
+    coupling: float  #: ∂T/∂d at a held displacement, with the approach d
+    normal: float  #: ∂N/∂d
 
 
 def new_contact(

@@ -8,14 +8,12 @@ import numpy.typing as npt
 from historysim.errors import InputError
 from historysim.memory.binding import PATH, PLANAR_PATH
 
+# Paths (path), one after the other, with the fields of ``hs_path``, or in two tangential directions of
+# ``hs_planar_path``: where each channel goes, in N or m, and how many rows are recorded on the way.
 Paths = npt.NDArray[Any]
-"""Paths (path), one after the other, with the fields of ``hs_path``, or in two tangential directions of
-``hs_planar_path``: where each channel goes, in N or m, and how many rows are recorded on the way."""
 
-STILL = (0.0, 0.0)
-"""Target and fraction of a channel that is held."""
-UNTIMED = (np.nan, np.nan)
-"""Beginning and end of a path whose times are not known."""
+STILL = (0.0, 0.0)  # target and fraction of a channel that is held
+UNTIMED = (np.nan, np.nan)  # beginning and end of a path whose times are not known
 
 
 class Goals(NamedTuple):

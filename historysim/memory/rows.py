@@ -9,8 +9,8 @@ from historysim.basics.arguments import Array, Integers
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import TOTALS
 
+# What is recorded of each asperity together.
 PROJECTED = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state")
-"""What is recorded of each asperity together."""
 
 
 @attrs.frozen(eq=False)

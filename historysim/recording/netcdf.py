@@ -35,12 +35,11 @@ COMPRESSIONS: dict[str, dict[str, Any]] = {
     "zstd": {"compression": "zstd", "complevel": 3, "shuffle": True},
 }
 CHUNK_CELLS, ROWS_OF_A_CHUNK = 1 << 16, 1 << 8
+# Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it reads.
 MOST_CELLS_ACROSS = 1 << 21
-"""Values of all chunks across a row: 16 MB, which the netCDF library keeps of a variable while it reads."""
-_BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")
-"""The first bytes of an unfinished file."""
+_BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")  # the first bytes of an unfinished file
+# Files that could not be written: HDF5 may end the process when one is closed, so none ever is.
 _unwritable: "list[netCDF4.Dataset]" = []
-"""Files that could not be written: HDF5 may end the process when one is closed, so none ever is."""
 
 
 def check_compression(compression: str) -> None:
@@ -91,16 +90,12 @@ def put_strings(group: "netCDF4.Dataset", name: str, values: Sequence[str], attr
 class FileRecorder(Recorder):
     """Rows of one history, written to the file of a result."""
 
-    path: Path
-    """The file; what is there is replaced unless the recorder goes on."""
-    attributes: Mapping[str, Any]
-    """Of the result."""
-    beside: "Callable[[netCDF4.Dataset], None] | None" = None
-    """Writes further groups into the file."""
-    go_on: int = 0
-    """Rows that stand in the file already."""
+    path: Path  #: the file; what is there is replaced unless the recorder goes on
+    attributes: Mapping[str, Any]  #: of the result
+    beside: "Callable[[netCDF4.Dataset], None] | None" = None  #: writes further groups into the file
+    go_on: int = 0  #: rows that stand in the file already
+    #: How rows are kept; where they are compressed, a file that is not finished cannot be gone on with.
     compression: str = "none"
-    """How rows are kept; where they are compressed, a file that is not finished cannot be gone on with."""
     _file: "netCDF4.Dataset" = attrs.field(init=False)
     _held: int = attrs.field(default=0, init=False)
     _times: list[Array] = attrs.field(factory=list, init=False)
@@ -269,8 +264,7 @@ class Unfinished:
     Raises OSError: the file cannot be made, or another process uses it.
     """
 
-    kept = 0
-    """Rows with which a resume can go on."""
+    kept = 0  #: rows with which a resume can go on
 
     def __init__(self, output: Path) -> None:
         self.path, self.output = output.with_name(f".{output.name}.unfinished"), output

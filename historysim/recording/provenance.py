@@ -25,12 +25,11 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
 
+# Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself.
 MADE_BY = "replay"
-"""Key of the encoding of a history in memory for the `Replay` that has made it; a file holds its events itself."""
-MOST_TURN = 5e-3
-"""Change of a slope as its spheres move past each other, up to which it is taken as kept."""
+MOST_TURN = 5e-3  # change of a slope as its spheres move past each other, up to which it is taken as kept
+# Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name.
 VALIDITY, NAMED_STATES = "validity", "named_states"
-"""Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name."""
 
 
 def traced(history: "xr.Dataset", job: object) -> "xr.Dataset":

@@ -40,12 +40,11 @@ if TYPE_CHECKING:
 
 Selection = str | Sequence[int]
 
-ROWS_AT_ONCE = 1 << 12
-"""Rows that are walked, at most, before they are recorded and the progress bar moves on."""
+ROWS_AT_ONCE = 1 << 12  # rows that are walked, at most, before they are recorded and the progress bar moves on
+# Rows times asperities that are held in memory between writes to a file; as many again while they are written.
 CELLS_AT_ONCE = 1 << 20
-"""Rows times asperities that are held in memory between writes to a file; as many again while they are written."""
+# Rows times asperities that are walked before the progress bar moves on, where all of them stay in memory.
 CELLS_IN_MEMORY = 1 << 24
-"""Rows times asperities that are walked before the progress bar moves on, where all of them stay in memory."""
 
 
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
@@ -128,19 +127,14 @@ class Recorder(abc.ABC):
     """
 
     ensemble: Ensemble
-    asperities: Integers | None
-    """(asperity) Indices to record; None for totals alone."""
-    steps: int
-    """Rows that the whole history records."""
-    instrument: Instrument = attrs.field(default=RIGID, kw_only=True)
-    """In series with the contact."""
-    changes: Changes = attrs.field(default=Changes(), kw_only=True)
-    """What changes beside the loads."""
+    asperities: Integers | None  #: (asperity) Indices to record; None for totals alone
+    steps: int  #: rows that the whole history records
+    instrument: Instrument = attrs.field(default=RIGID, kw_only=True)  #: in series with the contact
+    changes: Changes = attrs.field(default=Changes(), kw_only=True)  #: what changes beside the loads
+    #: When each recorded asperity first slid [s], NaN for never; known at the end.
     slide_time: Floats | None = attrs.field(default=None, init=False)
-    """When each recorded asperity first slid [s], NaN for never; known at the end."""
     _filled: int = attrs.field(default=0, init=False)
-    rows: Rows = attrs.field(init=False)
-    """Those given last to be filled, or more, in SI units."""
+    rows: Rows = attrs.field(init=False)  #: those given last to be filled, or more, in SI units
 
     @property
     def columns(self) -> int:

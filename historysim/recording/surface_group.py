@@ -18,21 +18,22 @@ if TYPE_CHECKING:
     from historysim.surfaces.summits import Summits
 
 GROUP = "surface"
+# Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show.
 MOST_POINTS = 512
-"""Points of a height map along each axis that are kept, and as many in all of a profile: what a picture can show."""
 
 SURFACE = (
     Variable("x", ("x",), "m", "position along x"),
     Variable("y", ("y",), "m", "position along y"),
     Variable("height", ("x", "y"), "m", "height of the surface"),
 )
+# All summits; ``asperity`` in the history is their index.
 SUMMITS = (
     Variable("summit_height", ("summit",), "m", "height of the summit"),
     Variable("summit_radius", ("summit",), "m", "radius of the summit"),
     Variable("summit_x", ("summit",), "m", "position of the summit along x"),
     Variable("summit_y", ("summit",), "m", "position of the summit along y"),
 )
-"""All summits; ``asperity`` in the history is their index."""
+# The normal contact of a map with full interaction.
 SOLUTIONS = (
     Variable("point", ("point",), "1", "index of the point in the height map, along y first"),
     Variable("point_patch", ("point",), "1", "patch that the point belongs to"),
@@ -40,7 +41,6 @@ SOLUTIONS = (
     Variable("solved_approach", ("solution",), "m", "approach of a solution of the normal contact"),
     Variable("solved_pressure", ("solution", "point"), "1", "pressure over the contact modulus"),
 )
-"""The normal contact of a map with full interaction."""
 VARIABLES = (*SURFACE, *SUMMITS, *SOLUTIONS)
 
 

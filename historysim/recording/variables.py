@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from historysim.memory.rows import Rows
 
 
-COMPONENTS = ("x", "y")
-"""Labels of the dimension of vectors in two tangential directions."""
+COMPONENTS = ("x", "y")  # labels of the dimension of vectors in two tangential directions
 OF_DIRECTION = "component of a vector"
 
 
@@ -28,25 +27,19 @@ OF_DIRECTION = "component of a vector"
 class Changes:
     """What there is along a history beside loads and displacements, which decides what is recorded of it."""
 
-    friction: bool = False
-    """Whether the friction of any asperity changes."""
+    friction: bool = False  #: whether the friction of any asperity changes
+    #: Whether asperities have different friction at any time; patches share one coefficient.
     friction_differs: bool = False
-    """Whether asperities have different friction at any time; patches share one coefficient."""
-    sliding: bool = False
-    """Whether the sliding distance of asperities is followed."""
+    sliding: bool = False  #: whether the sliding distance of asperities is followed
     wear: bool = False
     yielding: bool = False
+    #: wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights or radii change
+    #: otherwise.
     geometry: bool = False
-    """wear, yielding and geometry: whether asperities wear, whether they yield, and whether heights or radii change
-    otherwise."""
-    spring: bool = False
-    """Whether there is an instrument in series."""
-    patches: bool = False
-    """Whether the asperities are patches of normal curves."""
-    areas: bool = True
-    """Whether contact areas are known, which normal curves may leave open."""
-    planar: bool = False
-    """Whether there are two tangential directions."""
+    spring: bool = False  #: whether there is an instrument in series
+    patches: bool = False  #: whether the asperities are patches of normal curves
+    areas: bool = True  #: whether contact areas are known, which normal curves may leave open
+    planar: bool = False  #: whether there are two tangential directions
 
     @property
     def evolve(self) -> bool:
@@ -68,23 +61,20 @@ class Variable:
     """One output variable."""
 
     name: str
+    #: Of ``step``, ``asperity`` and ``direction``; in the group of the surface ``x``, ``y`` and ``summit``.
     dimensions: tuple[str, ...]
-    """Of ``step``, ``asperity`` and ``direction``; in the group of the surface ``x``, ``y`` and ``summit``."""
-    units: str
-    """UDUNITS string; "1" where dimensionless, empty for flags."""
+    units: str  #: UDUNITS string; "1" where dimensionless, empty for flags
     long_name: str
-    dtype: str = "float64"
-    """numpy's name of the type."""
-    extra: dict[str, Any] = attrs.field(factory=dict, hash=False)
-    """Further attributes."""
+    dtype: str = "float64"  #: numpy's name of the type
+    extra: dict[str, Any] = attrs.field(factory=dict, hash=False)  #: further attributes
+    #: In which histories it is recorded.
     when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
-    """In which histories it is recorded."""
+    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name.
     source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
-    """Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name."""
+    #: Computes it from rows, the ensemble and the instrument, where it is no such field.
     derived: "Callable[[Rows, Ensemble, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
-    """Computes it from rows, the ensemble and the instrument, where it is no such field."""
+    #: Whether it has two components where there are two tangential directions.
     directed: bool = attrs.field(default=False, kw_only=True)
-    """Whether it has two components where there are two tangential directions."""
 
     def along(self, changes: Changes) -> Self:
         """Return it with the dimensions that it has in a history, of which the last may be ``direction``."""
@@ -144,6 +134,7 @@ COORDINATES = (
     Variable("y", _ASPERITY, "m", "position of the summit along y"),
 )
 
+# What is recorded once, at the end.
 SLIDE_TIME = Variable(
     "slide_time",
     _ASPERITY,
@@ -151,7 +142,6 @@ SLIDE_TIME = Variable(
     "elapsed time at which the asperity first slides as a whole",
     extra={"comment": "NaN where it never does", "coverage_content_type": "modelResult"},
 )
-"""What is recorded once, at the end."""
 
 _SLIP_FLAGS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
 _HELD_FLAGS = _flags(within_limit=0, held_at_limit=1)
@@ -186,6 +176,7 @@ def _reshapes(changes: Changes) -> bool:
     return changes.geometry or changes.yielding
 
 
+# All that is recorded of a history; `register` adds to it.
 VARIABLES = (
     Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
     Variable(
@@ -315,11 +306,10 @@ VARIABLES = (
         "yielding_energy", _BOTH, "J", "energy that yielding of the asperity has taken since the start", when=_YIELDS
     ),
 )
-"""All that is recorded of a history; `register` adds to it."""
 
 _added: list[Variable] = []
+# Modules of this folder that add no variables; who asks what is recorded need not import them.
 _OWN = frozenset({"netcdf", "provenance", "recorder", "surface_group", "variables"})
-"""Modules of this folder that add no variables; who asks what is recorded need not import them."""
 
 
 def register(variable: Variable) -> Variable:

@@ -47,14 +47,10 @@ class Origin:
 
     ensemble: Ensemble
     events: Sequence[Event]
-    state: Callable[[float], EnsembleState]
-    """Returns the state at a time [s]."""
-    surface: Mapping[str, Any]
-    """Arrays of the surface, as in the result."""
-    settings: Mapping[str, Any]
-    """Further settings in the head of the log."""
-    replay: Callable[[], Replay]
-    """Returns the replay that made the history."""
+    state: Callable[[float], EnsembleState]  #: returns the state at a time [s]
+    surface: Mapping[str, Any]  #: arrays of the surface, as in the result
+    settings: Mapping[str, Any]  #: further settings in the head of the log
+    replay: Callable[[], Replay]  #: returns the replay that made the history
 
     @classmethod
     def of_replay(cls, job: Replay, surface: Mapping[str, Any], settings: Mapping[str, Any]) -> Self:

@@ -209,10 +209,9 @@ class PointMaps:
     """A contact, point by point: arrays (x, y)."""
 
     pressure: Floats
+    #: pressure and traction: [Pa], 0 where nothing touches; the traction has the sign of the tangential load.
     traction: Floats
-    """pressure and traction: [Pa], 0 where nothing touches; the traction has the sign of the tangential load."""
-    contact_state: npt.NDArray[np.int8]
-    """`SEPARATED`, `STICKS` or `SLIPS`."""
+    contact_state: npt.NDArray[np.int8]  #: `SEPARATED`, `STICKS` or `SLIPS`
 
 
 def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     import netCDF4
     import xarray as xr
 
+# What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import.
 KINDS: Mapping[str, str] = {
     "friction loops": "loops",
     "statistics of friction loops": "loops",
@@ -30,7 +31,6 @@ KINDS: Mapping[str, str] = {
     "table": "table",
     "history over time": "table",
 }
-"""What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import."""
 
 CALLED: Mapping[str, str] = {
     "scenario": "a scenario",
@@ -50,8 +50,7 @@ class FileKind(abc.ABC):
     Its content has a method ``summary``, and is registered with `figure_of` and `page_of`.
     """
 
-    kind: ClassVar[str]
-    """Its name, also in messages."""
+    kind: ClassVar[str]  #: its name, also in messages
 
     @classmethod
     @abc.abstractmethod
@@ -64,6 +63,7 @@ class FileKind(abc.ABC):
         """Return the content of a file; InputError where it is damaged."""
 
 
+# The kinds of files beside those of `CALLED`, by their names.
 FILES: Registry[type[FileKind]] = Registry(
     "historysim.files",
     "historysim.results.result_files:FileKind",
@@ -71,7 +71,6 @@ FILES: Registry[type[FileKind]] = Registry(
     # by its name: a room below this one, imported where a file may be one
     "historysim.exchange.reduced.reduced_model",
 )
-"""The kinds of files beside those of `CALLED`, by their names."""
 
 
 def kind_of(path: Path) -> str:
@@ -228,8 +227,7 @@ KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
 # variables that every result has; a contact that is given by its loads alone has no area
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
 
-Layout = Mapping[str, tuple[tuple[Any, ...], Any]]
-"""The dimensions and the type of each variable."""
+Layout = Mapping[str, tuple[tuple[Any, ...], Any]]  # the dimensions and the type of each variable
 
 
 def _check_history(attributes: Mapping[Any, Any], found: Layout, steps: int, path: Path) -> None:

@@ -123,10 +123,8 @@ def is_table(path: Path) -> bool:
 class WrittenTable:
     """A table of a file."""
 
-    name: str
-    """Of the file."""
-    columns: xr.Dataset = attrs.field(repr=False)
-    """Along ``row``, each with its unit in SI, or of strings."""
+    name: str  #: of the file
+    columns: xr.Dataset = attrs.field(repr=False)  #: along ``row``, each with its unit in SI, or of strings
 
     @classmethod
     def read(cls, path: Path) -> Self:

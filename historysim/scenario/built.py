@@ -28,8 +28,7 @@ if TYPE_CHECKING:
     from historysim.surfaces.summits import Summits
 
 
-WALKED_AT_ONCE = 256
-"""Event times between two looks at the clock."""
+WALKED_AT_ONCE = 256  # event times between two looks at the clock
 
 
 class _EndedError(Exception):
@@ -41,13 +40,10 @@ class BuiltScenario:
     """What a scenario describes, checked and built once."""
 
     sections: Sections = attrs.field(repr=False)
-    name: str
-    """The file's, as messages call it."""
-    surface: BuiltSurface
-    """As it is loaded."""
+    name: str  #: the file's, as messages call it
+    surface: BuiltSurface  #: as it is loaded
     ensemble: Ensemble
-    events: Sequence[Event] = attrs.field(converter=as_events)
-    """In time order; each fits the number of asperities."""
+    events: Sequence[Event] = attrs.field(converter=as_events)  #: in time order; each fits the number of asperities
 
     def __attrs_post_init__(self) -> None:
         """Check that the events and the recorded indices fit the number of asperities."""

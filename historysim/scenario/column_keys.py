@@ -20,8 +20,8 @@ from historysim.tables import Column, Format, Table, join_tables, read_table
 class NumbersFile(Format):
     """A file of numbers, or several that go on one after the other, and how they are written."""
 
+    #: Path, relative to the scenario; an array of paths is one record in several files, in their order.
     file: str | tuple[str, ...]
-    """Path, relative to the scenario; an array of paths is one record in several files, in their order."""
 
     @property
     def files(self) -> tuple[str, ...]:

@@ -22,8 +22,7 @@ from historysim.scenario.schema import from_table, kind_from_toml, schema_conver
 from historysim.scenario.sections import RECORDS, MaterialEntry, Pictures, Sections, material_from_toml
 from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
 
-DEEPEST = 20
-"""Sums within sums that are followed."""
+DEEPEST = 20  # sums within sums that are followed
 
 
 def read_sections(path: Path, values: Mapping[str, Any] | None = None) -> tuple[str, Sections]:
@@ -62,8 +61,7 @@ def parsed(source: str) -> dict[str, Any]:
     return document
 
 
-_PART = r"""[^\s.=\[\]{},#]"""
-"""A character of a key, quoted or not."""
+_PART = r"""[^\s.=\[\]{},#]"""  # A character of a key, quoted or not
 
 
 def pictures_of(document: Mapping[str, Any]) -> Pictures:

@@ -99,12 +99,9 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
 class Fit:
     """Parameters of a scenario, fitted to what was measured."""
 
-    scenario: Scenario
-    """The scenario as it was."""
-    estimates: ParameterFit
-    """The estimates with their intervals, and what the data do not determine."""
-    comparison: Comparison
-    """The fitted model beside what was measured."""
+    scenario: Scenario  #: the scenario as it was
+    estimates: ParameterFit  #: the estimates with their intervals, and what the data do not determine
+    comparison: Comparison  #: the fitted model beside what was measured
 
     def __repr__(self) -> str:
         return f"<Fit: {', '.join(f'{label} {text}' for label, text in self.estimates.summary())}>"

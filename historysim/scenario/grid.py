@@ -18,8 +18,7 @@ SPACINGS = ("linear", "logarithmic")
 _RANGE = ("from", "to", "count", "spacing")
 _QUANTITY = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9.])\s*(.*)", re.DOTALL)
 _STEP = re.compile(r"""\s*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')((?:\[[0-9]{1,9}\])*)\s*(\.|$)""")
-Point = dict[str, Any]
-"""Values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``."""
+Point = dict[str, Any]  # values of the swept keys: ``{"friction.coefficient": 0.3, "surface.seed": 7}``
 
 
 def place_of(key: str) -> Place:
@@ -132,8 +131,7 @@ class Axis:
     """One dimension of a grid: a key with its values, or several keys that go through theirs together."""
 
     keys: tuple[str, ...]
-    values: tuple[tuple[Any, ...], ...]
-    """For each position the values of the keys, as a scenario would hold them."""
+    values: tuple[tuple[Any, ...], ...]  #: for each position the values of the keys, as a scenario would hold them
 
     @property
     def name(self) -> str:
@@ -145,8 +143,7 @@ class Axis:
 class Grid:
     """The points of a sweep: all combinations of positions on its axes."""
 
-    axes: tuple[Axis, ...]
-    """The last one varies fastest."""
+    axes: tuple[Axis, ...]  #: the last one varies fastest
 
     def __len__(self) -> int:
         """Return the number of points."""

@@ -110,6 +110,7 @@ def adhering_of(scenario: Scenario) -> "AdheringAsperities":
     return contact
 
 
+# What pictures of a scenario are made of, by their names; of others, such as those of other packages, it is whole.
 DATA: "dict[str, Callable[[Scenario], Any]]" = {
     "adhesion-map": adhering_of,
     "area-laws": _pressed_map,
@@ -118,4 +119,3 @@ DATA: "dict[str, Callable[[Scenario], Any]]" = {
     "summits": _summits,
     "surface": _surface,
 }
-"""What pictures of a scenario are made of, by their names; of others, such as those of other packages, it is whole."""

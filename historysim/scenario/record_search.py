@@ -196,10 +196,8 @@ Rows = list[tuple[str, ...]]
 class Run(Generic[Result]):
     """One run; its result is None where it cannot be used, and ``problem`` says why."""
 
-    number: int
-    """From 1, or the value of its column."""
-    scenario: Scenario
-    """That of this run alone."""
+    number: int  #: from 1, or the value of its column
+    scenario: Scenario  #: that of this run alone
     result: Result | None
     problem: str = ""
 

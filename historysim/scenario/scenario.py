@@ -39,12 +39,9 @@ logger = logging.getLogger(__name__)
 class Scenario:
     """A scenario and its file."""
 
-    path: Path
-    """The file."""
-    text: str = attrs.field(repr=False)
-    """What stands in the file (TOML), with the values that take the place of some."""
-    sections: Sections
-    """What that means."""
+    path: Path  #: the file
+    text: str = attrs.field(repr=False)  #: what stands in the file (TOML), with the values that take the place of some
+    sections: Sections  #: what that means
 
     def _repr_html_(self) -> str:
         record = self.record if isinstance(self.record, str) else f"{len(self.record):,} chosen"

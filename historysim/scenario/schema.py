@@ -91,12 +91,9 @@ def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[flo
 class KindOf:
     """Marks a field with a table that names its class: a kind of a registry, which is imported then."""
 
-    registry: str
-    """As ``"module:NAME"``."""
-    key: str = "kind"
-    """The key of the name."""
-    alone: bool = False
-    """Whether the name alone may stand for the table."""
+    registry: str  #: as ``"module:NAME"``
+    key: str = "kind"  #: the key of the name
+    alone: bool = False  #: whether the name alone may stand for the table
 
 
 AnyFrictionLaw = Annotated[Any, KindOf("historysim.asperities.laws:LAWS", "law")]

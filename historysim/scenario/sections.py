@@ -43,8 +43,7 @@ if TYPE_CHECKING:
     from historysim.results.plots.pictures import Picture
 
 Pictures = tuple["Picture", ...]
-MaterialEntry = Annotated[Any, "material"]
-"""A `Material`, which is imported when there is one."""
+MaterialEntry = Annotated[Any, "material"]  # A `Material`, which is imported when there is one
 
 
 @attrs.frozen
@@ -58,19 +57,14 @@ class MaterialsSection:
     second = "float glass"
     """
 
-    first: MaterialEntry | None = None
-    """A built-in material by its name, or a table as below."""
-    second: MaterialEntry | None = None
-    """The other material."""
-    contact_modulus: Pressure | None = None
-    """E* of the pair, in place of materials, together with ``shear_modulus``."""
-    shear_modulus: Pressure | None = None
-    """G* of the pair."""
+    first: MaterialEntry | None = None  #: A built-in material by its name, or a table as below
+    second: MaterialEntry | None = None  #: the other material
+    contact_modulus: Pressure | None = None  #: E* of the pair, in place of materials, together with ``shear_modulus``
+    shear_modulus: Pressure | None = None  #: G* of the pair
+    #: Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it serves
+    #: the check whether the model may be used.
     hardness: Pressure | None = None
-    """Of the softer one, where the pair is given by its moduli. Without ``yielding`` it changes no result: it serves
-    the check whether the model may be used."""
-    yield_stress: Pressure | None = None
-    """Of the softer one, likewise."""
+    yield_stress: Pressure | None = None  #: of the softer one, likewise
 
     def __attrs_post_init__(self) -> None:
         """Check that the pair is given in one way, and fully."""
@@ -116,13 +110,12 @@ class Course:
     coefficient = [0.5, 0.35, 0.3]
     """
 
-    time: Annotated[tuple[float, ...], Quantity("s")] | None = None
-    """Times of the coefficients; or ``distance``."""
+    time: Annotated[tuple[float, ...], Quantity("s")] | None = None  #: times of the coefficients; or ``distance``
+    #: Way of the tangential displacement, both directions counting; it must be controlled throughout.
     distance: Annotated[tuple[float, ...], Quantity("m")] | None = None
-    """Way of the tangential displacement, both directions counting; it must be controlled throughout."""
+    #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
+    #: its time or distance, and acts on what comes behind it.
     coefficient: Annotated[tuple[float, ...], Quantity("1")]
-    """Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
-    its time or distance, and acts on what comes behind it."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing, and can be a course."""
@@ -144,8 +137,8 @@ class Course:
 class CourseFile(NumbersFile):
     """A course from a file of numbers."""
 
+    #: Which column holds what: ``coefficient``, and ``time`` or ``distance``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("coefficient", "time distance"))
-    """Which column holds what: ``coefficient``, and ``time`` or ``distance``."""
 
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing."""
@@ -180,10 +173,9 @@ def _course(course: Mapping[str, Any]) -> "FrictionCourse":
 class Coefficients:
     """Of ``[friction]``: one coefficient and its course, or one for each asperity."""
 
+    #: Coefficient of friction μ, or an array with one for each asperity.
     coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
-    """Coefficient of friction μ, or an array with one for each asperity."""
-    course: Course | None = None
-    """A coefficient that changes over time or distance, as below."""
+    course: Course | None = None  #: A coefficient that changes over time or distance, as below
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
@@ -213,10 +205,9 @@ class AdhesionSection:
     equilibrium_separation = "0.3 nm"
     """
 
-    equilibrium_separation: Length
-    """Equilibrium separation z0 of the surfaces."""
+    equilibrium_separation: Length  #: equilibrium separation z0 of the surfaces
+    #: Work of adhesion W; by default from the surface energies of the two materials.
     work_of_adhesion: SurfaceEnergy | None = None
-    """Work of adhesion W; by default from the surface energies of the two materials."""
 
     def work(self, pair: "MaterialPair") -> float:
         """Return the work of adhesion [J/m²]."""
@@ -245,15 +236,15 @@ class FitSection:
     skip = 1
     """
 
+    #: What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
+    #: ``"lateral_stiffness"``, ``"height_scale"``.
     parameters: tuple[str, ...]
-    """What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
-    ``"lateral_stiffness"``, ``"height_scale"``."""
+    #: Loops at the start of the record that are not compared.
     skip: int = attrs.field(default=0, validator=NOT_NEGATIVE)
-    """Loops at the start of the record that are not compared."""
+    #: Standard deviation of the measured displacement; by default from the record.
     displacement_noise: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Standard deviation of the measured displacement; by default from the record."""
+    #: Standard deviation of the measured load; by default from the record.
     load_noise: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Standard deviation of the measured load; by default from the record."""
 
     def __attrs_post_init__(self) -> None:
         """Check the names."""
@@ -276,38 +267,22 @@ class MetadataSection:
     keywords = ["friction", "drift"]
     """
 
-    summary: str | None = None
-    """A paragraph on the data; by default one of the program's own."""
-    keywords: tuple[str, ...] | None = None
-    """Words for a catalogue."""
-    comment: str | None = None
-    """Anything else."""
-    creator_name: str | None = None
-    """Who made the data."""
-    creator_email: str | None = None
-    """Where to write to."""
-    creator_url: str | None = None
-    """A page on who made the data."""
-    institution: str | None = None
-    """Where the data were made."""
-    project: str | None = None
-    """What for."""
-    publisher_name: str | None = None
-    """Who publishes them."""
-    publisher_email: str | None = None
-    """Where to write to."""
-    publisher_url: str | None = None
-    """A page on the publisher."""
-    acknowledgement: str | None = None
-    """Who is thanked."""
-    references: str | None = None
-    """What describes the data or how they were made."""
-    license: str | None = None
-    """Under which licence they may be used."""
-    naming_authority: str | None = None
-    """Who gives the ``id``."""
-    product_version: str | None = None
-    """Which version of the data."""
+    summary: str | None = None  #: A paragraph on the data; by default one of the program's own
+    keywords: tuple[str, ...] | None = None  #: words for a catalogue
+    comment: str | None = None  #: anything else
+    creator_name: str | None = None  #: who made the data
+    creator_email: str | None = None  #: where to write to
+    creator_url: str | None = None  #: A page on who made the data
+    institution: str | None = None  #: where the data were made
+    project: str | None = None  #: what for
+    publisher_name: str | None = None  #: who publishes them
+    publisher_email: str | None = None  #: where to write to
+    publisher_url: str | None = None  #: A page on the publisher
+    acknowledgement: str | None = None  #: who is thanked
+    references: str | None = None  #: what describes the data or how they were made
+    license: str | None = None  #: under which licence they may be used
+    naming_authority: str | None = None  #: who gives the ``id``
+    product_version: str | None = None  #: which version of the data
 
     def attributes(self) -> dict[str, str]:
         """Return the attributes of a file; keywords are one string, with commas."""
@@ -327,12 +302,12 @@ class RecordSection:
     asperities = "totals"
     """
 
+    #: ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the order of
+    #: the surface.
     asperities: str | tuple[int, ...] = "touching"
-    """``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the order of
-    the surface."""
+    #: Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With wear, or
+    #: friction that evolves, it is recorded in any case.
     sliding: bool = False
-    """Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With wear, or
-    friction that evolves, it is recorded in any case."""
 
 
 @attrs.frozen
@@ -348,12 +323,9 @@ class SweepSection:
     friction.coefficient = [0.1, 0.2, 0.3]
     """
 
-    over: dict[str, Any]
-    """Keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``."""
-    together: tuple[tuple[str, ...], ...] = ()
-    """Lists of keys that are taken side by side, as one dimension."""
-    outputs: tuple[str, ...] = ()
-    """Numbers, totals or variables that each cell gives; by default ten numbers."""
+    over: dict[str, Any]  #: keys with several values each: arrays, or ranges ``{ from, to, count, spacing }``
+    together: tuple[tuple[str, ...], ...] = ()  #: lists of keys that are taken side by side, as one dimension
+    outputs: tuple[str, ...] = ()  #: numbers, totals or variables that each cell gives; by default ten numbers
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a grid."""
@@ -377,22 +349,14 @@ class DesignSection:
     output = "preliminary_displacement"
     """
 
-    key: str
-    """The key to find a value for."""
-    between: tuple[Any, ...]
-    """The least and the greatest value."""
-    target: Any = None
-    """What the output shall be; one of ``target``, ``below`` and ``above`` is needed."""
-    below: Any = None
-    """A limit that the output shall keep in a share of the points of ``over``."""
-    above: Any = None
-    """Likewise, from below."""
-    quantile: Number | None = None
-    """That share; by default 0.95."""
-    output: str = "drift"
-    """Which number of a sweep."""
-    over: dict[str, Any] | None = None
-    """Keys over which the search is repeated, as in ``[sweep.over]``."""
+    key: str  #: the key to find a value for
+    between: tuple[Any, ...]  #: the least and the greatest value
+    target: Any = None  #: what the output shall be; one of ``target``, ``below`` and ``above`` is needed
+    below: Any = None  #: A limit that the output shall keep in a share of the points of ``over``
+    above: Any = None  #: likewise, from below
+    quantile: Number | None = None  #: that share; by default 0.95
+    output: str = "drift"  #: which number of a sweep
+    over: dict[str, Any] | None = None  #: keys over which the search is repeated, as in ``[sweep.over]``
 
     def __attrs_post_init__(self) -> None:
         """Check the ends, and that there is a grid where one is asked for."""
@@ -428,8 +392,7 @@ class Sections:
     sweep: SweepSection | None = None
     design: DesignSection | None = None
     picture: Pictures = ()
-    title: str = ""
-    """A heading, before the first section."""
+    title: str = ""  #: A heading, before the first section
 
     @classmethod
     def meant(cls, key: str) -> str:

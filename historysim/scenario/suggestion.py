@@ -18,8 +18,7 @@ from historysim.scenario.column_keys import column_from_toml
 from historysim.tables import Format, Listing, read_table
 
 UNKNOWN = "?"
-NOISE = 0.05
-"""Share of its greatest value that a normal load may be below zero, by noise and its zero, and still press."""
+NOISE = 0.05  # share of its greatest value that a normal load may be below zero, by noise and its zero, and still press
 # a word ends where no letter follows ("_" and digits may), and begins at the start or behind a device or a group
 _AT = r"^(?:.*[./:|>])?\W*"
 _TIME = re.compile(rf"(?i){_AT}(time(stamp)?|zeit|temps|elapsed|t)(?![^\W\d_])")
@@ -28,17 +27,16 @@ _TANGENTIAL = re.compile(rf"(?i)fric|tang|lateral|shear|{_AT}(ft|fx|fy|ff|f_t|t|
 _STROKE = re.compile(
     rf"(?i)^(?!.*normal)(?:.*(tang|lateral|shear|stroke|slid|disp|pos|weg)|{_AT[1:]}(x|u|ux|s|dx)(?![^\W\d_]))"
 )
+# Where several columns fit, those that are meant before others; an axis x before an axis y, t as a time before T.
 _FIRST_OF_SEVERAL = (
     re.compile(r"(?i)fric|tang|reib|shear"),
     re.compile(rf"(?i){_AT}(ff|ft|f_t)(?![^\W\d_])"),
     re.compile(r"(?i)(?<![^\W_])f?x(?![^\W\d_])"),
     re.compile(r"^\W*t(?![^\W\d_])"),
 )
-"""Where several columns fit, those that are meant before others; an axis x before an axis y, t as a time before T."""
-_SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio")
-"""A coefficient of friction is no load."""
+_SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio")  # A coefficient of friction is no load
+# A name that ends as ``Fx_mN`` does; letters that stand for other things as often are left out.
 _UNIT_IN_NAME = re.compile(r".+_(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)")
-"""A name that ends as ``Fx_mN`` does; letters that stand for other things as often are left out."""
 _DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(e[+-]?\d+)?", re.IGNORECASE)
 _FORCES, _LENGTHS, _TIMES = ("N", "kg"), ("m",), ("s",)
 

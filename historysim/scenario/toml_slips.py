@@ -11,17 +11,16 @@ _DIGITS = r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?"
 _END = r"(?=\s*(?:[,}\]#]|$))"
 _CURLY = str.maketrans("“”„«»‘’‚", '"""""\'\'\'')
 _PLACE = re.compile(r"\s*\(at (?:line (\d+), column (\d+)|end of document)\)$")
+# A bracket, or what hides one.
 _SCAN = re.compile(
     r"""
     \"{3}[\s\S]*?(?:\"{3}|\Z) | "(?:\\.|[^"\\\n])*" | '{3}[\s\S]*?(?:'{3}|\Z) | '[^'\n]*' | [#].* | [\[\]{}]
     """,
     re.VERBOSE,
 )
-"""A bracket, or what hides one."""
 _CLOSING = {"[": "]", "{": "} on the same line"}
 _SHOWN = 70
-_LONGEST = 500
-"""Characters of a line that is searched for slips: patterns take the square of it."""
+_LONGEST = 500  # characters of a line that is searched for slips: patterns take the square of it
 
 
 def mended(source: str, problem: str) -> str:
@@ -128,6 +127,7 @@ def _ended(found: re.Match[str]) -> str:
     return f"a comment begins with #; expected {given}  # {line}" if (line := found["rest"].strip(" /()")) else ""
 
 
+# Patterns of slips in a line, and the mend of each, which may be empty.
 _SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = tuple(
     (re.compile(pattern), mend)
     for pattern, mend in (
@@ -177,4 +177,3 @@ _SLIPS: tuple[tuple[re.Pattern[str], Callable[[re.Match[str]], str]], ...] = tup
         (r"\{[^}]*$", lambda _: "a table in { } stands on one line; expected } at its end"),
     )
 )
-"""Patterns of slips in a line, and the mend of each, which may be empty."""

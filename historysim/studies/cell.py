@@ -33,11 +33,10 @@ if TYPE_CHECKING:
 class Summary:
     """One number that sums a history up."""
 
-    units: str
-    """UDUNITS string; "1" where dimensionless."""
+    units: str  #: UDUNITS string; "1" where dimensionless
     long_name: str
+    #: Takes a history in which the coordinates of all asperities stand, and returns the number.
     of: "Callable[[xr.Dataset], float]"
-    """Takes a history in which the coordinates of all asperities stand, and returns the number."""
 
 
 def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
@@ -65,6 +64,7 @@ def _first(history: "xr.Dataset") -> int:
     return int((history["contact_count"].values > 0).argmax())
 
 
+# Numbers that sum a history up, by name.
 SUMMARIES = {
     "peak_normal_load": Summary("N", "greatest normal load", lambda h: h["total_normal_load"].values.max()),
     "peak_tangential_load": Summary(
@@ -130,7 +130,6 @@ SUMMARIES = {
     ),
     "summit_count": Summary("1", "number of all summits", lambda h: h.sizes["asperity"]),
 }
-"""Numbers that sum a history up, by name."""
 
 # those that are of all summits, whether they touch or not
 OF_ALL_SUMMITS = frozenset(name for name in SUMMARIES if "summit_" in name)

@@ -64,16 +64,12 @@ class Root:
     """A root, or why there is none."""
 
     value: float = math.nan
+    #: value and output: of the key, and what the scenario gives there; NaN where there is none.
     output: float = math.nan
-    """value and output: of the key, and what the scenario gives there; NaN where there is none."""
-    reason: str = ""
-    """Why there is none."""
-    others: int = 0
-    """Further values in the range at which the output crosses the target."""
-    rises: bool = False
-    """Whether the output is greater at the greatest value of the key than at the least one."""
-    throughout: Limit | None = None
-    """Where the output is that at all values of the key."""
+    reason: str = ""  #: why there is none
+    others: int = 0  #: further values in the range at which the output crosses the target
+    rises: bool = False  #: whether the output is greater at the greatest value of the key than at the least one
+    throughout: Limit | None = None  #: where the output is that at all values of the key
 
 
 def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep

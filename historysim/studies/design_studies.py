@@ -42,16 +42,14 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Quantity = float | str
-"""A value in SI, or a string with a unit."""
+Quantity = float | str  # A value in SI, or a string with a unit
+# A value, or several: an array, or a range as in ``[sweep.over]``.
 Quantities = Quantity | Iterable[Quantity] | Mapping[str, Any]
-"""A value, or several: an array, or a range as in ``[sweep.over]``."""
 Seeds = Iterable[int] | Mapping[str, Any]
 WAYPOINTS = [{"time": 0.0}, {"time": 1.0}]
 LOAD, LATER_LOAD = (f"loading.waypoints[{number}].normal_load" for number in range(len(WAYPOINTS)))
 FRICTION = "friction.coefficient"
-NOT_IN_A_SCENARIO = ("roughness", "ball_radius", "source")
-"""Of a material: what changes no contact."""
+NOT_IN_A_SCENARIO = ("roughness", "ball_radius", "source")  # of a material: what changes no contact
 
 
 class StudyOptions(TypedDict, total=False):

@@ -43,8 +43,7 @@ HEADER = "header"
 IRRELEVANT = ("title", "sweep", "design", "fit", "metadata", "picture")
 
 
-Stamp = tuple[str, int, int]
-"""Path, size and time of change of a file, as far as it exists."""
+Stamp = tuple[str, int, int]  # path, size and time of change of a file, as far as it exists
 _made_with = functools.cache(made_with)
 
 

@@ -145,10 +145,8 @@ class Batch:
     scenario: Scenario
     outputs: tuple[str, ...]
     store: Path | None
-    cells: tuple[tuple[int, str, Point], ...]
-    """The name is that in the store."""
-    wait: bool = False
-    """Wait for cells that another process is computing, instead of passing them over."""
+    cells: tuple[tuple[int, str, Point], ...]  #: the name is that in the store
+    wait: bool = False  #: wait for cells that another process is computing, instead of passing them over
 
 
 @attrs.frozen

@@ -20,11 +20,10 @@ from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
-MOST_SUMMITS = 50_000_000
-"""The most summits that are made at once; with their positions they take some gigabytes."""
+MOST_SUMMITS = 50_000_000  # the most summits that are made at once; with their positions they take some gigabytes
 
+# The scaling laws by name: the power of n to which the radius of each asperity goes.
 LAWS: Final[Mapping[str, float]] = MappingProxyType({"self-similar": -0.5, "curvature-invariant": 0.0})
-"""The scaling laws by name: the power of n to which the radius of each asperity goes."""
 
 
 def generator(seed: object) -> np.random.Generator:

@@ -13,22 +13,17 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, scalar
 from historysim.errors import InputError
 
+# α of the weight exp(-π (x/(α λ))²), with which a wave as long as the cut-off λ passes with half its amplitude.
 ALPHA = math.sqrt(math.log(2) / math.pi)
-"""α of the weight exp(-π (x/(α λ))²), with which a wave as long as the cut-off λ passes with half its amplitude."""
-REACH = 1.0
-"""Distance, over the cut-off, beyond which there is no weight: it would be 7e-7 of that in the middle."""
+REACH = 1.0  # distance, over the cut-off, beyond which there is no weight: it would be 7e-7 of that in the middle
+# Where Tukey's weights end, over the median of the absolute residuals: three standard deviations of Gaussian ones.
 TUKEY = 4.4478
-"""Where Tukey's weights end, over the median of the absolute residuals: three standard deviations of Gaussian ones."""
 MOST_PASSES = 50
-SETTLED = 1e-4
-"""Change of that median, relative to it, at which the robust filter has settled."""
-LEAST_PIXELS = 2
-"""The shortest cut-off, over the pixel size: what is shorter than two pixels is not in the map."""
-SPIKE_REACH = 2
-"""How many points far the neighbours of a spike reach: 24 of them."""
+SETTLED = 1e-4  # change of that median, relative to it, at which the robust filter has settled
+LEAST_PIXELS = 2  # the shortest cut-off, over the pixel size: what is shorter than two pixels is not in the map
+SPIKE_REACH = 2  # how many points far the neighbours of a spike reach: 24 of them
 ROWS_AT_ONCE = 64
-GAUSSIAN = 1.4826
-"""Standard deviation over median absolute deviation, of Gaussian values."""
+GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of Gaussian values
 
 
 def gaussian_mean(
@@ -181,25 +176,22 @@ def _median_around(heights: Floats) -> Floats:
 _DEGREE: Mapping[str, int] = {"mean": 0, "plane": 1, "quadratic": 2}
 FORMS = (*_DEGREE, "sphere", "polynomial")
 
-HIGHEST_DEGREE = 12
-"""Of a polynomial; higher ones follow the roughness."""
+HIGHEST_DEGREE = 12  # of a polynomial; higher ones follow the roughness
 
+# Curvature over height, both in half diagonals, below which a fitted sphere would be rounding of the heights.
 NO_CURVATURE = 1e-12
-"""Curvature over height, both in half diagonals, below which a fitted sphere would be rounding of the heights."""
+# Largest distance from the axis over the radius of the sphere that the search starts from; 1 is at the equator.
 STEEPEST = 0.9
-"""Largest distance from the axis over the radius of the sphere that the search starts from; 1 is at the equator."""
 
 
 @attrs.frozen(eq=False)
 class Form:
     """The least-squares form of a surface."""
 
-    kind: str
-    """One of `FORMS`."""
-    heights: Floats = attrs.field(repr=False)
-    """(nx, ny) At all points, missing ones too [m]."""
+    kind: str  #: one of `FORMS`
+    heights: Floats = attrs.field(repr=False)  #: (nx, ny) At all points, missing ones too [m]
+    #: Of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow.
     radius: float | None = None
-    """Of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow."""
 
 
 def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree: int | None = None) -> Form:

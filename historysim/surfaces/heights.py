@@ -15,10 +15,9 @@ from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
 from historysim.surfaces.summits import Summits, find_summits
 from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics
 
-MOST_POINTS = 2**28
-"""The most points of a map."""
+MOST_POINTS = 2**28  # the most points of a map
+# Share of the largest height up to which the heights that are left without the form are taken for rounding.
 ROUNDING = 32 * np.finfo(np.float64).eps
-"""Share of the largest height up to which the heights that are left without the form are taken for rounding."""
 
 
 def _heights(values: "ArrayLike") -> Floats:

@@ -12,10 +12,9 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.resampling import COINCIDENT
 from historysim.surfaces.summits import Summits, detached_summits
 
+# Steps that the median summit should rise over its neighbours, so that its radius is known to some 10 %.
 LEAST_STEPS = 5
-"""Steps that the median summit should rise over its neighbours, so that its radius is known to some 10 %."""
-LEAST_LOSS = 0.01
-"""The share of the rms curvature below which the loss by splines is not mentioned."""
+LEAST_LOSS = 0.01  # the share of the rms curvature below which the loss by splines is not mentioned
 
 
 def summary(surface: Surface) -> list[tuple[str, str]]:

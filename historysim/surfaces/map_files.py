@@ -39,16 +39,11 @@ _STATES_UNIT = re.compile(
 class RawMap:
     """A height map as its file holds it, in its own units; None where the file does not say."""
 
-    heights: Floats
-    """(nx, ny) or (n,), NaN where missing."""
-    unit: str | None = None
-    """Of the heights."""
-    spacing: tuple[float, float] | None = None
-    """Distance between neighbouring points along x and y."""
-    lateral_unit: str | None = None
-    """Of the spacing."""
-    periodic: bool = False
-    """Whether the surface repeats."""
+    heights: Floats  #: (nx, ny) or (n,), NaN where missing
+    unit: str | None = None  #: of the heights
+    spacing: tuple[float, float] | None = None  #: distance between neighbouring points along x and y
+    lateral_unit: str | None = None  #: of the spacing
+    periodic: bool = False  #: whether the surface repeats
 
 
 class MapReader(Reader):

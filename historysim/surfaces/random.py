@@ -54,14 +54,10 @@ _KNOTS: Final = 8193
 class Translation:
     """An increasing function of standard normal numbers, up to a scale and an origin; see above for 1/δ and κ."""
 
-    bounded: bool
-    """SB, otherwise SU."""
-    sharpness: float
-    """1/δ [1], > 0."""
-    kappa: float
-    """κ [1], from 0 (log-normal) to 1 (symmetric)."""
-    mirrored: bool = False
-    """Skews to the left."""
+    bounded: bool  #: SB, otherwise SU
+    sharpness: float  #: 1/δ [1], > 0
+    kappa: float  #: κ [1], from 0 (log-normal) to 1 (symmetric)
+    mirrored: bool = False  #: skews to the left
 
     def __call__(self, normal: Floats) -> Floats:
         """Return standard normal numbers, translated."""

@@ -15,32 +15,19 @@ from historysim.surfaces.heights import Surface
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.resampling import COINCIDENT, resampled
 
-LEAST_OVERLAP = 0.25
-"""Share of the first map that the second has to cover."""
-LEAST_CORRELATION = 0.5
-"""Of the slopes of both maps where they overlap, below which they do not show one place."""
-MOST_ROUNDS = 60
-"""Gauss-Newton steps; ten are common."""
-SETTLED = 1e-4
-"""Step, in pixels, at which the search ends."""
-BLOCK = 8
-"""Points along either side of squares: how far the noise of neighbours is alike shows in the means of squares."""
-TUKEY = 4.685
-"""Residuals beyond this many deviations have no weight: 95 % efficiency on Gaussian noise (Huber 2009)."""
-NORMAL = 1.4826
-"""Deviation of Gaussian numbers over their median deviation."""
-DETECTED = 5.0
-"""Deviations of the noise by which the mean of 3 × 3 points has to be lower to count as worn."""
-RIM = 1.5
-"""Deviations by which points beside worn ones have to be lower to count with them."""
-PASSES = 3
-"""Fits without the points that the fit before has found worn."""
-MARGIN = 2
-"""Points around worn ones that are counted with them, since a worn cap is thin at its rim."""
-NEAR = 1.5
-"""Pixels within which a summit of the second map is the same as one of the first."""
-KEPT, LOWERED, LOST = range(3)
-"""What became of a summit."""
+LEAST_OVERLAP = 0.25  # share of the first map that the second has to cover
+LEAST_CORRELATION = 0.5  # of the slopes of both maps where they overlap, below which they do not show one place
+MOST_ROUNDS = 60  # Gauss-Newton steps; ten are common
+SETTLED = 1e-4  # step, in pixels, at which the search ends
+BLOCK = 8  # points along either side of squares: how far the noise of neighbours is alike shows in the means of squares
+TUKEY = 4.685  # residuals beyond this many deviations have no weight: 95 % efficiency on Gaussian noise (Huber 2009)
+NORMAL = 1.4826  # deviation of Gaussian numbers over their median deviation
+DETECTED = 5.0  # deviations of the noise by which the mean of 3 × 3 points has to be lower to count as worn
+RIM = 1.5  # deviations by which points beside worn ones have to be lower to count with them
+PASSES = 3  # fits without the points that the fit before has found worn
+MARGIN = 2  # points around worn ones that are counted with them, since a worn cap is thin at its rim
+NEAR = 1.5  # pixels within which a summit of the second map is the same as one of the first
+KEPT, LOWERED, LOST = range(3)  # what became of a summit
 
 
 @attrs.frozen(eq=False)

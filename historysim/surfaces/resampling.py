@@ -12,10 +12,9 @@ from historysim.errors import InputError
 Interpolation = Literal["spline", "fourier", "none"]
 Pixel = tuple[float, float]
 
-COINCIDENT = 1e-9
-"""Distance in pixels within which two points are taken as one."""
+COINCIDENT = 1e-9  # distance in pixels within which two points are taken as one
+# Points that a map is continued by beyond its border: a spline forgets by √3 - 2 = -0.27 a point, here to rounding.
 MARGIN = 28
-"""Points that a map is continued by beyond its border: a spline forgets by √3 - 2 = -0.27 a point, here to rounding."""
 
 
 def resampled(

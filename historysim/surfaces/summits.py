@@ -138,14 +138,10 @@ class Summits(FrozenArrays):
         return None if self.nominal_area is None else len(self) / self.nominal_area
 
 
-HANDFUL = 10
-"""The most summits that are taken for outliers."""
-TAIL = 100
-"""Summits below them that show how the heights go on."""
-CHANCE = 1e-6
-"""The chance of such a gap in heights that go on as the others do, below which summits stand apart."""
-WOLF = 0.05
-"""Least prominence over the height range Rz where summits are pruned by default (Wolf pruning, ISO 25178-2)."""
+HANDFUL = 10  # the most summits that are taken for outliers
+TAIL = 100  # summits below them that show how the heights go on
+CHANCE = 1e-6  # the chance of such a gap in heights that go on as the others do, below which summits stand apart
+WOLF = 0.05  # least prominence over the height range Rz where summits are pruned by default (Wolf pruning, ISO 25178-2)
 
 _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
     3: ((1, 0), (-1, 0)),

@@ -21,12 +21,9 @@ Pixel = tuple[float, float]
 class SpectralMoments(NamedTuple):
     """Spectral moments of the profiles of a surface (Longuet-Higgins 1957; Nayak 1971)."""
 
-    m0: float
-    """Variance of the height [m²]."""
-    m2: float
-    """Mean square slope [1]."""
-    m4: float
-    """Mean square curvature [1/m²]."""
+    m0: float  #: variance of the height [m²]
+    m2: float  #: mean square slope [1]
+    m4: float  #: mean square curvature [1/m²]
 
     @property
     def alpha(self) -> float:

@@ -25,15 +25,11 @@ MOST_LISTED = 100
 class Array:
     """An array in a file."""
 
-    name: str
-    """Its name; empty if it is all that the file holds."""
-    shape: tuple[int, ...]
-    """Its shape."""
+    name: str  #: its name; empty if it is all that the file holds
+    shape: tuple[int, ...]  #: its shape
+    #: Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where missing.
     read: Callable[[Selection], Any]
-    """Gives a part of it, selected as numpy does: an array of numpy, masked or not, or a list with None where
-    missing."""
-    unit: str = ""
-    """The unit that the file gives it, or nothing."""
+    unit: str = ""  #: the unit that the file gives it, or nothing
 
 
 @attrs.frozen

@@ -36,19 +36,13 @@ _TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])
 class Block:
     """One table of a text."""
 
-    begin: int
-    """The line at which what belongs to it begins, counted from 1: its preamble, header, or first row."""
+    begin: int  #: the line at which what belongs to it begins, counted from 1: its preamble, header, or first row
     first: int
-    last: int
-    """first and last: the lines of its first and last row."""
-    rows: int
-    """How many rows it has, broken ones among them."""
-    preamble: tuple[str, ...]
-    """What stands above its header, and the first lines of it alone where there is much."""
-    heading: Heading
-    """Its names and units, as far as they are found without being asked for."""
-    row: tuple[str, ...]
-    """The values of its first row."""
+    last: int  #: first and last: the lines of its first and last row
+    rows: int  #: how many rows it has, broken ones among them
+    preamble: tuple[str, ...]  #: what stands above its header, and the first lines of it alone where there is much
+    heading: Heading  #: its names and units, as far as they are found without being asked for
+    row: tuple[str, ...]  #: the values of its first row
 
     @property
     def start(self) -> float | None:
@@ -61,10 +55,8 @@ class Block:
 class Survey:
     """All tables of a text."""
 
-    blocks: tuple[Block, ...]
-    """The tables, in order."""
-    footer: tuple[str, ...] = ()
-    """What stands below the last one."""
+    blocks: tuple[Block, ...]  #: the tables, in order
+    footer: tuple[str, ...] = ()  #: what stands below the last one
 
 
 class _Lines:

@@ -33,23 +33,22 @@ def _is_whole(value: object, least: int) -> bool:
 
 _A_STRING = Key(lambda text: isinstance(text, str) and bool(text.strip()), "a string that is not blank")
 _A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
+# Validator of what becomes of samples that cannot be used.
 REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
-"""Validator of what becomes of samples that cannot be used."""
 
 
 @attrs.frozen
 class Column:
     """A column of a file."""
 
+    #: Its name, or its position in a text file, counted from 1. Nested names are a path: ``"run.force"`` in JSON and
+    #: MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
     column: str | int = attrs.field(validator=_check_name)
-    """Its name, or its position in a text file, counted from 1. Nested names are a path: ``"run.force"`` in JSON and
-    MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files."""
+    #: The unit of its values; by default the unit that the file names, else SI.
     unit: str | None = attrs.field(default=None, validator=_A_STRING)
-    """The unit of its values; by default the unit that the file names, else SI."""
+    #: Which one, counted from 1, of the columns with this name in the header of a text file.
     occurrence: int | None = attrs.field(default=None, validator=_A_COUNT)
-    """Which one, counted from 1, of the columns with this name in the header of a text file."""
-    index: int | None = attrs.field(default=None, validator=_A_COUNT)
-    """Which column of a matrix, counted from 1."""
+    index: int | None = attrs.field(default=None, validator=_A_COUNT)  #: which column of a matrix, counted from 1
 
     def __attrs_post_init__(self) -> None:
         """Check that it is one column."""
@@ -183,16 +182,11 @@ class Piece:
 class Table:
     """Columns of SI numbers."""
 
-    columns: "dict[str, Floats]"
-    """(rows,) The values in SI, NaN where missing."""
-    units: dict[str, str]
-    """The SI unit of each."""
-    lines: "Integers | None" = None
-    """(rows,) The line that each row stands on, counted from 1, in a text."""
-    parts: tuple[Part, ...] = ()
-    """The tables that were joined, in their order: one alone, mostly."""
-    notices: tuple[str, ...] = ()
-    """What a user has to know of how the file was read."""
+    columns: "dict[str, Floats]"  #: (rows,) The values in SI, NaN where missing
+    units: dict[str, str]  #: the SI unit of each
+    lines: "Integers | None" = None  #: (rows,) The line that each row stands on, counted from 1, in a text
+    parts: tuple[Part, ...] = ()  #: the tables that were joined, in their order: one alone, mostly
+    notices: tuple[str, ...] = ()  #: what a user has to know of how the file was read
 
     def place(self, row: int) -> str:
         """Return where in the file a row, counted from 0, stands."""
@@ -207,28 +201,24 @@ class Listing:
     unit: str
     values: str
     first: str
+    #: What lines above the table say of units: (whose, unit), as ``("displacement", "in")``.
     stated: tuple[tuple[str, str], ...] = ()
-    """What lines above the table say of units: (whose, unit), as ``("displacement", "in")``."""
 
 
 @attrs.frozen(eq=False)
 class FileColumn:
     """A column as it stands in the file."""
 
-    name: str
-    """What a message calls it."""
-    values: "Floats"
-    """(rows,) Its values in the unit of the file, finite, or NaN where missing."""
-    units: tuple[str, ...] = ()
-    """What the file says that its unit is: nothing, once, or in several places."""
+    name: str  #: what a message calls it
+    values: "Floats"  #: (rows,) Its values in the unit of the file, finite, or NaN where missing
+    units: tuple[str, ...] = ()  #: what the file says that its unit is: nothing, once, or in several places
 
 
 # ---- units ----
 
 # "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
 _BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")
-_MARKS = frozenset("([/")
-"""One of them stands in a name that has a unit."""
+_MARKS = frozenset("([/")  # one of them stands in a name that has a unit
 _SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
 # factors of one unit, reached in different ways
 _ROUNDING = 1e-12

@@ -35,11 +35,9 @@ _STATED = re.compile(
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 _LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
 MOST_TOLD = 5
-MOST_LINES = 1 << 62
-"""More lines than any text has."""
+MOST_LINES = 1 << 62  # more lines than any text has
 
-WINDOWS = "cp1252"
-"""The encoding of most texts that are not UTF-8."""
+WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 
 
 def read(
@@ -345,15 +343,13 @@ class _Wanted:
     """The values that are wanted of the rows of a table."""
 
     heading: Heading
-    places: list[int]
-    """Where they stand."""
+    places: list[int]  #: where they stand
     decimal: str
     missing: bool
+    #: The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
+    #: there is none.
     guard: int
-    """The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
-    there is none."""
-    clocks: set[int]
-    """Places of clocks."""
+    clocks: set[int]  #: places of clocks
 
     @classmethod
     def of(cls, first: Sequence[str], heading: Heading, places: list[int], decimal: str, *, missing: bool) -> Self:

@@ -38,18 +38,12 @@ _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
 class Heading:
     """What is known of a table in a text."""
 
-    delimiter: str
-    """What stands between two values."""
-    above: int
-    """The number of lines above the first row."""
-    width: int
-    """The number of values in a row."""
-    names: tuple[str, ...] = ()
-    """What the header says, empty without one."""
-    brackets: tuple[str, ...] = ()
-    """The units of a line below the header, in brackets, empty without one."""
-    mismatch: str = ""
-    """Why the names cannot be trusted to stand over their own columns, empty if they do."""
+    delimiter: str  #: what stands between two values
+    above: int  #: the number of lines above the first row
+    width: int  #: the number of values in a row
+    names: tuple[str, ...] = ()  #: what the header says, empty without one
+    brackets: tuple[str, ...] = ()  #: the units of a line below the header, in brackets, empty without one
+    mismatch: str = ""  #: why the names cannot be trusted to stand over their own columns, empty if they do
 
     def place(self, column: Column) -> int:
         """Return the index of a column.
@@ -165,14 +159,10 @@ def _written(name: str, occurrence: int | None) -> str:
 class Head:
     """The first lines of a text."""
 
-    physical: list[str]
-    """All of them."""
-    lines: list[Line]
-    """Those that are not blank, without the mark of a comment."""
-    layout: Format
-    """What is known of the text."""
-    before: int = 0
-    """How many lines of the text stand above them."""
+    physical: list[str]  #: all of them
+    lines: list[Line]  #: those that are not blank, without the mark of a comment
+    layout: Format  #: what is known of the text
+    before: int = 0  #: how many lines of the text stand above them
 
     @classmethod
     def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":

@@ -14,8 +14,7 @@ from historysim.tables.columns import split_unit
 # what stands for a value that is missing, in any case of letters
 MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
 
-AT_ONCE = 2000
-"""Lines that are held as texts at once: few enough for the cache."""
+AT_ONCE = 2000  # lines that are held as texts at once: few enough for the cache
 
 _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 

@@ -14,17 +14,16 @@ if TYPE_CHECKING:
     from historysim.tables.arrays import Contents
     from historysim.tables.columns import Format
 
+# Endings of texts, which are read line by line whatever readers there are.
 TEXT_ENDINGS = (".txt", ".csv", ".tsv", ".dat", ".asc")
-"""Endings of texts, which are read line by line whatever readers there are."""
 
 
 class Reader(abc.ABC):
     """What reads a format: a `TableReader`, a `LineReader`, or a `historysim.surfaces.map_files.MapReader`."""
 
-    kind: ClassVar[str]
-    """Its name."""
+    kind: ClassVar[str]  #: its name
+    #: Endings of the files that it reads, in lower case with their dot: ``(".tdms",)``.
     endings: ClassVar[Collection[str]]
-    """Endings of the files that it reads, in lower case with their dot: ``(".tdms",)``."""
 
 
 class TableReader(Reader):
@@ -49,10 +48,10 @@ class LineReader(Reader):
         """Open the lines of a file, with tabs between values; arguments and errors as of a `TableReader`."""
 
 
+# The readers by their names.
 READERS: Registry[type[Reader]] = Registry(
     "historysim.readers", "historysim.tables.readers:Reader", "reader", "historysim.tables"
 )
-"""The readers by their names."""
 
 
 def reader_of(path: Path, *among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class

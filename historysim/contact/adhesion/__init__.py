@@ -32,11 +32,10 @@ from historysim.contact.adhesion import dugdale
 from historysim.contact.adhesion.dugdale import State
 from historysim.errors import InputError, LoadError
 
+# λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3).
 MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
-"""λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3)."""
 
-Control = Literal["load", "displacement"]
-"""What is controlled while a contact is pulled apart."""
+Control = Literal["load", "displacement"]  # what is controlled while a contact is pulled apart
 
 
 class Elastic(TypedDict):
@@ -248,11 +247,10 @@ def _t_at(contact_radius: ArrayLike, unit: Units, parameter: Floats) -> Floats:
 
 # -- all equilibria of one contact ------------------------------------------------------------------
 
+# The Maugis parameters below which `regime` takes DMT, and above which it takes JKR, for Maugis.
 DMT_BELOW, JKR_ABOVE = 0.1, 5.0
-"""The Maugis parameters below which `regime` takes DMT, and above which it takes JKR, for Maugis."""
 
-NEGLIGIBLE = 0.05
-"""The share that `regime` neglects: of adhesion in the load, of the elastic compression in z0."""
+NEGLIGIBLE = 0.05  # the share that `regime` neglects: of adhesion in the load, of the elastic compression in z0
 
 
 class Regime(enum.StrEnum):

@@ -22,11 +22,11 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Floats, checked
 from historysim.errors import InputError
 
+# The Maugis parameters between which the equations are solved to all digits.
 LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12
-"""The Maugis parameters between which the equations are solved to all digits."""
 
+# A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits.
 SMALLEST_RADIUS = 1e-60
-"""A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits."""
 
 
 class State(NamedTuple):

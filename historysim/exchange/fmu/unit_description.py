@@ -43,15 +43,12 @@ class UnitVariable:
     """One variable; its place in the table is its value reference; causality and variability are as in the standard."""
 
     name: str
-    unit: str
-    """Empty for a number without one."""
+    unit: str  #: empty for a number without one
     text: str
     causality: str = "output"
     variability: str = "continuous"
-    kind: str = "real"
-    """Or "integer", "boolean"."""
-    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)
-    """What C calls it, after ``V_``."""
+    kind: str = "real"  #: or "integer", "boolean"
+    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)  #: what C calls it, after ``V_``
 
 
 _END = "at the end of the next step"
@@ -120,19 +117,14 @@ def _in_plane(one: UnitVariable) -> Iterator[UnitVariable]:
 class Unit(NamedTuple):
     """What a description is made from."""
 
-    identifier: str
-    """Of C, and name of the binaries."""
+    identifier: str  #: of C, and name of the binaries
     name: str
     text: str
-    token: str
-    """Which has to be the same in description and binary."""
+    token: str  #: which has to be the same in description and binary
     variables: Sequence[UnitVariable]
-    starts: Mapping[str, float]
-    """Of inputs and parameters, by name."""
-    sources: Sequence[str]
-    """C files to compile."""
-    directions: int = 1
-    """Tangential ones."""
+    starts: Mapping[str, float]  #: of inputs and parameters, by name
+    sources: Sequence[str]  #: C files to compile
+    directions: int = 1  #: tangential ones
 
 
 def model_description(unit: Unit, version: int) -> bytes:

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
 
+# What zig calls the platforms, which are named as in FMI 3.0.
 TARGETS = {
     "x86_64-linux": "x86_64-linux-gnu.2.17",
     "aarch64-linux": "aarch64-linux-gnu.2.17",
@@ -45,9 +46,8 @@ TARGETS = {
     "x86_64-darwin": "x86_64-macos-none",
     "aarch64-darwin": "aarch64-macos-none",
 }
-"""What zig calls the platforms, which are named as in FMI 3.0."""
+# What FMI 2.0 calls them; it has no name for ARM, for which that of 3.0 is taken.
 FOLDERS_OF_2 = {"x86_64-linux": "linux64", "x86_64-windows": "win64", "x86_64-darwin": "darwin64"}
-"""What FMI 2.0 calls them; it has no name for ARM, for which that of 3.0 is taken."""
 ENDINGS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
 PREFACE = """/* In a unit of co-simulation nothing of the memory is seen from outside, and there is one thread. */
@@ -57,8 +57,7 @@ PREFACE = """/* In a unit of co-simulation nothing of the memory is seen from ou
 #pragma STDC FP_CONTRACT OFF
 #endif
 """
-LONG_AGO = (1980, 1, 1, 0, 0, 0)
-"""Time of all files in the archive, so that the same contact gives the same bytes."""
+LONG_AGO = (1980, 1, 1, 0, 0, 0)  # time of all files in the archive, so that the same contact gives the same bytes
 
 
 @attrs.frozen

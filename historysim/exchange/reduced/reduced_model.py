@@ -203,6 +203,7 @@ def _modelica(model: Springs, name: str) -> str:
     )
 
 
+# What is written, by name: the ending that chooses it, and the text of a model for a file of a name.
 FORMS: dict[str, tuple[str, Callable[[Springs, str], str]]] = {
     "json": (".json", _json),
     "csv": (".csv", _csv),
@@ -213,7 +214,6 @@ FORMS: dict[str, tuple[str, Callable[[Springs, str], str]]] = {
     "pyharm": (".py", _pyharm),
     "tmdsimpy": (".py", _tmdsimpy),
 }
-"""What is written, by name: the ending that chooses it, and the text of a model for a file of a name."""
 
 
 @attrs.frozen(eq=False)
@@ -292,8 +292,7 @@ CAPTION = (
     "The virgin curve and a loop of the contact and of its springs at the normal load of the model, the band in which "
     "the springs are for every history there, and the force at which each spring slides."
 )
-AMPLITUDE = 0.8
-"""Of the loop, over the displacement at which everything slides."""
+AMPLITUDE = 0.8  # of the loop, over the displacement at which everything slides
 
 
 @attrs.frozen(kw_only=True)

@@ -20,13 +20,10 @@ from historysim.exchange.reduced.springs import Scaling
 from historysim.loads.event_sequence import is_planar
 from historysim.replaying import Replay
 
-STEEPER = 1e-9
-"""By how much, relatively, rounding may have a slope rise."""
-TABLE = 2048
-"""Points of the curve on which nodes are placed; the bound is then computed on the curve itself."""
+STEEPER = 1e-9  # by how much, relatively, rounding may have a slope rise
+TABLE = 2048  # points of the curve on which nodes are placed; the bound is then computed on the curve itself
 BISECTIONS = 60
-PARTS = 32
-"""Parts of each piece on which its energy is bounded."""
+PARTS = 32  # parts of each piece on which its energy is bounded
 
 
 # slots would leave no place for what is computed once
@@ -181,16 +178,12 @@ def _energy_bound(curve: VirginCurve, ends: Floats, load: Floats, chord: Floats)
 
 
 MOST_ELEMENTS = 1000
-ROWS = 33
-"""Normal loads in the table of a model for varying loads, beside 0."""
-LEAST_PART = 1e-3
-"""The smallest of them, over the largest."""
-POINTS = 161
-"""Points of the virgin curve that a model keeps."""
+ROWS = 33  # normal loads in the table of a model for varying loads, beside 0
+LEAST_PART = 1e-3  # the smallest of them, over the largest
+POINTS = 161  # points of the virgin curve that a model keeps
 RANDOM_HISTORIES, RANDOM_STEPS = 10, 100
 SEED = 1
-SAME = 1e-9
-"""Relative difference of normal loads that are one."""
+SAME = 1e-9  # relative difference of normal loads that are one
 
 
 def reduce(

@@ -13,10 +13,8 @@ from historysim.errors import InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-FORMAT = "historysim reduced model 2"
-"""What the key ``format`` of its JSON says."""
-SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")
-"""The columns of `Scaling` in its JSON."""
+FORMAT = "historysim reduced model 2"  # what the key ``format`` of its JSON says
+SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")  # the columns of `Scaling` in its JSON
 
 
 @attrs.frozen(eq=False)
@@ -24,10 +22,8 @@ class Scaling:
     """How springs change with the normal load [N], ascending from 0; straight between the rows."""
 
     normal_load: Floats
-    stiffness: Floats = attrs.field(repr=False)
-    """(row, spring) [N/m]."""
-    limit: Floats = attrs.field(repr=False)
-    """(row, spring) [N]."""
+    stiffness: Floats = attrs.field(repr=False)  #: (row, spring) [N/m]
+    limit: Floats = attrs.field(repr=False)  #: (row, spring) [N]
 
     def at(self, normal_load: float) -> tuple[Floats, Floats]:
         """Return stiffnesses and limits (spring) at a normal load [N] in the table."""

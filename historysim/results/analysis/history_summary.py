@@ -159,6 +159,7 @@ def _first_to_slide(history: Recorded) -> str:
     return f"asperity {order[0]} at {first:.6g} s{last}{some}{of_recorded}"
 
 
+# Of the attributes that are quantities.
 UNITS = {
     "contact_modulus": "Pa",
     "shear_modulus": "Pa",
@@ -170,7 +171,6 @@ UNITS = {
     "displacement_resolution": "m",
     "load_resolution": "N",
 }
-"""Of the attributes that are quantities."""
 
 
 def readable_attributes(history: Recorded) -> dict[str, str]:

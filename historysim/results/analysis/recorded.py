@@ -162,10 +162,8 @@ def displacement_ratio(history: Recorded) -> float:
 class Friction:
     """The friction coefficients of a history, also where they change."""
 
-    changes: bool
-    """Whether they change from step to step."""
-    source: VariableView
-    """Along ``asperity``, ``step`` or both."""
+    changes: bool  #: whether they change from step to step
+    source: VariableView  #: along ``asperity``, ``step`` or both
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""

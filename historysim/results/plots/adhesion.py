@@ -18,8 +18,8 @@ from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, scale
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts.
 Contacts = Mapping[str, tuple[float, float]]
-"""By label, the Maugis parameter λ and the load parameter N/(πWR) of contacts."""
 
 PARAMETERS = 1e-3, 1e2
 LOADS = 1e-2, 1e4

@@ -33,8 +33,7 @@ LOOP = ("tangential_displacement", "total_tangential_load")
 MOST_FRAMES = 60
 FRAMES_PER_SECOND = 12
 DOTS_PER_INCH = 110
-WRITERS = {".gif": "pillow", ".mp4": "ffmpeg", ".webm": "ffmpeg"}
-"""Endings of moving pictures, and what writes them."""
+WRITERS = {".gif": "pillow", ".mp4": "ffmpeg", ".webm": "ffmpeg"}  # endings of moving pictures, and what writes them
 
 
 def animate_contact_map(

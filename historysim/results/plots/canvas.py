@@ -22,43 +22,32 @@ if TYPE_CHECKING:
 
     from historysim.results.plots.printed import PrintedFigure
 
-Size = tuple[float, float]
-"""Width and height [mm]."""
-FigureOrAxes = Any
-"""The new figure, or the figure or axes that were given."""
+Size = tuple[float, float]  # width and height [mm]
+FigureOrAxes = Any  # the new figure, or the figure or axes that were given
 
-COLUMN, TWO_COLUMNS = 90.0, 180.0
-"""Widths [mm] of one column and of both in a journal."""
-WIDE = 140.0
-"""Width from which on panels stand side by side [mm]."""
-LEAST_SIDE, MOST_SIDE = 20.0, 2000.0
-"""Sides of a figure [mm]."""
-LEAST_PANEL = 13.0, 8.0
-"""Width and height of the smallest panel that can be read [mm]."""
-MOST_PANELS = 100
-"""More than a picture has."""
-HIGHEST_LEGEND = 0.3
-"""Share of the height that names below a picture may take."""
-SMALL = 6.5
-"""Size of the letters of labels that do not fit otherwise [pt]."""
-ROUNDS = 4
-"""How often labels are fitted: on more lines they take more room, and panels less."""
+COLUMN, TWO_COLUMNS = 90.0, 180.0  # widths [mm] of one column and of both in a journal
+WIDE = 140.0  # width from which on panels stand side by side [mm]
+LEAST_SIDE, MOST_SIDE = 20.0, 2000.0  # sides of a figure [mm]
+LEAST_PANEL = 13.0, 8.0  # width and height of the smallest panel that can be read [mm]
+MOST_PANELS = 100  # more than a picture has
+HIGHEST_LEGEND = 0.3  # share of the height that names below a picture may take
+SMALL = 6.5  # size of the letters of labels that do not fit otherwise [pt]
+ROUNDS = 4  # how often labels are fitted: on more lines they take more room, and panels less
 MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
+# Spaces at which no line is broken: before a unit, and beside an equals sign.
 UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?<=\$) (?=\()"
-"""Spaces at which no line is broken: before a unit, and beside an equals sign."""
 NO_BREAK = "\N{NO-BREAK SPACE}"
+# A hyphen that stands for a minus sign, and that sign.
 HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
-"""A hyphen that stands for a minus sign, and that sign."""
-UNIT = re.compile(r"([fpnµmkMGT]?)(m|N|J|Pa|N/m)")
-"""A unit that may have another prefix."""
+UNIT = re.compile(r"([fpnµmkMGT]?)(m|N|J|Pa|N/m)")  # A unit that may have another prefix
 PREFIXES = ("f", "p", "n", "µ", "m", "", "k", "M", "G", "T")
 SIDES = {-1: ("right", "top"), 0: ("center", "center"), 1: ("left", "bottom")}
+# Where a label may stand beside its point [pt], and how it is aligned there.
 AROUND = [
     (x * far, y * far, SIDES[x][0], SIDES[y][1])
     for far in (4.0, 10.0)
     for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
 ]
-"""Where a label may stand beside its point [pt], and how it is aligned there."""
 
 
 class Place(TypedDict, total=False):
@@ -77,12 +66,9 @@ class Canvas:
     given: "Axes | None"
     width: float
     height: float
-    most: int = MOST_PANELS
-    """Panels that there is room for."""
-    panels: int = 1
-    """Panels that are drawn."""
-    notices: list[str] = attrs.field(factory=list)
-    """What is to be known of the picture, and does not stand in it."""
+    most: int = MOST_PANELS  #: panels that there is room for
+    panels: int = 1  #: panels that are drawn
+    notices: list[str] = attrs.field(factory=list)  #: what is to be known of the picture, and does not stand in it
     labels: "list[Annotation]" = attrs.field(factory=list)
     beside_others: bool = False
 

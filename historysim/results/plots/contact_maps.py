@@ -26,8 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 NO_CONTACT = "#d9d9d6"
-TWO_ROWS = 85.0
-"""Height from which on there is room for two rows of maps [mm]."""
+TWO_ROWS = 85.0  # height from which on there is room for two rows of maps [mm]
 SMALL_TITLE: dict[str, Any] = {"fontsize": 7, "fontweight": "normal"}
 FIELDS = ("the whole map", "independent summits", "pressure", "traction")
 

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
 COLOURS, MARKERS = STATE_COLOURS[1:3], "^v"
 TRENDS = "friction_force", "preliminary_displacement", "tangential_stiffness", "dissipated_energy"
 LEVELS = "friction_force", "preliminary_displacement", "friction_coefficient", "dissipated_energy"
-HIGH = 85.0
-"""Height from which on there is room for a second row of panels [mm]."""
+HIGH = 85.0  # height from which on there is room for a second row of panels [mm]
 
 
 @PICTURES.register

@@ -35,13 +35,11 @@ from historysim.results.plots.swept import cell_label, selected
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-LOOP = ("total_tangential_load", "tangential_displacement")
-"""What a loop is drawn of."""
-END = "end of pre-sliding"
-"""The group of the marks of δ."""
+LOOP = ("total_tangential_load", "tangential_displacement")  # what a loop is drawn of
+END = "end of pre-sliding"  # the group of the marks of δ
 MARK: dict[str, Any] = {"marker": "o", "ms": 3.6, "mfc": "white", "mew": 0.9, "linestyle": "", "zorder": 5}
+# What the loads beside loops add to the width, alone and in the figure of a scenario [mm].
 BESIDE_ALONE, BESIDE = 60.0, 50.0
-"""What the loads beside loops add to the width, alone and in the figure of a scenario [mm]."""
 
 
 def _newtons(loads: Sequence[float]) -> tuple[float, ...]:

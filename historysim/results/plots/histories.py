@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PANELS = ("loop", "loads", "states", "energy", "wear")
+# Heights from which on the loads stand beside the loop, and wear stands below them [mm].
 HIGH, HIGH_WITH_WEAR = 85.0, 135.0
-"""Heights from which on the loads stand beside the loop, and wear stands below them [mm]."""
+# Room that each panel takes at least where they stand below one another [mm].
 HEIGHTS = {"loop": 42.0, "loads": 42.0, "states": 34.0, "energy": 26.0, "wear": 30.0}
-"""Room that each panel takes at least where they stand below one another [mm]."""
 CALLED = {"loop": "friction loop", "loads": "loads", "states": "slip states", "energy": "energy", "wear": "wear"}
 
 
@@ -174,10 +174,8 @@ def _draw_energy(axes: "Axes", thin: xr.Dataset) -> None:
     axes.set(title="Dissipated energy", xlabel="time (s)", ylabel=f"energy ({unit})", ylim=(0, None))
 
 
-COLOURS = {"time": "time (s)", "slip": "slipping share of the contact area"}
-"""What the colour of a loop may show."""
-PIECES_OF_SLIP = 2_000
-"""Pieces of a loop coloured by how much slips, which changes at once at a reversal."""
+COLOURS = {"time": "time (s)", "slip": "slipping share of the contact area"}  # what the colour of a loop may show
+PIECES_OF_SLIP = 2_000  # pieces of a loop coloured by how much slips, which changes at once at a reversal
 
 
 @PICTURES.register
@@ -250,8 +248,7 @@ def _draw_arrows(axes: "Axes", x: Floats, y: Floats, time: Floats) -> None:
         axes.annotate("", xy=(x[middle], y[middle]), xytext=(x[behind], y[behind]), arrowprops=arrow)
 
 
-MOST_COLUMNS, MOST_ROWS = 2_000, 1_000
-"""Steps and asperities that a map of slip states shows."""
+MOST_COLUMNS, MOST_ROWS = 2_000, 1_000  # steps and asperities that a map of slip states shows
 
 
 @PICTURES.register
@@ -297,8 +294,7 @@ def _draw_slip_map(axes: "Axes", history: xr.Dataset) -> None:
     axes.set_title("Slip state")
 
 
-TIME_TICKS = 7
-"""Most ticks of the axis of time below that of the steps."""
+TIME_TICKS = 7  # most ticks of the axis of time below that of the steps
 
 
 def _mark_steps_and_times(axes: "Axes", history: xr.Dataset) -> None:
@@ -366,8 +362,7 @@ class StiffnessPicture(Picture):
         figure.colorbar(line, ax=[upper, lower], location="top", aspect=40, pad=0.02, label="time (s)")
 
 
-MOST_WORN = 8
-"""Asperities with a line of their own: those that lose most."""
+MOST_WORN = 8  # asperities with a line of their own: those that lose most
 
 
 @PICTURES.register
@@ -489,6 +484,7 @@ class YieldingPicture(Picture):
         _finish_beside(canvas, left, right, data, yielded, "Summits that yielded", (INK, INK))
 
 
+# What draws a panel of the history picture, of the history and of its thinned totals.
 DRAWS: "dict[str, Callable[[Axes, xr.Dataset, xr.Dataset], None]]" = {
     "loop": lambda axes, _, thin: _draw_loop(axes, thin),
     "normal": lambda axes, _, thin: _draw_normal_load(axes, thin),
@@ -497,4 +493,3 @@ DRAWS: "dict[str, Callable[[Axes, xr.Dataset, xr.Dataset], None]]" = {
     "energy": lambda axes, _, thin: _draw_energy(axes, thin),
     "wear": lambda axes, history, _: _draw_wear(axes, history),
 }
-"""What draws a panel of the history picture, of the history and of its thinned totals."""

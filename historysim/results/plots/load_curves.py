@@ -19,8 +19,8 @@ PANELS = {
     "contact_area": "contact area $A$",
     "normal_stiffness": r"stiffness $\mathrm{d}N/\mathrm{d}\delta$",
 }
+# Of what stands around the panels, and of a panel at least [mm]; those that have no room are left out.
 AROUND, PANEL_HEIGHT = 25.0, 25.0
-"""Of what stands around the panels, and of a panel at least [mm]; those that have no room are left out."""
 
 
 @PICTURES.register
@@ -107,8 +107,7 @@ class SlidingOrderPicture(Panel):
         canvas.title(axes, self.title)
 
 
-MOST_MARKED = 100
-"""Asperities up to which each has a mark."""
+MOST_MARKED = 100  # asperities up to which each has a mark
 
 
 def _of_share(displacement: Any) -> Any:

@@ -19,11 +19,9 @@ from historysim.surfaces.registration import LOST, LOWERED, Registration
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-DEEPEST = 99.8
-"""Percentile of the heights lost up to which colours reach: a single spike would hide the rest."""
+DEEPEST = 99.8  # percentile of the heights lost up to which colours reach: a single spike would hide the rest
 NOT_THERE = "#d9d9d6"
-SHOWN = ("worn volume", "summits")
-"""Lines of the summary that stand above the picture."""
+SHOWN = ("worn volume", "summits")  # lines of the summary that stand above the picture
 
 
 @PICTURES.register

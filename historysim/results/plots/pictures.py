@@ -20,14 +20,13 @@ from historysim.errors import InputError
 from historysim.results.asking import check_direction
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
 
+# The pictures by their names in ``[picture]`` and ``--picture``.
 PICTURES: Registry[type["Picture"]] = Registry(
     "historysim.plots", "historysim.results.plots.pictures:Picture", "picture", "historysim.results.plots"
 )
-"""The pictures by their names in ``[picture]`` and ``--picture``."""
 register = PICTURES.register
 
-HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"
-"""What a picture of ``[picture]`` is drawn of."""
+HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # what a picture of ``[picture]`` is drawn of
 
 
 @attrs.frozen(kw_only=True)
@@ -38,26 +37,19 @@ class Picture:
     """
 
     registry: ClassVar[Registry[Any]] = PICTURES
-    kind: ClassVar[str]
-    """Its name."""
+    kind: ClassVar[str]  #: its name
+    #: What it is drawn of: ``"history"``, ``"sweep"``, ``"scenario"``, and types.
     of: ClassVar[tuple[str | type, ...]] = (HISTORY,)
-    """What it is drawn of: ``"history"``, ``"sweep"``, ``"scenario"``, and types."""
-    size: ClassVar[Size] = (90.0, 78.0)
-    """Width and height [mm] where no other is asked for."""
+    size: ClassVar[Size] = (90.0, 78.0)  #: width and height [mm] where no other is asked for
+    #: What stands below it in the report of a history, which leaves out what has none; see `caption_of`.
     caption: ClassVar[str] = ""
-    """What stands below it in the report of a history, which leaves out what has none; see `caption_of`."""
-    found: ClassVar[tuple[str, ...]] = ()
-    """Lines of the summary of a history that the caption ends with."""
-    needs: ClassVar[str] = "slip_state"
-    """The variable of a history without which the report leaves it out."""
-    order: ClassVar[int] = 100
-    """It stands in the report before those of a greater number."""
+    found: ClassVar[tuple[str, ...]] = ()  #: lines of the summary of a history that the caption ends with
+    needs: ClassVar[str] = "slip_state"  #: the variable of a history without which the report leaves it out
+    order: ClassVar[int] = 100  #: it stands in the report before those of a greater number
+    #: Whether several histories can be in it: `draw` then takes a sequence of them, too.
     several: ClassVar[bool] = False
-    """Whether several histories can be in it: `draw` then takes a sequence of them, too."""
-    alone: ClassVar[bool] = False
-    """Whether it fills a figure of its own, and cannot stand beside others."""
-    planar: ClassVar[bool] = False
-    """Whether it can be drawn of a history with two tangential directions."""
+    alone: ClassVar[bool] = False  #: whether it fills a figure of its own, and cannot stand beside others
+    planar: ClassVar[bool] = False  #: whether it can be drawn of a history with two tangential directions
 
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw a Dataset, or what else it is of, on a canvas, which is a figure, a part of one, or axes.
@@ -260,8 +252,7 @@ def _of_dataset(
     return made(PICTURES[kind], titled | options, {}).figure(what, place)
 
 
-TABLES = ("table", "history over time")
-"""Contents of files that are tables."""
+TABLES = ("table", "history over time")  # contents of files that are tables
 
 
 def _is_history(what: Any) -> bool:
@@ -284,10 +275,9 @@ def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, option
     return draw(what, "curve", place, of=SWEEP, quantity=quantity, **options)
 
 
-ACROSS, NARROWEST = 3, 55.0
-"""Panels in a row, and the width that each has at least [mm]."""
-PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0
-"""Width and height of a panel, height of the title [mm]."""
+ACROSS, NARROWEST = 3, 55.0  # panels in a row, and the width that each has at least [mm]
+PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0  # width and height of a panel, height of the title [mm]
+# What the findings of the checks are called in a line.
 BEYOND = {
     "steep": "steep asperities",
     "yield": "pressures beyond yield",
@@ -296,7 +286,6 @@ BEYOND = {
     "adhesion": "adhesion",
     "outliers": "a few high summits",
 }
-"""What the findings of the checks are called in a line."""
 
 
 def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: Place | None = None) -> FigureOrAxes:

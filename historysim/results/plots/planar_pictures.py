@@ -27,12 +27,12 @@ from historysim.results.rebuilt import asperities_at
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+# What can be drawn in the plane: its name and its unit.
 OF_VECTORS = {
     "tangential_displacement": ("displacement $U", "m"),
     "total_tangential_load": ("tangential load $T", "N"),
     "drive_displacement": ("displacement of the drive $U", "m"),
 }
-"""What can be drawn in the plane: its name and its unit."""
 
 
 @PICTURES.register
@@ -78,8 +78,7 @@ class HodographPicture(Picture):
         canvas.heading(str(data.attrs.get("title", "")))
 
 
-RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)
-"""Radii of the rings that have arrows, over the contact radius."""
+RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)  # radii of the rings that have arrows, over the contact radius
 MOST_CIRCLES, CIRCLES = 12, 6
 SLIPPING, STICKING = "#c9c9c9", "#ffffff"
 

@@ -16,16 +16,15 @@ from historysim._version import __version__
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 DOTS_PER_INCH, NOTEBOOK = 200, 110
+# What the formats call the program that has made a picture.
 MAKER = {"png": "Software", "pdf": "Creator", "svg": "Creator"}
-"""What the formats call the program that has made a picture."""
 MADE_BY = f"historysim {__version__}, matplotlib {mpl.__version__}"
 
 
 class PrintedFigure(Figure):
     """A figure with files that have their fonts in them, and 200 dots per inch where nothing else is given."""
 
-    notices: tuple[str, ...] = ()
-    """What is to be known of the picture, such as panels that its size has no room for."""
+    notices: tuple[str, ...] = ()  #: what is to be known of the picture, such as panels that its size has no room for
 
     def _repr_png_(self) -> bytes:
         """Return the picture as a notebook shows it, with or without IPython's support of matplotlib."""

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-MOST_POINTS, MOST_SAMPLES = 50_000, 20_000
-"""Points of a comparison, and samples of a channel, that are drawn."""
+MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # points of a comparison, and samples of a channel, that are drawn
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 
 
@@ -159,6 +158,7 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     axes.set_ylabel(f"$∮T\\,dU$ ({unit})")
 
 
+# Panels of a comparison by their letters in the layout: what each is called, and what draws it.
 COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
     "L": ("friction loops", _draw_loops),
     "T": ("tangential load", _draw_loads),
@@ -166,18 +166,15 @@ COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
     "D": ("measured less model", _draw_difference),
     "R": ("residuals", _draw_residuals),
 }
-"""Panels of a comparison by their letters in the layout: what each is called, and what draws it."""
 
+# How many panels, where they stand, and heights of their rows, in a wide figure and in a narrow one.
 LAYOUTS: dict[bool, list[tuple[Any, ...]]] = {
     True: [(5, "LLLTTT;EEDDRR", 1.25, 1.0), (2, "LT", 1.0), (1, "L", 1.0)],
     False: [(4, "LL;TT;ED", 2.2, 1.1, 1.1), (2, "L;T", 2.0, 1.1), (1, "L", 1.0)],
 }
-"""How many panels, where they stand, and heights of their rows, in a wide figure and in a narrow one."""
 
-DETAIL, PIECE = 200, 8192
-"""Samples that the detail of a channel, and a piece of its spectrum, take."""
-LEAST_ROW = 24.0
-"""Height of a channel [mm]."""
+DETAIL, PIECE = 200, 8192  # samples that the detail of a channel, and a piece of its spectrum, take
+LEAST_ROW = 24.0  # height of a channel [mm]
 
 
 @PICTURES.register

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from matplotlib.patches import Patch
 
 
-Extent = tuple[float, float, float, float]
-"""Ends of an image: left, right, bottom and top."""
+Extent = tuple[float, float, float, float]  # ends of an image: left, right, bottom and top
 
 STATES = ("separated", "full stick", "partial slip", "gross slip")
 STATE_COLOURS = ("#ffffff", "#12355b", "#d1603d", "#f3d180")
@@ -51,6 +50,7 @@ STYLE: dict[Any, Any] = {
     "legend.fontsize": 7.5,
 }
 
+# Colour, dashes and marker of each line of a picture: they differ in grey print, too.
 LINES = (
     (STATE_COLOURS[1], "-", "o"),
     (STATE_COLOURS[2], "--", "s"),
@@ -61,20 +61,16 @@ LINES = (
     ("#6a3d9a", (0, (6, 2)), "X"),
     ("#33864f", (0, (3, 1, 1, 1)), "*"),
 )
-"""Colour, dashes and marker of each line of a picture: they differ in grey print, too."""
 MOST_LINES = 12
 
+# An arrow from one end to another.
 SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
-"""An arrow from one end to another."""
 
-MOST_POINTS = 100_000
-"""Points of a line: more than a picture can show."""
-APART = 5.0
-"""How far marks with error bars stand from those of the next line [pt]."""
-MOST_PIECES = 256
-"""Pieces of one colour in a coloured line."""
+MOST_POINTS = 100_000  # points of a line: more than a picture can show
+APART = 5.0  # how far marks with error bars stand from those of the next line [pt]
+MOST_PIECES = 256  # pieces of one colour in a coloured line
+# Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too.
 FEW_DECADES = 30.0
-"""Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too."""
 
 
 def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:

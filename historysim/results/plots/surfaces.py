@@ -37,16 +37,12 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-MOST_MARKS = 20_000
-"""Summits without contact that are marked; of more, so many taken by lot."""
-LONGEST = 4.0
-"""Length over width of a surface up to which the axes around it are as long and wide as it is."""
+MOST_MARKS = 20_000  # summits without contact that are marked; of more, so many taken by lot
+LONGEST = 4.0  # length over width of a surface up to which the axes around it are as long and wide as it is
 SEPARATED, TOUCHING = 0, -1
-NO_CONTACT = "#4aa8e0"
-"""Summits without contact: a colour that neither grey heights nor the slip states have."""
+NO_CONTACT = "#4aa8e0"  # summits without contact: a colour that neither grey heights nor the slip states have
 MISSING = "#efdcc3"
-DARKEST = 0.55
-"""Darkest grey of heights under summits in contact."""
+DARKEST = 0.55  # darkest grey of heights under summits in contact
 FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))}
 
 
@@ -336,10 +332,9 @@ def legend_handles(surface: xr.Dataset, contact: ContactAtStep, *, flat: bool = 
     return handles
 
 
+# Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot.
 HIGHEST = 99.8
-"""Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot."""
-BESIDE_APART, BESIDE_TOGETHER = 90.0, 35.0
-"""What summits add to the width, side by side and over one another [mm]."""
+BESIDE_APART, BESIDE_TOGETHER = 90.0, 35.0  # what summits add to the width, side by side and over one another [mm]
 
 
 @PICTURES.register

@@ -24,10 +24,8 @@ if TYPE_CHECKING:
 SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
 QUANTILES = (0.1, 0.9)
 FITS = ("straight", "power")
-BARS_APART = 3.0
-"""How far error bars stand from those of the next line [pt]."""
-LEAST_FACTOR = 30.0
-"""Greatest over smallest number of an axis, from which on it may be logarithmic."""
+BARS_APART = 3.0  # how far error bars stand from those of the next line [pt]
+LEAST_FACTOR = 30.0  # greatest over smallest number of an axis, from which on it may be logarithmic
 
 
 @PICTURES.register
@@ -167,8 +165,7 @@ def _write_titles(canvas: Canvas, axes: "Axes", title: str, caption: str) -> Non
     canvas.title(axes, title)
 
 
-Table = Any
-"""A DataFrame of pandas."""
+Table = Any  # A DataFrame of pandas
 Ends = dict[str, tuple[str, str]]
 
 
@@ -205,13 +202,13 @@ def _is_number(sweep: xr.Dataset, name: str) -> bool:
     return name not in sweep or sweep[name].dtype.kind in "fiu"
 
 
+# Statistics beside the mean of the cells of each point, of their groups of pandas.
 STATISTICS: dict[str, Callable[[Any], Any]] = {
     "deviation": lambda cells: cells.std(),
     "low": lambda cells: cells.quantile(QUANTILES[0]),
     "median": lambda cells: cells.median(),
     "high": lambda cells: cells.quantile(QUANTILES[1]),
 }
-"""Statistics beside the mean of the cells of each point, of their groups of pandas."""
 
 
 def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: "Ends") -> Table:
@@ -388,9 +385,9 @@ def _write(axes: "Axes", text: str, at: tuple[float, float], above: float, colou
     axes.annotate(text, at, (0, above), textcoords="offset points", ha="center", color=colour)
 
 
-OF_A_SCENARIO = " of the scenario"
-"""How the name of a swept key ends."""
+OF_A_SCENARIO = " of the scenario"  # how the name of a swept key ends
 
+# Text and symbol by the name of an output, or by the last part of a key of a scenario.
 WORDS = {
     "autocorrelation_length": ("autocorrelation length", r"$\beta$"),
     "branch_drift": ("drift", ""),
@@ -420,7 +417,6 @@ WORDS = {
     "total_normal_load": ("normal load", "$N$"),
     "total_tangential_load": ("tangential load", "$T$"),
 }
-"""Text and symbol by the name of an output, or by the last part of a key of a scenario."""
 
 
 def words_of(found: xr.Dataset, name: str) -> tuple[str, str]:

@@ -39,11 +39,10 @@ ACROSS = ("radius", "diameter")
 STATES_IN_ONE, MOST_IN_ONE = 5, 10
 LINES, MOST_LINES, MOST_TICKS = 24, 200, 8
 POINTS = 401
+# Dashes of the limits of one friction coefficient, and of the next.
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
-"""Dashes of the limits of one friction coefficient, and of the next."""
 GREY = "#7a7a7a"
-LIMIT = "friction limit"
-"""The group of limits among the lines."""
+LIMIT = "friction limit"  # the group of limits among the lines
 
 
 @PICTURES.register
@@ -269,8 +268,8 @@ def _mirrored(values: Floats, *, odd: bool = False) -> Floats:
     return np.concatenate([-other if odd else other, values])
 
 
+# Height of the friction limit over the distance of two lines, and the most that a line comes down to the one below.
 HIGHEST, CLOSEST = 1.6, 0.9
-"""Height of the friction limit over the distance of two lines, and the most that a line comes down to the one below."""
 
 
 @PICTURES.register

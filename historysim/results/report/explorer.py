@@ -18,8 +18,8 @@ from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, pre
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES, scale_of, scaled
 
+# Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions.
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
-"""Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions."""
 PROFILE_POINTS = 241
 SCRIPT = Path(__file__).with_name("explorer.js")
 TARGET = "explorer"
@@ -30,21 +30,17 @@ LOADS = ("time", "tangential_displacement", "total_tangential_load", "total_norm
 class Excerpt:
     """The part of a history that is embedded: arrays along its steps and asperities."""
 
-    steps: Integers
-    """Positions in the history (step)."""
-    first_shown: int
-    """The one that is shown when the page opens."""
+    steps: Integers  #: positions in the history (step)
+    first_shown: int  #: the one that is shown when the page opens
+    #: Positions among the recorded asperities, of those that carry most at the peak normal load (asperity).
     columns: Integers
-    """Positions among the recorded asperities, of those that carry most at the peak normal load (asperity)."""
+    #: State, loads and limit [N], contact radius [m] (of a patch that of its area) and stick ratio (step, asperity).
     cells: dict[str, Floats]
-    """State, loads and limit [N], contact radius [m] (of a patch that of its area) and stick ratio (step, asperity)."""
-    group: Integers
-    """Friction group (asperity)."""
+    group: Integers  #: friction group (asperity)
+    #: Of each step of each friction group after the other, arrays (vertex, 2): the separation at which the springs of a
+    #: vertex first touched [m], and its weight in the superposition of Hertz pressures. Empty without known memories.
     vertices: list[Floats]
-    """Of each step of each friction group after the other, arrays (vertex, 2): the separation at which the springs of a
-    vertex first touched [m], and its weight in the superposition of Hertz pressures. Empty without known memories."""
-    notes: tuple[str, ...]
-    """Which part of the history this is, and what is missing, in sentences."""
+    notes: tuple[str, ...]  #: which part of the history this is, and what is missing, in sentences
 
 
 def excerpt(history: xr.Dataset) -> Excerpt:
@@ -236,11 +232,11 @@ def _columns(history: xr.Dataset, part: Excerpt, scales: dict[str, float]) -> di
     }
 
 
+# Panels stand beside one another where there is room for two.
 BESIDE = """:host {
   display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: 8px;
   width: 100% !important;
 }"""
-"""Panels stand beside one another where there is room for two."""
 
 
 def _key() -> str:

@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from PIL.Image import Image as PILImage
 
 DOTS_PER_INCH = 160
-THUMBNAIL = 150
-"""Height of a thumbnail [pixels]."""
-WIDEST_COLUMN = 4.0
-"""Width of a figure up to which two stand side by side [inch]."""
+THUMBNAIL = 150  # height of a thumbnail [pixels]
+WIDEST_COLUMN = 4.0  # width of a figure up to which two stand side by side [inch]
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #222; --paper: #fff; --faint: #555; --line: #ccc; --code: #f5f5f2;
@@ -81,10 +79,8 @@ class Section:
     """A part of a page."""
 
     title: str
-    parts: tuple[str, ...]
-    """HTML, one after the other."""
-    anchor: str = ""
-    """The target of links in the page."""
+    parts: tuple[str, ...]  #: HTML, one after the other
+    anchor: str = ""  #: the target of links in the page
 
 
 def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:

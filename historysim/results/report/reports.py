@@ -36,8 +36,7 @@ from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, 
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
-TIME = "Through time"
-"""The heading of the interactive part."""
+TIME = "Through time"  # the heading of the interactive part
 
 
 def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
@@ -157,10 +156,8 @@ def _provenance(history: xr.Dataset) -> list[Section]:
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
 page_of.register(LoopTable, lambda levels: loops_page(levels.to_dataset()))
 
-LABELS = {"critical_asperity"}
-"""Variables of a sweep that name something, and are no quantity to draw."""
-MOST_ROWS = 500
-"""Cells of a sweep that a page lists."""
+LABELS = {"critical_asperity"}  # variables of a sweep that name something, and are no quantity to draw
+MOST_ROWS = 500  # cells of a sweep that a page lists
 
 
 def loops_page(loops: xr.Dataset) -> str:

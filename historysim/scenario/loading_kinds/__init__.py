@@ -15,13 +15,12 @@ from historysim.errors import InputError, misfit
 from historysim.loads.events import Event
 from historysim.scenario.schema import kind_from_toml, table
 
-NAMED_BY_A_KEY = ("waypoints", "blocks", "file")
-"""Kinds with a key of their own name, which need no ``kind``."""
+NAMED_BY_A_KEY = ("waypoints", "blocks", "file")  # kinds with a key of their own name, which need no ``kind``
 
+# The kinds of ``[loading]`` by their names.
 LOADINGS: Registry[type["Loading"]] = Registry(
     "historysim.loadings", f"{__name__}:Loading", "kind of loading", __name__
 )
-"""The kinds of ``[loading]`` by their names."""
 
 
 @attrs.frozen(kw_only=True)
@@ -32,11 +31,9 @@ class Loading(abc.ABC):
     kind: ClassVar[str]
     also_called: ClassVar[tuple[str, ...]] = ()
 
-    substeps: int = 1
-    """Steps that are recorded from one event to the next; they do not change the result."""
+    substeps: int = 1  #: steps that are recorded from one event to the next; they do not change the result
+    #: ``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is an error.
     saturate: bool = False
-    """``true`` holds a tangential load beyond the friction limit at the limit, and flags the step; else it is an
-    error."""
 
     def __attrs_post_init__(self) -> None:
         """Check the substeps."""

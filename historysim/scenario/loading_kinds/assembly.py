@@ -40,10 +40,8 @@ from historysim.tables.blocks import one_clock
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
-FILE_REMARK, HUM_REMARK = "file", "hum"
-"""Labels of remarks on how a file was read, and on hum in a channel."""
-EACH = "each"
-"""Of several runs in one file, each by itself."""
+FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on how a file was read, and on hum in a channel
+EACH = "each"  # of several runs in one file, each by itself
 # the space keeps it apart from the keys of channels
 _RUN = " run"
 Remarks = list[tuple[str, str]]
@@ -393,30 +391,23 @@ class MeasuredLoading(NumbersFile, Loading):
     kind = "file"
     also_called = ("measured", "record", "csv")
 
-    columns: LoadColumns
-    """What is replayed: ``time``, and a load or displacement of one channel or both, as below."""
-    response: Channels = attrs.Factory(Channels)
-    """What was measured beside it, to compare with; the same keys."""
+    columns: LoadColumns  #: what is replayed: ``time``, and a load or displacement of one channel or both, as below
+    response: Channels = attrs.Factory(Channels)  #: what was measured beside it, to compare with; the same keys
+    #: Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
+    #: value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
     run: int | str | None = None
-    """Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
-    value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``."""
-    runs_by: Column | None = None
-    """Column with the number of the run."""
-    start: Time | None = None
-    """Samples before this time are left out."""
-    end: Time | None = None
-    """Samples after this time are left out."""
+    runs_by: Column | None = None  #: column with the number of the run
+    start: Time | None = None  #: samples before this time are left out
+    end: Time | None = None  #: samples after this time are left out
+    #: ``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted.
     missing: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
-    """``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted."""
-    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """A longer time between samples is an error."""
+    max_gap: Time | None = attrs.field(default=None, validator=POSITIVE)  #: A longer time between samples is an error
+    #: Samples evenly spaced by this time instead, straight between the measured ones.
     interval: Time | None = attrs.field(default=None, validator=POSITIVE)
-    """Samples evenly spaced by this time instead, straight between the measured ones."""
+    #: For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
+    #: with ``reduce``.
     dead_band: DeadBand = attrs.Factory(DeadBand)
-    """For each channel the swing below which there is no reversal. Acts in loops, ``compare``, ``fit``, and in ``run``
-    with ``reduce``."""
-    reduce: bool = False
-    """Replays only the samples that the contact remembers, by the dead bands."""
+    reduce: bool = False  #: replays only the samples that the contact remembers, by the dead bands
 
     @classmethod
     def meant(cls, key: str) -> str:

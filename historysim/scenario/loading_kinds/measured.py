@@ -31,11 +31,10 @@ from historysim.scenario.schema import from_table, given
 from historysim.tables import Column
 from historysim.tables.columns import fitting
 
+# A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load.
 HUM_DEAD_BAND = 0.2
-"""A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load."""
 
-COMBINED = ("sum", "mean", "difference")
-"""Keys that make one channel of several columns."""
+COMBINED = ("sum", "mean", "difference")  # keys that make one channel of several columns
 
 Area = Annotated[float, Quantity("m2")]
 
@@ -44,39 +43,28 @@ Area = Annotated[float, Quantity("m2")]
 class Channel:
     """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset."""
 
+    #: The column: a name, or its position from 1. A channel that is a text alone is this.
     column: str | int | None = None
-    """The column: a name, or its position from 1. A channel that is a text alone is this."""
-    unit: str | None = None
-    """Its unit; by default that of the file, or SI."""
-    occurrence: int | None = None
-    """Which of the columns with this name."""
-    index: int | None = None
-    """Which column of a matrix."""
-    sum: tuple[Column, ...] | None = None
-    """The sum of several columns, in place of one."""
-    mean: tuple[Column, ...] | None = None
-    """Their mean."""
-    difference: tuple[Column, ...] | None = None
-    """The first of two less the second."""
-    scale: Number = 1.0
-    """A factor on the column."""
-    time: Column | None = None
-    """The channel's own clock; it is interpolated onto that of the record."""
-    shift: Time = 0.0
-    """By how much that clock is behind: a sample at t was taken at t + shift."""
+    unit: str | None = None  #: its unit; by default that of the file, or SI
+    occurrence: int | None = None  #: which of the columns with this name
+    index: int | None = None  #: which column of a matrix
+    sum: tuple[Column, ...] | None = None  #: the sum of several columns, in place of one
+    mean: tuple[Column, ...] | None = None  #: their mean
+    difference: tuple[Column, ...] | None = None  #: the first of two less the second
+    scale: Number = 1.0  #: A factor on the column
+    time: Column | None = None  #: the channel's own clock; it is interpolated onto that of the record
+    shift: Time = 0.0  #: by how much that clock is behind: a sample at t was taken at t + shift
+    #: Running median of so many samples, odd: takes off spikes shorter than half of them, leaves turns.
     median: int | None = attrs.field(
         default=None, validator=Key(lambda samples: samples >= 3 and samples % 2, "an odd number of samples, 3 or more")
     )
-    """Running median of so many samples, odd: takes off spikes shorter than half of them, leaves turns."""
+    #: Takes off what is at a frequency, or several. Needs an even clock.
     notch: Frequencies | None = attrs.field(default=None, validator=POSITIVE)
-    """Takes off what is at a frequency, or several. Needs an even clock."""
+    #: Takes off what is faster; half of the amplitude passes there. Rounds turns of a channel with the speed v by about
+    #: v/(2πf). Needs an even clock.
     low_pass: Frequency | None = attrs.field(default=None, validator=POSITIVE)
-    """Takes off what is faster; half of the amplitude passes there. Rounds turns of a channel with the speed v by about
-    v/(2πf). Needs an even clock."""
-    centred: bool = False
-    """Takes off the mean of the midpoints of its cycles."""
-    drift_free: bool = False
-    """Takes off the drift of the midpoints of its cycles (three or more)."""
+    centred: bool = False  #: takes off the mean of the midpoints of its cycles
+    drift_free: bool = False  #: takes off the drift of the midpoints of its cycles (three or more)
 
     def __attrs_post_init__(self) -> None:
         """Check that it is a column or a constant."""
@@ -145,30 +133,22 @@ class Channel:
 class ForceChannel(Channel):
     """A load; from a pressure by the area that it acts on."""
 
-    constant: Force | None = None
-    """The same value throughout, in place of a column."""
-    offset: Force = 0.0
-    """Added after the scale."""
-    area: Area | None = attrs.field(default=None, validator=POSITIVE)
-    """Area that makes a load of a pressure."""
-    negative_as_zero: bool = False
-    """What is below 0 is 0."""
+    constant: Force | None = None  #: the same value throughout, in place of a column
+    offset: Force = 0.0  #: added after the scale
+    area: Area | None = attrs.field(default=None, validator=POSITIVE)  #: area that makes a load of a pressure
+    negative_as_zero: bool = False  #: what is below 0 is 0
 
 
 @attrs.frozen(kw_only=True)
 class LengthChannel(Channel):
     """A displacement."""
 
-    constant: Length | None = None
-    """The same value throughout, in place of a column."""
-    offset: Length = 0.0
-    """Added after the scale."""
-    backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
-    """Width of the play of what measures it."""
+    constant: Length | None = None  #: the same value throughout, in place of a column
+    offset: Length = 0.0  #: added after the scale
+    backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: width of the play of what measures it
+    #: Width of a clearance in the path of the tangential load.
     free_play: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
-    """Width of a clearance in the path of the tangential load."""
-    closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)
-    """Load that closes the clearance."""
+    closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: load that closes the clearance
 
     def __attrs_post_init__(self) -> None:
         """Check that a closing load has a clearance to close."""
@@ -181,14 +161,10 @@ class LengthChannel(Channel):
 class Channels:
     """What was measured of each channel."""
 
-    normal_load: ForceChannel | None = None
-    """Of the normal load."""
-    normal_displacement: LengthChannel | None = None
-    """Of the approach."""
-    tangential_load: ForceChannel | None = None
-    """Of the tangential load."""
-    tangential_displacement: LengthChannel | None = None
-    """Of the tangential displacement."""
+    normal_load: ForceChannel | None = None  #: of the normal load
+    normal_displacement: LengthChannel | None = None  #: of the approach
+    tangential_load: ForceChannel | None = None  #: of the tangential load
+    tangential_displacement: LengthChannel | None = None  #: of the tangential displacement
 
     def __attrs_post_init__(self) -> None:
         """Check what one channel alone does not show."""
@@ -203,12 +179,11 @@ class Channels:
 class LoadColumns(Channels):
     """``loading.columns``: what is replayed; without time, the number of the row is the clock, from 0 s."""
 
+    #: In two tangential directions the load along y, where ``tangential_load`` is that along x.
     tangential_load_y: ForceChannel | None = None
-    """In two tangential directions the load along y, where ``tangential_load`` is that along x."""
+    #: In two tangential directions the displacement along y, where ``tangential_displacement`` is that along x.
     tangential_displacement_y: LengthChannel | None = None
-    """In two tangential directions the displacement along y, where ``tangential_displacement`` is that along x."""
-    time: Column | None = None
-    """Column of the time; without it rows are 1 s apart, and only their order counts."""
+    time: Column | None = None  #: column of the time; without it rows are 1 s apart, and only their order counts
 
     def __attrs_post_init__(self) -> None:
         """Check that there is a load."""
@@ -230,14 +205,11 @@ class LoadColumns(Channels):
 class DeadBand:
     """``loading.dead_band``: swings of a channel below which are noise and no reversals."""
 
-    normal_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Of the normal load."""
-    normal_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Of the approach."""
-    tangential_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Of the tangential load."""
+    normal_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: of the normal load
+    normal_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: of the approach
+    tangential_load: Force | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: of the tangential load
+    #: Of the tangential displacement.
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Of the tangential displacement."""
 
 
 def check_units(channels: Mapping[tuple[str, str], Channel]) -> None:

@@ -16,8 +16,7 @@ from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
-Changes = dict[str, "Event | tuple[Any, ...]"]
-"""By the names of events their fields beside the time, or the event."""
+Changes = dict[str, "Event | tuple[Any, ...]"]  # by the names of events their fields beside the time, or the event
 Place = tuple[str | int, ...]
 MOST_EVENTS = 10_000_000
 
@@ -38,14 +37,10 @@ class Waypoint:
 
     by_kind: ClassVar = ("changes", EVENTS)
 
-    time: Time | None = None
-    """When; or ``after``."""
-    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)
-    """Time since the waypoint before it."""
-    asperities: tuple[int, ...] | None = None
-    """Whose friction changes; without it that of all."""
-    name: str | None = None
-    """What the state is called, for pictures and ``--steps``."""
+    time: Time | None = None  #: when; or ``after``
+    after: Time | None = attrs.field(default=None, validator=NOT_NEGATIVE)  #: time since the waypoint before it
+    asperities: tuple[int, ...] | None = None  #: whose friction changes; without it that of all
+    name: str | None = None  #: what the state is called, for pictures and ``--steps``
     changes: Changes = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
@@ -82,18 +77,16 @@ def _check_channels(keys: Iterable[str]) -> None:
 class _Timeline:
     """Events in time order, with the value of each channel."""
 
+    #: Whether a channel keeps its value at each waypoint that does not name it; None where that is open.
     holds: bool | None = None
-    """Whether a channel keeps its value at each waypoint that does not name it; None where that is open."""
     now: float = 0.0
     events: list[Event] = attrs.Factory(list)
-    places: list[Place] = attrs.Factory(list)
-    """Of each event, in the scenario."""
-    standing: dict[str, LoadEvent] = attrs.Factory(dict)
-    """The last event of each channel."""
+    places: list[Place] = attrs.Factory(list)  #: of each event, in the scenario
+    standing: dict[str, LoadEvent] = attrs.Factory(dict)  #: the last event of each channel
+    #: By channel the time and the place of the first waypoint after its last event.
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
-    """By channel the time and the place of the first waypoint after its last event."""
+    #: Channels that went on past such waypoints: the place, the event before and the one after.
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
-    """Channels that went on past such waypoints: the place, the event before and the one after."""
 
     def reach(self, time: float, changes: Changes, *place: str | int) -> None:
         for key, change in changes.items():
@@ -149,8 +142,7 @@ def _reached(event: LoadEvent) -> str:
 class Written(Loading):
     """A loading that is written out; whether a channel is held at waypoints that do not name it."""
 
-    hold: bool | None = None
-    """Whether a channel stays where it stands at each waypoint that does not name it."""
+    hold: bool | None = None  #: whether a channel stays where it stands at each waypoint that does not name it
 
     @classmethod
     def meant(cls, key: str) -> str:
@@ -179,8 +171,7 @@ class Waypoints(Written):
 
     kind = "waypoints"
 
-    waypoints: tuple[Waypoint, ...]
-    """What is reached, and when, as below."""
+    waypoints: tuple[Waypoint, ...]  #: what is reached, and when, as below
 
     def __attrs_post_init__(self) -> None:
         """Check that names differ."""
@@ -221,8 +212,7 @@ class Each:
 
     by_kind: ClassVar = ("values", EVENTS)
 
-    after: Time = attrs.field(validator=NOT_NEGATIVE)
-    """Time to reach each value."""
+    after: Time = attrs.field(validator=NOT_NEGATIVE)  #: time to reach each value
     values: Mapping[str, tuple[Any, ...]] = attrs.Factory(dict)
 
     def __attrs_post_init__(self) -> None:
@@ -263,12 +253,9 @@ class WaypointBlock:
     ]
     """
 
-    waypoints: tuple[Waypoint, ...]
-    """Waypoints with ``after``. A channel that the block does not name is held."""
-    repeat: int = 1
-    """How many times they run."""
-    each: Each | None = None
-    """Values to reach first, one after the other, as below; the waypoints run at each of them."""
+    waypoints: tuple[Waypoint, ...]  #: Waypoints with ``after``. A channel that the block does not name is held.
+    repeat: int = 1  #: how many times they run
+    each: Each | None = None  #: values to reach first, one after the other, as below; the waypoints run at each of them
 
     def __attrs_post_init__(self) -> None:
         """Check that it can be run more than once."""
@@ -315,8 +302,7 @@ class Blocks(Written):
 
     kind = "blocks"
 
-    blocks: tuple[WaypointBlock, ...]
-    """Runs of waypoints, one after the other, as below."""
+    blocks: tuple[WaypointBlock, ...]  #: runs of waypoints, one after the other, as below
 
     def timeline(self) -> _Timeline:
         """Return the events with their places."""

@@ -17,38 +17,29 @@ if TYPE_CHECKING:
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
+# The kinds of ``[surface]`` by their names.
 SURFACES: Registry[type["SurfaceKind"]] = Registry(
     "historysim.surfaces", f"{__name__}:SurfaceKind", "kind of surface", __name__
 )
-"""The kinds of ``[surface]`` by their names."""
 
 
 @attrs.frozen(eq=False)
 class BuiltSurface:
     """What a ``[surface]`` gives."""
 
-    summits: "Summits | None"
-    """The summits that become asperities; None where a normal curve is given."""
-    surface: "Surface | None" = None
-    """The height map that they were found on."""
-    friction: Any = None
-    """Their friction coefficients, where the surface has its own."""
-    notices: tuple[str, ...] = ()
-    """What the user should know about how it was made."""
-    interacts: bool = False
-    """Whether the parts of the map press on one another, in place of its summits."""
-    solutions: "NormalSolutions | None" = None
-    """Those of the map, once they are there."""
+    summits: "Summits | None"  #: the summits that become asperities; None where a normal curve is given
+    surface: "Surface | None" = None  #: the height map that they were found on
+    friction: Any = None  #: their friction coefficients, where the surface has its own
+    notices: tuple[str, ...] = ()  #: what the user should know about how it was made
+    interacts: bool = False  #: whether the parts of the map press on one another, in place of its summits
+    solutions: "NormalSolutions | None" = None  #: those of the map, once they are there
+    #: A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None.
     curve: tuple[Any, Any, Any] | None = None
-    """A normal curve in place of summits: approaches from first touch [m], loads [N] and areas [m²] or None."""
+    #: Radius of the ball that the map lies on [m]: the nominal area is then that of its contact.
     ball_radius: float | None = None
-    """Radius of the ball that the map lies on [m]: the nominal area is then that of its contact."""
-    yielding: "YieldingLaw | None" = None
-    """How the summits yield."""
-    passes: Any = None
-    """By which the map is still to be run in."""
-    find: "Callable[[Surface], Summits] | None" = None
-    """Finds the summits of a map as those here were found."""
+    yielding: "YieldingLaw | None" = None  #: how the summits yield
+    passes: Any = None  #: by which the map is still to be run in
+    find: "Callable[[Surface], Summits] | None" = None  #: finds the summits of a map as those here were found
 
 
 class SurfaceKind(abc.ABC):
@@ -56,8 +47,7 @@ class SurfaceKind(abc.ABC):
 
     registry: ClassVar[Registry[Any]] = SURFACES
     kind: ClassVar[str]
-    also_called: ClassVar[tuple[str, ...]] = ()
-    """Other words for it, which a message takes for a slip of the pen."""
+    also_called: ClassVar[tuple[str, ...]] = ()  #: other words for it, which a message takes for a slip of the pen
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> "type[SurfaceKind]":

@@ -21,14 +21,12 @@ MOST_PASSES = 1000
 class PassEntry:
     """Passes of one kind."""
 
-    normal_load: Force
-    """Of each pass."""
-    sliding_distance: Length = 0.0
-    """How far the flat slides in each pass."""
+    normal_load: Force  #: of each pass
+    sliding_distance: Length = 0.0  #: how far the flat slides in each pass
+    #: How many passes, up to 1000.
     repeat: int = attrs.field(
         default=1, validator=Key(lambda number: 1 <= number <= MOST_PASSES, f"a number from 1 to {MOST_PASSES}")
     )
-    """How many passes, up to 1000."""
 
 
 @attrs.frozen
@@ -48,12 +46,10 @@ class Passes:
     passes = { steps = [{ normal_load = "90 mN", repeat = 2 }], volume = "conserved" }
     """
 
-    steps: tuple[PassEntry, ...]
-    """The passes, one after the other."""
-    wear: AnyWearLaw | None = None
-    """A law of wear with its keys, as in ``[wear]``; without it summits yield only."""
+    steps: tuple[PassEntry, ...]  #: the passes, one after the other
+    wear: AnyWearLaw | None = None  #: A law of wear with its keys, as in ``[wear]``; without it summits yield only
+    #: What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike.
     volume: str = "lost"
-    """What becomes of what is cut off: ``"lost"``, or ``"conserved"``, which raises all other points alike."""
 
     def done(self, built: BuiltSurface, pair: MaterialPair, friction: object) -> BuiltSurface:
         """Return a surface after the passes.
@@ -99,18 +95,16 @@ class ChangedSurface(SurfaceKind):
     """Keys that a surface of any kind may have."""
 
     of: Any
+    #: Of a surface with summits: stretches their heights, and those of their map, about the mean of the summits. The
+    #: radii of the summits stay.
     height_scale: float | None = attrs.field(
         default=None, validator=Key(lambda scale: scale > 0, "a number greater than 0")
     )
-    """Of a surface with summits: stretches their heights, and those of their map, about the mean of the summits. The
-    radii of the summits stay."""
+    #: Of a height map: with ``"full"`` its asperities press on one another, and the contact of the map is solved whole;
+    #: ``"none"`` is the default.
     interaction: str | None = attrs.field(default=None, validator=_check_interaction)
-    """Of a height map: with ``"full"`` its asperities press on one another, and the contact of the map is solved whole;
-    ``"none"`` is the default."""
-    yielding: AnyYieldingLaw | None = None
-    """Of a surface with summits: how they yield, as below."""
-    passes: Passes | None = None
-    """Of a height map: how it is run in, as below."""
+    yielding: AnyYieldingLaw | None = None  #: of a surface with summits: how they yield, as below
+    passes: Passes | None = None  #: of a height map: how it is run in, as below
 
     def unprepared(self) -> SurfaceKind | None:
         """Return what is changed with its map as it comes; see `SurfaceKind.unprepared`."""

@@ -42,13 +42,12 @@ class HeightMap(SurfaceKind):
 
     preparations: ClassVar[tuple[type[Preparation], ...]] = own_steps()
 
+    #: Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
     rule: int = 9
-    """Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3)."""
+    #: ``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz, or by that
+    #: share.
     prune: bool | float | None = attrs.field(default=None, validator=_SHARE)
-    """``true``, or a share of Rz: takes only summits that rise over the saddle to a higher one by 5 % of Rz, or by that
-    share."""
-    ball_radius: Length | None = None
-    """Lays the map on a ball, its centre on top, after all that prepares it."""
+    ball_radius: Length | None = None  #: lays the map on a ball, its centre on top, after all that prepares it
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -127,22 +126,14 @@ class RandomMap(HeightMap):
     kind = "random"
     also_called = ("rough", "gaussian", "fractal", "self-affine", "generated", "isotropic")
 
-    shape: tuple[int, ...]
-    """Points, ``[nx, ny]``."""
-    pixel_size: Lengths
-    """Distance of the points, one length or one for x and one for y."""
-    rms_height: Length
-    """Rq."""
-    autocorrelation_length: Lengths
-    """Where the autocorrelation falls to 0.1: at least a pixel, at most half a side."""
-    seed: int
-    """The same seed makes the same surface."""
-    autocorrelation: str = "exponential"
-    """``"exponential"`` or ``"gaussian"``."""
-    skewness: Number = 0.0
-    """Of the heights."""
-    kurtosis: Number = 3.0
-    """Of the heights; 3 is Gaussian."""
+    shape: tuple[int, ...]  #: points, ``[nx, ny]``
+    pixel_size: Lengths  #: distance of the points, one length or one for x and one for y
+    rms_height: Length  #: Rq
+    autocorrelation_length: Lengths  #: where the autocorrelation falls to 0.1: at least a pixel, at most half a side
+    seed: int  #: the same seed makes the same surface
+    autocorrelation: str = "exponential"  #: ``"exponential"`` or ``"gaussian"``
+    skewness: Number = 0.0  #: of the heights
+    kurtosis: Number = 3.0  #: of the heights; 3 is Gaussian
 
     def made(self, folder: Path, notify: Notify) -> "Surface":  # noqa: ARG002 - it needs no file
         """Return the map."""
@@ -179,16 +170,11 @@ class MeasuredMap(HeightMap):
     kind = "measured"
     also_called = ("map", "height map", "heights", "topography", "file", "afm", "profilometer")
 
-    file: str
-    """Path, relative to the scenario."""
-    pixel_size: Lengths | None = None
-    """Distance of the points, where the file does not say it."""
-    height_unit: str | None = None
-    """Unit of the heights, likewise."""
-    lateral_unit: str | None = None
-    """Unit of coordinates, likewise."""
-    channel: int | str | None = None
-    """Number, from 0, or name of the channel of a file that has several."""
+    file: str  #: path, relative to the scenario
+    pixel_size: Lengths | None = None  #: distance of the points, where the file does not say it
+    height_unit: str | None = None  #: unit of the heights, likewise
+    lateral_unit: str | None = None  #: unit of coordinates, likewise
+    channel: int | str | None = None  #: number, from 0, or name of the channel of a file that has several
 
     @property
     def source(self) -> str:
@@ -241,16 +227,12 @@ class SumOfMaps(HeightMap):
 
     kind = "sum"
 
-    first: HeightMap
-    """A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``."""
-    second: HeightMap
-    """The other one, which lies on the first centre over centre."""
-    shift: Lengths = (0.0, 0.0)
-    """By which the second is moved, ``[x, y]``."""
-    rotation: Angle = 0.0
-    """By which the second is turned about its own centre, from x towards y."""
+    first: HeightMap  #: A surface that is ``"random"``, ``"measured"`` or again a ``"sum"``
+    second: HeightMap  #: the other one, which lies on the first centre over centre
+    shift: Lengths = (0.0, 0.0)  #: by which the second is moved, ``[x, y]``
+    rotation: Angle = 0.0  #: by which the second is turned about its own centre, from x towards y
+    #: Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``.
     interpolation: str = "spline"
-    """Of the second on the points of the first: ``"spline"``, ``"fourier"`` or ``"none"``."""
 
     def made(self, folder: Path, notify: Notify) -> "Surface":
         """Return the sum of both maps, and notice what splines take from the second one."""
@@ -299,12 +281,10 @@ class MeetingMaps(SurfaceKind):
 
     kind = "meeting"
 
-    first: HeightMap
-    """A surface of a kind that has a height map."""
+    first: HeightMap  #: A surface of a kind that has a height map
+    #: The other one, with heights towards the first, which lies on it centre over centre and moves along x.
     second: HeightMap
-    """The other one, with heights towards the first, which lies on it centre over centre and moves along x."""
-    shift: Lengths = (0.0, 0.0)
-    """By which the second is moved first, ``[x, y]``."""
+    shift: Lengths = (0.0, 0.0)  #: by which the second is moved first, ``[x, y]``
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return where summits meet."""

@@ -36,8 +36,7 @@ class Sphere(SurfaceKind):
     kind = "sphere"
     also_called = ("ball", "asperity", "indenter", "tip", "hertz", "cap")
 
-    radius: Length
-    """Radius of the ball."""
+    radius: Length  #: radius of the ball
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a sphere needs no file
         """Return one summit at height 0."""
@@ -60,16 +59,12 @@ class InlineSummits(SurfaceKind):
     kind = "summits"
     also_called = ("asperities", "list", "spheres", "balls", "peaks", "table")
 
-    height: Lengths
-    """Heights, or one for all."""
-    radius: Lengths
-    """Radii, or one for all."""
-    x: Lengths | None = None
-    """Positions along x."""
-    y: Lengths | None = None
-    """Positions along y."""
+    height: Lengths  #: heights, or one for all
+    radius: Lengths  #: radii, or one for all
+    x: Lengths | None = None  #: positions along x
+    y: Lengths | None = None  #: positions along y
+    #: Slopes of the contact planes along x, tan α, or one for all: asperities are inclined.
     slope: Numbers | None = None
-    """Slopes of the contact planes along x, tan α, or one for all: asperities are inclined."""
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -98,8 +93,8 @@ class SummitTable(NumbersFile, SurfaceKind):
     columns = { height = { column = "height_nm", unit = "nm" }, radius = { column = "radius_um", unit = "µm" } }
     """
 
+    #: Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("height radius", "x y friction"))
-    """Which column holds what: ``height``, ``radius``, and where they are known ``x``, ``y`` and ``friction``."""
 
     def build(self, folder: Path) -> BuiltSurface:
         """Return the summits of the table."""
@@ -134,20 +129,13 @@ class Textured(SurfaceKind):
     kind = "textured"
     also_called = ("texture", "pattern", "laser", "grid", "bumps", "pillars")
 
-    count: tuple[int, ...]
-    """Asperities along x and y, ``[nx, ny]``."""
-    pitch: Lengths
-    """Distance of the asperities, one length or ``[px, py]``."""
-    radius: Length
-    """Radius of each; with ``scaling`` of the one asperity that the array replaces."""
-    scaling: str | None = None
-    """``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R."""
-    height_scatter: Length = 0.0
-    """Standard deviation of Gaussian heights."""
-    radius_scatter: Number = 0.0
-    """Standard deviation of log-normal radii, as a fraction of their mean."""
-    seed: int | None = None
-    """Of the scatter; needed where there is any."""
+    count: tuple[int, ...]  #: asperities along x and y, ``[nx, ny]``
+    pitch: Lengths  #: distance of the asperities, one length or ``[px, py]``
+    radius: Length  #: radius of each; with ``scaling`` of the one asperity that the array replaces
+    scaling: str | None = None  #: ``"self-similar"``: each of n asperities gets R/√n. ``"curvature-invariant"``: R.
+    height_scatter: Length = 0.0  #: standard deviation of Gaussian heights
+    radius_scatter: Number = 0.0  #: standard deviation of log-normal radii, as a fraction of their mean
+    seed: int | None = None  #: of the scatter; needed where there is any
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
@@ -179,9 +167,9 @@ class NormalCurveTable(NumbersFile, SurfaceKind):
     kind = "normal_curve"
     also_called = ("curve", "stiffness", "finite elements", "fem")
 
+    #: Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
+    #: is known ``area``, that of the contact.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("approach load", "area"))
-    """Which column holds what: ``approach``, counted from first touch, ``load``, which rises ever faster, and where it
-    is known ``area``, that of the contact."""
 
     def build(self, folder: Path) -> BuiltSurface:
         """Read the curve."""
@@ -197,15 +185,11 @@ SummitDensity = Annotated[float, Quantity("m-2")]
 class DistributedSummits(SurfaceKind):
     """So many summits per area, drawn with a seed or, without one, as quantiles."""
 
-    radius: Length
-    """Radius of all summits."""
-    summit_density: SummitDensity
-    """Summits per nominal area."""
-    nominal_area: Area
-    """Nominal area."""
+    radius: Length  #: radius of all summits
+    summit_density: SummitDensity  #: summits per nominal area
+    nominal_area: Area  #: nominal area
+    #: With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the density.
     seed: int | None = None
-    """With a seed heights and positions are drawn; without one the summits are the quantiles (i + ½)/n of the
-    density."""
 
     @abc.abstractmethod
     def distribution(self, folder: Path) -> HeightDistribution:
@@ -240,8 +224,7 @@ class GaussianHeights(DistributedSummits):
     kind = "statistics"
     also_called = ("greenwood-williamson", "gw", "statistical", "distribution")
 
-    rms_height: Length
-    """Standard deviation of the heights."""
+    rms_height: Length  #: standard deviation of the heights
 
     @classmethod
     def chosen(cls, entry: Mapping[str, Any]) -> type[SurfaceKind]:
@@ -284,12 +267,9 @@ class InlineDistribution(DistributedSummits):
     density = [0, 1, 0]
     """
 
-    height: Lengths | None = None
-    """Heights at which the density is given; or ``gap``."""
-    gap: Lengths | None = None
-    """Distances from the flat at first touch, 0 or more."""
-    density: Numbers
-    """Density at each of them, in any unit; straight in between."""
+    height: Lengths | None = None  #: heights at which the density is given; or ``gap``
+    gap: Lengths | None = None  #: distances from the flat at first touch, 0 or more
+    density: Numbers  #: density at each of them, in any unit; straight in between
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
@@ -304,8 +284,8 @@ class InlineDistribution(DistributedSummits):
 class DistributionTable(NumbersFile, DistributedSummits):
     """A density of heights or gaps from a file."""
 
+    #: Which column holds what: ``density``, and ``height`` or ``gap``.
     columns: dict[str, Column] = attrs.field(validator=ColumnsOf("density", "height gap"))
-    """Which column holds what: ``density``, and ``height`` or ``gap``."""
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""

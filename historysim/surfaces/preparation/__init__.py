@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from historysim.basics.arguments import Booleans, Floats
     from historysim.surfaces.heights import Surface
 
+# The steps by their names.
 PREPARATIONS: Registry[type["Preparation"]] = Registry(
     "historysim.preparations",
     "historysim.surfaces.preparation:Preparation",
     "step of preparation",
     "historysim.surfaces.preparation",
 )
-"""The steps by their names."""
 
 _DEVIATIONS = Key(lambda number: number > 0, "a number of standard deviations, greater than 0")
 
@@ -30,14 +30,10 @@ _DEVIATIONS = Key(lambda number: number > 0, "a number of standard deviations, g
 class Preparation(abc.ABC):
     """A step that prepares a map: an attrs class; its fields are keys of ``[surface]``, all with a default."""
 
-    kind: ClassVar[str]
-    """Its name."""
-    order: ClassVar[float]
-    """Steps act from the lowest to the highest."""
-    maps: ClassVar[tuple[str, ...]] = ()
-    """Kinds of map that have its keys; all kinds, if empty."""
-    compared: ClassVar[bool] = True
-    """Whether `historysim show` compares the map with how it is without this step."""
+    kind: ClassVar[str]  #: its name
+    order: ClassVar[float]  #: steps act from the lowest to the highest
+    maps: ClassVar[tuple[str, ...]] = ()  #: kinds of map that have its keys; all kinds, if empty
+    compared: ClassVar[bool] = True  #: whether `historysim show` compares the map with how it is without this step
 
     @abc.abstractmethod
     def prepare(self, surface: "Surface", notify: Notify) -> "Surface":
