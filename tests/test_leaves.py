@@ -18,15 +18,14 @@ LEAVES = {
     "adhesion theory": ["contact/adhesion*", "asperities/adhering.py", "results/plots/adhesion*.py"],
     "controllers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }
-COMMANDS = "cli"
-"""May import any room where a command is called."""
+COMMANDS = "cli"  # may import any room where a command is called
+# How modules begin that import a leaf where it is asked for, beside commands.
 CALLERS = {
     # types register their pages
     "report": ("verbs", "scenario.fit", "studies.gallery", "exchange.reduced."),
     "design studies": ("studies.validation",),
     "adhesion theory": ("scenario.built", "scenario.figure", "scenario.picture_section"),
 }
-"""How modules begin that import a leaf where it is asked for, beside commands."""
 SCENARIO = """
 [materials]
 first = "silicon"

@@ -24,6 +24,7 @@ from historysim.scenario.figure import draw_scenario_figure, drawable
 mpl.use("Agg")
 FIGURES = sorted(path for path in FOLDER.iterdir() if path.suffix in {".toml", ".py"})
 LOAD = "loading_waypoints_0_normal_load"
+# The source's calculated figures and tables.
 CALCULATED = (
     *("2.4", "2.6", "2.7 a, b", "2.8", "2.9", "2.10", "2.11", "2.12"),
     *("4.1 a", "4.1 b", "4.2 a, b", "4.4 a, b", "Eq. 4.5", "4.7", "4.8 a, b"),
@@ -61,7 +62,6 @@ CALCULATED = (
     ),
     *("6.17", "G.1 a–e", "G.2 a–d", "Table 6.1", "Table 6.2"),
 )
-"""The source's calculated figures and tables."""
 
 # Table B.1 of the source: E and G [Pa], ν
 ELASTIC = {
@@ -160,11 +160,11 @@ def test_all_are_listed_and_tested():
         assert f'"{prefix}' in tests, path.name
 
 
+# What looks like a number and is the name of a figure, an equation or a section.
 REFERENCES = re.compile(
     r"(Figs?\.|Eqs?\.|Table|[Ss]ections?|ch\.) [A-G]?[\d.]+( [a-e])?((, | and | to )[A-G]?[\d.]+( [a-e])?)*"
     r"|\(\d\.\d[\d.; ]*\)|\d\.\d\.\d(\.\d)?|\b(B|A|E|G)\.\d+|scenario \d+"
 )
-"""What looks like a number and is the name of a figure, an equation or a section."""
 NUMBER = re.compile(r"(?<![\w.^])\d*\.?\d+")
 
 
@@ -724,8 +724,7 @@ def test_5_14_the_spread_grows_with_load():
     repeats("spread grows with the load (5.4.1)", f"{spread}; relative deviation {listed(relative, 2)}")
 
 
-ZIRCONIA, ALUMINA = [7.7, 8.2, 8.6], [6.5, 6.9, 7.3]
-"""At 50, 70, 90 mN over ten surfaces, ± 1.3 and 1.1 nm [nm]."""
+ZIRCONIA, ALUMINA = [7.7, 8.2, 8.6], [6.5, 6.9, 7.3]  # at 50, 70, 90 mN over ten surfaces, ± 1.3 and 1.1 nm [nm]
 
 
 def test_5_17_constant_loads():

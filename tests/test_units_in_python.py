@@ -14,6 +14,7 @@ from historysim.basics.units import UNIT_OF
 from historysim.recording.recorder import StateOnly
 from historysim.surfaces.distribution import Gaussian
 
+# As docstrings write them, and as a text is understood.
 UNITS = {
     "N": "N",
     "m": "m",
@@ -29,7 +30,6 @@ UNITS = {
     "rad": "rad",
     "kg": "kg",
 }
-"""As docstrings write them, and as a text is understood."""
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9)
 LOADED = {"normal_load": 1e-3, "tangential_displacement": 1e-9}
@@ -110,6 +110,7 @@ CURVE = {
     "area": [1e-14, 2e-14, 3e-14, 4e-14],
     "noise": [1e-9] * 4,
 }
+# How each is called, with numbers.
 CALLS = {
     "Asperity.traction": (lambda radius: asperity().traction(radius), {"radius": [1e-9, 2e-9]}),
     "Ensemble": (
@@ -266,8 +267,8 @@ CALLS = {
         }.items()
     },
 }
-"""How each is called, with numbers."""
 
+# What takes none, or is not called here, and why.
 NUMBERS_ALONE = {
     "Asperity": "is made by an ensemble",
     "ContactBatch": "a loop over arrays of numbers",
@@ -287,9 +288,8 @@ NUMBERS_ALONE = {
     "read_surface": "needs a file; its pixel_size is that of Surface",
     "write_fmu": "needs a compiler; tried by the command",
 }
-"""What takes none, or is not called here, and why."""
+# Functions and other things whose description names a unit.
 NOT_A_QUANTITY = {"controller", "motion", "summits", "options", "friction"}
-"""Functions and other things whose description names a unit."""
 
 
 def public():

@@ -47,6 +47,7 @@ def clipped(approach, touch):
     return np.clip(approach - touch, 0, None)
 
 
+# Loads over approaches up to .1 that rise and are convex.
 CURVES = {
     "flat punch": lambda a: a,
     "rounded flat punch": lambda a: np.where(a < 0.03, a**1.5, 0.03**1.5 + 1.5 * 0.03**0.5 * (a - 0.03)),
@@ -69,7 +70,6 @@ CURVES = {
     "cut cone": lambda a: (a + 0.01) ** 2 - 1e-4,
     "d^1.7": lambda a: a**1.7,
 }
-"""Loads over approaches up to .1 that rise and are convex."""
 
 
 def rows_of(kind, count, rng):

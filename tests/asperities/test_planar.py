@@ -17,8 +17,7 @@ from tests.support.planar_half_space import PlanarHalfSpace
 from tests.support.planar_paths import TABLES, way
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=1e10)
-LOAD = 4 / 3 * PAIR.contact_modulus
-"""Of a sphere of radius 1 m at an approach of 1 m."""
+LOAD = 4 / 3 * PAIR.contact_modulus  # of a sphere of radius 1 m at an approach of 1 m
 
 
 def sphere(friction=1.0, **rings):

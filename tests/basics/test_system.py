@@ -13,6 +13,7 @@ import historysim
 from historysim.basics import system
 from historysim.errors import InputError
 
+# Calls and flags of ``os`` that Windows does not have, or means otherwise.
 POSIX = {
     "O_CLOEXEC",
     "O_DIRECTORY",
@@ -28,7 +29,6 @@ POSIX = {
     "sched_getaffinity",
     "sendfile",
 }
-"""Calls and flags of ``os`` that Windows does not have, or means otherwise."""
 ONLY_THERE = {"fcntl", "grp", "posix", "pwd", "resource", "termios"}
 SUPPORT = Path(__file__).parents[1] / "support"
 SCENARIO = (

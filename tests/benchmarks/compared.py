@@ -27,8 +27,7 @@ from historysim.recording.provenance import made_with
 
 ROOT = Path(__file__).parents[2]
 PAGE = Path(__file__).with_name("compared.md")
-SPLIT = 256
-"""Time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first order."""
+SPLIT = 256  # time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first order
 REFERENCE, BOUND = "reference: 1000 springs each", "bound of the reference"
 
 

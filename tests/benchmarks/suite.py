@@ -37,8 +37,7 @@ from historysim.recording.provenance import made_with
 
 LOOP = 40
 SIZES, EVENTS = (1, 100, 10_000, 100_000), (100, 10_000, 100_000)
-BYTES_OF_EACH = 41
-"""That a step records of an asperity: five numbers of 8 bytes, and the slip state."""
+BYTES_OF_EACH = 41  # that a step records of an asperity: five numbers of 8 bytes, and the slip state
 
 
 def once(action):

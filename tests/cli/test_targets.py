@@ -40,6 +40,7 @@ between = [0.1, 1.0]
 target = "10 nm"
 output = "preliminary_displacement"
 """
+# Arguments of each command that writes, and an ending that it knows.
 COMMANDS = {
     "run": (["run", "s.toml", "-o", "TARGET"], ".nc"),
     "run --picture": (["run", "s.toml", "-o", "new.nc", "--picture", "TARGET"], ".png"),
@@ -68,7 +69,6 @@ COMMANDS = {
     "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),
     "reduce --picture": (["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"], ".png"),
 }
-"""Arguments of each command that writes, and an ending that it knows."""
 WRITES_NO_OTHER = {"validate", "show", "columns", "verify", "append", "kinds"}
 
 

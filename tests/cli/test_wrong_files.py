@@ -32,6 +32,7 @@ waypoints = [
 """
 SQLITE, NETCDF, PICTURE = "is the log of a run", "is a netCDF or HDF5 file", "is a picture"
 FOLDER, NONE, CIRCLE = "is a folder", "there is no such file", ""
+# Files, and what a command has to call them where it expects others.
 KINDS = {
     "a.toml": "is a scenario",
     "a.history": SQLITE,
@@ -46,10 +47,10 @@ KINDS = {
     "none": NONE,
     "circle": CIRCLE,
 }
-"""Files, and what a command has to call them where it expects others."""
 
 LOG, TABLE = "expected the log of a run", "expected a table of events"
 TOML = "expected a scenario file (TOML)"
+# Arguments, the files that a command takes, and what it says it expects instead of others.
 COMMANDS = {
     "run": (["run", "FILE", "-o", "out.nc"], {"a.toml", "a.history", "a.nc"}, TOML),
     "validate": (["validate", "FILE"], {"a.toml"}, TOML),
@@ -68,7 +69,6 @@ COMMANDS = {
     "loops": (["loops", "FILE"], {"a.nc"}, "expected"),
     "columns": (["columns", "FILE"], {"a.nc", "loops.nc", "map.txt", "loads.csv"}, "expected"),
 }
-"""Arguments, the files that a command takes, and what it says it expects instead of others."""
 
 
 def call(*arguments):

@@ -10,8 +10,8 @@ import xarray as xr
 
 import historysim as hs
 
+# A log with all kinds of events and a snapshot, and its result, as version 0.4.0 wrote them before its release.
 BEFORE = Path(__file__).parent / "written_by_0_4_0"
-"""A log with all kinds of events and a snapshot, and its result, as version 0.4.0 wrote them before its release."""
 
 
 @pytest.fixture

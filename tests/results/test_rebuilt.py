@@ -23,8 +23,8 @@ EVENTS = [
     hs.TangentialLoad(3.0, 0.3 * LOAD),
     hs.NormalLoad(4.0, 6 * LOAD),
 ]
+# What happens at one time is one step, which does not show that there was more.
 AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
-"""What happens at one time is one step, which does not show that there was more."""
 
 
 def test_the_tractions_are_those_of_cattaneo_and_mindlin():

@@ -196,6 +196,7 @@ def test_importing_the_module_loads_nothing_heavy():
 # -- what is said about those that cannot be used --------------------------------------------------
 
 
+# By documents what is replaced in them, by what, and what the message says then.
 WRONG = {
     WAYPOINTS: [
         ("[loading]", "[laoding]", "laoding: unknown key; did you mean 'loading'?"),
@@ -275,7 +276,6 @@ WRONG = {
         ('friction = "mu"', 'friction = "mu"\n[friction]\ncoefficient = 0.2', "friction: given both here and"),
     ],
 }
-"""By documents what is replaced in them, by what, and what the message says then."""
 
 
 @pytest.mark.parametrize(

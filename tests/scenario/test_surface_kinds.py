@@ -192,6 +192,7 @@ FORMAT = {field.name for field in attrs.fields(Format)}
 # -- what the keys do -------------------------------------------------------------------------------
 
 
+# By the names of sections, keys with other values.
 EFFECTS = {
     "sphere": {"radius": 1e-6},
     "inline summits": {"height": [0.0, -2e-8], "radius": 1e-6, "x": [0.0, 1.0], "y": [0.0, 1.0]},
@@ -249,7 +250,6 @@ EFFECTS = {
         "shift": [2e-6, 3e-6],
     },
 }
-"""By the names of sections, keys with other values."""
 
 
 @pytest.mark.parametrize(("name", "key"), [(name, key) for name, keys in EFFECTS.items() for key in keys])

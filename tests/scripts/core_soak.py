@@ -18,10 +18,8 @@ from pathlib import Path
 
 from c_core import SANITIZED, SUPPORT, compiled, hatch_build, walked
 
-STEPS = 1000
-"""Of one history."""
-AT_ONCE = 20
-"""Histories of one process."""
+STEPS = 1000  # of one history
+AT_ONCE = 20  # histories of one process
 
 
 def main():

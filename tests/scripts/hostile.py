@@ -21,8 +21,7 @@ import h5py
 import numpy as np
 
 MEMORY = 2 << 30
-PATIENCE = 20.0
-"""Seconds on the wall that a process is given beside its processor time."""
+PATIENCE = 20.0  # seconds on the wall that a process is given beside its processor time
 WAITS = (0, "waits", "", 0.0)
 SCENARIO = """
 title = "A ball"

@@ -16,11 +16,9 @@ import numpy as np
 
 import historysim as hs
 
-STEPS = 2000
-"""Of one impact."""
+STEPS = 2000  # of one impact
 
-SPIN = 3.5
-"""How much more easily the surface of a sphere is moved along than its mass: 1 + m R²/I."""
+SPIN = 3.5  # how much more easily the surface of a sphere is moved along than its mass: 1 + m R²/I
 
 
 class Impact(NamedTuple):

@@ -50,8 +50,7 @@ waypoints = [
     { after = 1, friction = [0.5, 0.4, 0.5, 0.6, 0.45] },
 ]
 """
-EVERY = 40
-"""Rows between snapshots."""
+EVERY = 40  # rows between snapshots
 
 
 def variables(path):

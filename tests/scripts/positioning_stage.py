@@ -25,8 +25,7 @@ from historysim.basics.library import ffi, lib
 MASS = 0.5
 NORMAL_LOAD = 2.0
 SAMPLE, SUBSTEPS = 1e-4, 10
-PROPORTIONAL, INTEGRAL, DERIVATIVE = 1e6, 2e10, 1e3
-"""Of the controller [N/m], [N/(m s)], [N s/m]."""
+PROPORTIONAL, INTEGRAL, DERIVATIVE = 1e6, 2e10, 1e3  # of the controller [N/m], [N/(m s)], [N s/m]
 COMPARED = ("place", "contact_force", "motor_force", "work", "kinetic", "stored", "dissipated")
 
 

@@ -57,8 +57,7 @@ waypoints = [
 ]
 """
 OTHER = SCENARIO.replace("0.0005", "0.0007")
-EVERY = 2
-"""Rows between snapshots."""
+EVERY = 2  # rows between snapshots
 RESULT, LOG, TOML = "out.nc", "out.history", "small.toml"
 
 Mark = Callable[[str], None]
@@ -344,6 +343,7 @@ def journal_removed() -> AbstractContextManager[object]:
     return mock.patch.object(log_file, "settle", lambda path: journal_of(path).unlink(missing_ok=True))
 
 
+# Each with the workload that finds it out.
 CHANGES = {
     "rows not synced before a snapshot": ("run", no_sync_of_rows),
     "no sync of the folder": ("run", no_sync_of_folders),
@@ -354,7 +354,6 @@ CHANGES = {
     "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "settle")),
     "the journal of a log that is replaced removed at once": ("run anew", journal_removed),
 }
-"""Each with the workload that finds it out."""
 
 
 # -- the check --------------------------------------------------------------------------------------

@@ -22,12 +22,11 @@ import numpy as np
 SECTOR = 512
 ENTRY = struct.Struct("<IIQqQ")
 UNFINISHED = ".part"
+# Changes at a cut of which each alone may be missing, or be the only one there; of more only the names.
 MOST_ONE_BY_ONE = 12
-"""Changes at a cut of which each alone may be missing, or be the only one there; of more only the names."""
 KINDS = ("mark", "open", "write", "truncate", "rename", "unlink", "make_folder", "remove_folder", "link", "sync")
 
-Disk = Mapping[str, bytes | None]
-"""Content by path; None for a folder."""
+Disk = Mapping[str, bytes | None]  # content by path; None for a folder
 
 
 @attrs.define(eq=False)

@@ -16,8 +16,7 @@ from historysim.memory.paths import Goals, paths_to
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 SOFT = hs.MaterialPair.from_moduli(contact_modulus=1e6, shear_modulus=3e5)
-FORMAT, IDENTITY = 8, 64
-"""Where these stand in the bytes of a state."""
+FORMAT, IDENTITY = 8, 64  # where these stand in the bytes of a state
 ODD = (0.0, -0.0, 1.0, -1.0, 5e-324, 1e-300, 1e300, -1e300, np.inf, np.nan)
 OURS = (hs.InputError, hs.FrictionLimitError, hs.LoadError)
 

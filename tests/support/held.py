@@ -26,22 +26,17 @@ def engine(time, normal, displacement):
 class Holds:
     """A record: triangular moves of ±300 nm in 5 s, each followed by a hold at the reversal; SI throughout."""
 
-    creep: float = 0.5e-9
-    """Of the contact in a decade of time [m]."""
+    creep: float = 0.5e-9  #: of the contact in a decade of time [m]
     onset: float = 0.5
     length: float = 200.0
     count: int = 10
     rate: float = 10.0
     displacement_noise: float = 1e-9
     load_noise: float = 6e-6
-    correlation: float = 0.0
-    """Of the noise of the load from sample to sample."""
-    scatter: float = 0.0
-    """Of the creep from hold to hold, as a share."""
-    sensor: float = 0.0
-    """Drift of the zero [N/s]."""
-    fall: float = 0.0
-    """By which share the normal load falls in each hold."""
+    correlation: float = 0.0  #: of the noise of the load from sample to sample
+    scatter: float = 0.0  #: of the creep from hold to hold, as a share
+    sensor: float = 0.0  #: drift of the zero [N/s]
+    fall: float = 0.0  #: by which share the normal load falls in each hold
     exponential: bool = False
 
     def record(self, seed):

@@ -16,8 +16,7 @@ HISTORIES = {
     "steps": "scenarios/01_load_steps_up.toml",
     "coupled": "ten lines of Python",
 }
-SPRINGS = 1000
-"""Springs on each half of each asperity, of the reference."""
+SPRINGS = 1000  # springs on each half of each asperity, of the reference
 
 
 def coupled():

@@ -13,8 +13,7 @@ from click.testing import CliRunner
 from historysim.cli import main
 
 BLOCK = re.compile(r"^(<!-- not run: .+ -->\n)?```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-LEFT = {"pip", "python", "pytest", "mpiexec"}
-"""First words of commands that are no commands of this program."""
+LEFT = {"pip", "python", "pytest", "mpiexec"}  # first words of commands that are no commands of this program
 
 
 def blocks(text: str) -> list[tuple[bool, str, str]]:

@@ -14,8 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-TIE = 1e-12
-"""By how much, relatively, a load may miss the friction limit and is still at it."""
+TIE = 1e-12  # by how much, relatively, a load may miss the friction limit and is still at it
 
 
 class Group:

@@ -51,10 +51,8 @@ beforehand, for the reason beside it. "Rounding" is that of numbers of 16 digits
 Brute forces and other helpers are in `tests/support`.
 
 """
-NUMBERS = slice(1, 4)
-"""Columns of a table that hold numbers: expected, found, error."""
-MOST_NUMBERS, MOST_CHARACTERS = 8, 700
-"""Of an argument that is shown whole."""
+NUMBERS = slice(1, 4)  # columns of a table that hold numbers: expected, found, error
+MOST_NUMBERS, MOST_CHARACTERS = 8, 700  # of an argument that is shown whole
 WRITTEN, FAILED = pytest.StashKey(), pytest.StashKey()
 
 

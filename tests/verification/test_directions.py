@@ -8,8 +8,7 @@ from planar_paths import TABLES, way
 
 import historysim as hs
 
-UNIT = 4 / 3 * 4e10
-"""Normal load [N] of a sphere of radius 1 m at an approach of 1 m, with E* = 40 GPa."""
+UNIT = 4 / 3 * 4e10  # normal load [N] of a sphere of radius 1 m at an approach of 1 m, with E* = 40 GPa
 
 
 def test_along_a_line(page):

@@ -162,8 +162,8 @@ PATHS = {
     "N and T fall": ("unloading", 0.8, 0.0),
     "N falls, T rises again": ("reloading", 0.8, 0.2),
 }
+# Tangential loads [μN at the start] before the path: a virgin one, on the way down, on the way up.
 START = {"virgin": (0.5,), "unloading": (0.6, 0.5), "reloading": (0.6, -0.3, -0.1)}
-"""Tangential loads [μN at the start] before the path: a virgin one, on the way down, on the way up."""
 
 
 def compliance_along(kind, normal, tangential):

@@ -41,8 +41,7 @@ outputs = ["total_tangential_load", "tangential_displacement", "preliminary_disp
 friction.coefficient = [0.1, 0.2]
 "loading.waypoints[0].normal_load" = ["20 mN", "50 mN"]
 """
-DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)
-"""θ δ of the ball at 50 mN [m]."""
+DELTA = 40e9 / (4 * 10e9) * (9 * 0.05**2 / (16 * 1e-3 * 40e9**2)) ** (1 / 3)  # θ δ of the ball at 50 mN [m]
 
 
 @pytest.fixture

@@ -18,11 +18,9 @@ from PIL import Image
 
 SIZES = (90, 70), (90, 120), (180, 120)
 KEPT = Path(__file__).parents[2] / "reference_pictures"
-MADE_WITH = "3.11"
-"""Other versions of matplotlib set letters and ticks otherwise."""
+MADE_WITH = "3.11"  # other versions of matplotlib set letters and ticks otherwise
 DOTS_PER_INCH, COLOURS = 80, 64
-DIFFERENCE = 6.0
-"""Root of the mean square difference of two pictures, of 255."""
+DIFFERENCE = 6.0  # root of the mean square difference of two pictures, of 255
 
 
 def pixels(figure):
