@@ -19,22 +19,15 @@ from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.contact import hertz
 from historysim.errors import InputError
 
-HIGHEST_ORDER = 10  # order up to which the quadrature of height integrals is accurate
-
 # Separation below which a height integral leaves out less of the normal curve than a rounding: F_n(h) = (-h)^n.
 WHOLE_CURVE = -1e8
 
 
-def _positive(name: str) -> float:
-    def converted(value: float) -> float:
-        return scalar(name, value, above=0)
-
-    field: float = attrs.field(converter=converted)
-    return field
+def _number(value: Any, field: "attrs.Attribute[float]") -> float:
+    return scalar(field.name, value, above=-math.inf if field.name == "mean_height" else 0)
 
 
-def _mean_height(value: float) -> float:
-    return scalar("mean_height", value)
+_NUMBER: Any = attrs.Converter(_number, takes_field=True)  # type: ignore[misc]
 
 
 @attrs.frozen
@@ -57,28 +50,24 @@ class GreenwoodWilliamson:
         Mean height of the summits over the datum from which separations count [m].
     """
 
-    contact_modulus: float = _positive("contact_modulus")
-    summit_radius: float = _positive("summit_radius")
-    height_deviation: float = _positive("height_deviation")
-    summit_density: float = _positive("summit_density")
-    nominal_area: float = _positive("nominal_area")
-    mean_height: float = attrs.field(default=0.0, converter=_mean_height)
+    contact_modulus: float = attrs.field(converter=_NUMBER)
+    summit_radius: float = attrs.field(converter=_NUMBER)
+    height_deviation: float = attrs.field(converter=_NUMBER)
+    summit_density: float = attrs.field(converter=_NUMBER)
+    nominal_area: float = attrs.field(converter=_NUMBER)
+    mean_height: float = attrs.field(default=0.0, converter=_NUMBER)
 
     @classmethod
-    def of_summits(cls, summits: Any, contact_modulus: float) -> Self:  # noqa: ANN401 - of a room below
+    def of_summits(cls, summits: Any, contact_modulus: float) -> Self:
         """Return the surface with the mean radius, and mean and deviation of the heights, of given `Summits`.
 
         Fewer than two, heights that are all equal, or an area that is not known are an InputError.
         """
         count = np.size(summits.height)
-        if count < 2:
-            raise InputError(f"there is {count} summit; expected 2 or more, which have a mean height and a deviation")
+        if count < 2 or np.ptp(summits.height) == 0:
+            raise InputError(f"{count} summits do not differ in height; expected 2 or more that do, as Gaussian ones")
         if summits.nominal_area is None:
-            raise InputError(
-                "the summits have no nominal_area; expected the area [m²] of the surface that they stand on"
-            )
-        if np.ptp(summits.height) == 0:
-            raise InputError(f"all {count} summits have one height; expected heights that differ, as Gaussian ones do")
+            raise InputError("the summits have no nominal_area; expected the area [m²] of the surface they stand on")
         return cls(
             contact_modulus,
             summit_radius=float(np.mean(summits.radius)),
@@ -170,16 +159,13 @@ def summit_contact(
     # one by one: summits times separations may not fit in memory
     for column, d in enumerate(distance.flat):
         touches = height > d
-        totals[:, column] = _carried(height[touches] - d, radius[touches], modulus)
+        approach, of = height[touches] - d, radius[touches]
+        contact = hertz.contact_radius(approach, summit_radius=of)
+        load = hertz.normal_load(approach, summit_radius=of, contact_modulus=modulus)
+        stiffness = hertz.normal_stiffness(contact, contact_modulus=modulus)
+        area = math.pi * float(np.sum(contact**2))
+        totals[:, column] = approach.size, area, np.sum(load), np.sum(stiffness)
     return SummitContact(*(total[()] for total in totals.reshape(4, *distance.shape)))
-
-
-def _carried(approach: Floats, summit_radius: Floats, contact_modulus: float) -> tuple[float, float, float, float]:
-    """Return count, area [m²], load [N] and stiffness [N/m] of summits that touch, by Hertz."""
-    radius = hertz.contact_radius(approach, summit_radius=summit_radius)
-    load = hertz.normal_load(approach, summit_radius=summit_radius, contact_modulus=contact_modulus)
-    stiffness = hertz.normal_stiffness(radius, contact_modulus=contact_modulus)
-    return approach.size, math.pi * float(np.sum(radius**2)), float(np.sum(load)), float(np.sum(stiffness))
 
 
 def height_integral(order: float, separation: ArrayLike) -> Floats:
@@ -189,22 +175,18 @@ def height_integral(order: float, separation: ArrayLike) -> Floats:
     stiffness; h = d/σ [1]. Accurate to 1e-13 relative, 1e-14 up to order 5/2 and h = 10; 0 where the integral is less
     than the smallest float (h > 38).
     """
-    power = scalar("order", order, least=0)
-    if power > HIGHEST_ORDER:
-        raise InputError(f"order is {power:g}; expected 0 to {HIGHEST_ORDER}, where the quadrature is accurate")
     with np.errstate(over="ignore"):
-        return np.exp(_log_height_integral(power, checked("separation over deviation", separation)))
+        return np.exp(_log_height_integral(order, checked("separation over deviation", separation)))
 
 
 def _nodes() -> tuple[Floats, Floats]:
     """Return nodes x and weights of ∫_0^∞ f(x) dx for f that decays as exp(-x): the double exponential rule.
 
     Takahasi and Mori, *Publ. RIMS Kyoto Univ.* 9 (1974) 721-741, with x = exp(y - exp(-y)) and a step of 0.1 in y.
-    What the ends leave out is below 1e-20 of the whole for f with powers of x up to `HIGHEST_ORDER`.
+    What the ends leave out is below 1e-20 of the whole for f with powers of x up to 10.
     """
     step = 0.1
     y = np.arange(-40, 46) * step
-    # falls double exponentially to 0 on the left, and grows as exp(y) on the right
     nodes = np.exp(y - np.exp(-y))
     return nodes, step * nodes * (1 + np.exp(-y))
 

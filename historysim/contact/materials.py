@@ -12,8 +12,7 @@ import numpy as np
 from attrs.converters import optional
 
 from historysim.basics.arguments import ArrayLike, Floats, checked
-from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy
-from historysim.basics.limits import LARGEST, SMALLEST, is_workable
+from historysim.basics.fields import FractureToughness, Length, Number, Pressure, Quantity, SurfaceEnergy, at_least
 from historysim.basics.units import (
     as_float,
     in_si,
@@ -29,57 +28,33 @@ from historysim.basics.wording import html_table, nearest
 from historysim.errors import InputError
 
 
-def _floats(value: tuple[float, ...]) -> tuple[float, ...]:
+def _metres_each(value: Any) -> Any:
     return tuple(map(as_float, in_si(value, "m"))) if isinstance(value, list | tuple) else value
 
 
-def _is_finite(value: object) -> bool:
-    return isinstance(value, float) and math.isfinite(value)
+def _is(fits: Callable[[Any], bool], expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
+    """Return the validator of a field with values that fit."""
 
-
-def _positive(unit: str) -> Callable[[object, "attrs.Attribute[float]", float | None], None]:
-    """Return the validator of a number greater than 0 in a unit; what is optional may be None."""
-
-    def check(owner: object, attribute: "attrs.Attribute[float]", value: float | None) -> None:
-        if value is None:
-            return
-        if not (_is_finite(value) and value > 0):
-            raise InputError(
-                f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a finite number greater than 0, "
-                f"in {unit}"
-            )
-        if not is_workable(value, SMALLEST):
-            expected = f"expected a number from {SMALLEST:g} to {LARGEST:g}, in {unit}"
-            raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; {expected}")
+    def check(owner: object, attribute: "attrs.Attribute[Any]", value: object) -> None:
+        if not fits(value):
+            raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; expected {expected}")
 
     return check
 
 
-def _poisson(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not (_is_finite(value) and -1 < value <= 0.5):
-        raise InputError(
-            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a number greater than -1 and at most 0.5"
-        )
+def _is_range(value: Any) -> bool:
+    floats = isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, float) for each in value)
+    return floats and 0 <= value[0] <= value[1] < math.inf
 
 
-def _text(owner: object, attribute: "attrs.Attribute[str]", value: str) -> None:
-    if not isinstance(value, str):
-        raise InputError(f"{type(owner).__name__}: {attribute.name} is {value!r}; expected a string")
-
-
-def _range(owner: object, attribute: "attrs.Attribute[tuple[float, float]]", value: tuple[float, float]) -> None:
-    ordered = isinstance(value, tuple) and len(value) == 2 and all(map(_is_finite, value)) and 0 <= value[0] <= value[1]
-    if not ordered:
-        raise InputError(
-            f"{type(owner).__name__}: {attribute.name} is {value!r}; expected the lower and the upper end of a range "
-            "[m], both finite and 0 or more"
-        )
-
+_TEXT = _is(lambda value: isinstance(value, str), "a string")
+_POISSON = _is(lambda ratio: isinstance(ratio, float) and -1 < ratio <= 0.5, "a number greater than -1 and at most 0.5")
+_RANGE = _is(_is_range, "the lower and the upper end of a range [m], both finite and 0 or more")
+_POSITIVE = at_least(0.0, above=True)
+_POSITIVE_IF_KNOWN = attrs.validators.optional(_POSITIVE)
 
 # Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid.
 _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
-
-_ISOTROPIC: Any = None
 
 
 @attrs.frozen(repr=False)
@@ -130,22 +105,24 @@ class Material:
     26666666666.666668
     """
 
-    name: str = attrs.field(validator=_text)
-    youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_positive("Pa"))
-    poissons_ratio: Number = attrs.field(converter=as_float, validator=_poisson)
-    shear_modulus: Pressure = attrs.field(default=_ISOTROPIC, converter=optional(pascals), validator=_positive("Pa"))
+    name: str = attrs.field(validator=_TEXT)
+    youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_POSITIVE)
+    poissons_ratio: Number = attrs.field(converter=as_float, validator=_POISSON)
+    shear_modulus: Pressure = attrs.field(  # type: ignore[assignment] - a number once it is made
+        default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN
+    )
     surface_energy: SurfaceEnergy | None = attrs.field(
-        default=None, converter=optional(joules_per_area), validator=_positive("J/m²")
+        default=None, converter=optional(joules_per_area), validator=_POSITIVE_IF_KNOWN
     )
     roughness: Annotated[tuple[float, float], Quantity("m")] | None = attrs.field(
-        default=None, converter=optional(_floats), validator=attrs.validators.optional(_range)
+        default=None, converter=optional(_metres_each), validator=attrs.validators.optional(_RANGE)
     )
-    ball_radius: Length | None = attrs.field(default=None, converter=optional(metres), validator=_positive("m"))
-    source: str = attrs.field(default="", validator=_text, eq=False, repr=False)
-    hardness: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
-    yield_stress: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
+    ball_radius: Length | None = attrs.field(default=None, converter=optional(metres), validator=_POSITIVE_IF_KNOWN)
+    source: str = attrs.field(default="", validator=_TEXT, eq=False, repr=False)
+    hardness: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
+    yield_stress: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
     fracture_toughness: FractureToughness | None = attrs.field(
-        default=None, converter=optional(pascals_root_metre), validator=_positive("Pa √m")
+        default=None, converter=optional(pascals_root_metre), validator=_POSITIVE_IF_KNOWN
     )
 
     @property
@@ -166,18 +143,18 @@ class Material:
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     def _repr_html_(self) -> str:
-        units = {"surface_energy": "J/m²", "ball_radius": "m"}
-        lines = [("name", self.name)]
-        for one in attrs.fields(type(self)):
-            value = getattr(self, one.name)
-            if isinstance(value, float):
-                unit = units.get(one.name, "Pa")
-                plain = one.name == "poissons_ratio"
-                lines.append((one.name.replace("_", " "), f"{value:.4g}" if plain else quantity_text(value, unit)))
-        return html_table([*lines, *([("source", self.source)] if self.source else [])])
+        units = {"surface_energy": "J/m²", "ball_radius": "m", "fracture_toughness": "Pa √m"}
+        numbers = [
+            (one.name, getattr(self, one.name))
+            for one in attrs.fields(type(self))
+            if one.name not in {"name", "roughness", "source", "poissons_ratio"}
+        ]
+        lines = [(name, quantity_text(value, units.get(name, "Pa"))) for name, value in numbers if value is not None]
+        texts = [("poissons_ratio", f"{self.poissons_ratio:.4g}"), *([("source", self.source)] if self.source else [])]
+        return html_table([(name.replace("_", " "), text) for name, text in [("name", self.name), *lines, *texts]])
 
     def __attrs_post_init__(self) -> None:
-        if self.shear_modulus is _ISOTROPIC:
+        if self.shear_modulus is None:
             object.__setattr__(self, "shear_modulus", self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
         for name in ("youngs_modulus", "hardness"):
             value = getattr(self, name)
@@ -195,28 +172,24 @@ def _key(name: str) -> str:
     return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
-_TABLE = Path(__file__).with_name("materials.csv")
-
-
-def _material_of(row: dict[str, str]) -> Material:
-    """Return the material of a row of the table, in which what is not known is left empty."""
-    text = row.pop("name"), row.pop("source")
-    known = {name: float(value) for name, value in row.items() if value}
-    ends = [known.pop(end) for end in ("least_roughness", "largest_roughness") if end in known]
-    return Material(name=text[0], source=text[1], roughness=tuple(ends) or None, **known)
-
-
-def _built_in() -> dict[str, Material]:
-    with _TABLE.open(encoding="utf-8", newline="") as stream:
-        return {row["name"]: _material_of(row) for row in csv.DictReader(stream)}
+def _built_in() -> Mapping[str, Material]:
+    """Return the materials of the table, in which what is not known is left empty."""
+    materials = {}
+    with Path(__file__).with_name("materials.csv").open(encoding="utf-8", newline="") as stream:
+        for row in csv.DictReader(stream):
+            name, source = row.pop("name"), row.pop("source")
+            known = {key: float(value) for key, value in row.items() if value}
+            ends = tuple(known.pop(end) for end in ("least_roughness", "largest_roughness") if end in known)
+            materials[name] = Material(name=name, source=source, roughness=ends or None, **known)
+    return MappingProxyType(materials)
 
 
 # The built-in materials by name, from the table beside this module. The first six are Table B.1 of Winogrodzka's
 # thesis, in which alumina and sapphire are one row, with hardness of other sources. The rest are rounded values of the
 # kind that is meant, as its source says; those of a batch differ by some per cent in E, and by a quarter in hardness.
 # Toughness is rounded from makers' data: the order of what cracks.
-MATERIALS: Final[Mapping[str, Material]] = MappingProxyType(_built_in())
-_BY_KEY = MappingProxyType({_key(name): row for name, row in MATERIALS.items()})
+MATERIALS: Final = _built_in()
+_BY_KEY = {_key(name): row for name, row in MATERIALS.items()}
 
 
 def material(name: str) -> Material:
@@ -232,8 +205,7 @@ def material(name: str) -> Material:
     key = _key(name) if isinstance(name, str) else ""
     if key in _BY_KEY:
         return _BY_KEY[key]
-    known = [_BY_KEY[each].name for each in _BY_KEY]
-    hint = "" if (near := nearest(key, known)).startswith("expected") else f"{near} "
+    hint = "" if (near := nearest(key, MATERIALS)).startswith("expected") else f"{near} "
     raise InputError(
         f"{name!r} is not a built-in material; {hint}expected one of {', '.join(MATERIALS)}; any other one has name, "
         "youngs_modulus and poissons_ratio, as { … } in a scenario, or as Material(…)"
@@ -301,23 +273,24 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
-    contact_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
-    shear_modulus: float = attrs.field(converter=pascals, validator=_positive("Pa"))
-    hardness: float | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
-    yield_stress: float | None = attrs.field(default=None, converter=optional(pascals), validator=_positive("Pa"))
+    contact_modulus: float = attrs.field(converter=pascals, validator=_POSITIVE)
+    shear_modulus: float = attrs.field(converter=pascals, validator=_POSITIVE)
+    hardness: float | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
+    yield_stress: float | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
     work_of_adhesion: float | None = attrs.field(
-        default=None, converter=optional(joules_per_area), validator=_positive("J/m²")
+        default=None, converter=optional(joules_per_area), validator=_POSITIVE_IF_KNOWN
     )
-    cracking_load: float | None = attrs.field(default=None, converter=optional(newtons), validator=_positive("N"))
+    cracking_load: float | None = attrs.field(default=None, converter=optional(newtons), validator=_POSITIVE_IF_KNOWN)
 
     def __init__(self, first: Material, second: Material) -> None:
-        for name, value in (("first", first), ("second", second)):
-            if not isinstance(value, Material):
-                raise InputError(
-                    f"MaterialPair: {name} is {value!r}; expected a Material, such as material('silicon'); a pair "
-                    "known by its moduli is MaterialPair.from_moduli(contact_modulus=..., shear_modulus=...)"
-                )
         pair = (first, second)
+        for one in pair:
+            if not isinstance(one, Material):
+                raise InputError(
+                    f"MaterialPair: {one!r} is no Material; expected one, such as material('silicon'); a pair known by "
+                    "its moduli is MaterialPair.from_moduli(contact_modulus=..., shear_modulus=...)"
+                )
+        energies = [one.surface_energy for one in pair if one.surface_energy is not None]
         self.__attrs_init__(
             first,
             second,
@@ -325,9 +298,7 @@ class MaterialPair:
             1 / sum((2 - one.poissons_ratio) / one.shear_modulus for one in pair),
             _least(first.hardness, second.hardness),
             _least(first.yield_stress, second.yield_stress),
-            None
-            if first.surface_energy is None or second.surface_energy is None
-            else 2 * math.sqrt(first.surface_energy * second.surface_energy),
+            2 * math.sqrt(energies[0] * energies[1]) if len(energies) == 2 else None,
             _least(first.cracking_load, second.cracking_load),
         )
 
@@ -343,24 +314,25 @@ class MaterialPair:
         cracking_load: float | None = None,
     ) -> Self:
         """Return the pair that has these moduli and limits, all > 0, in the units and conventions of the class."""
-        pair = cls.__new__(cls)
-        known = (hardness, yield_stress, work_of_adhesion, cracking_load)
-        pair.__attrs_init__(None, None, contact_modulus, shear_modulus, *known)
-        return pair
+        limits = (hardness, yield_stress, work_of_adhesion, cracking_load)
+        return cls._made(None, None, contact_modulus, shear_modulus, *limits)
 
     def with_work_of_adhesion(self, work_of_adhesion: float) -> Self:
         """Return the pair with a measured work of adhesion W [J/m²], > 0, in place of that of the surface energies."""
-        known = (self.hardness, self.yield_stress, work_of_adhesion, self.cracking_load)
-        pair = type(self).__new__(type(self))
-        pair.__attrs_init__(self.first, self.second, self.contact_modulus, self.shear_modulus, *known)
+        limits = (self.hardness, self.yield_stress, work_of_adhesion, self.cracking_load)
+        return self._made(self.first, self.second, self.contact_modulus, self.shear_modulus, *limits)
+
+    @classmethod
+    def _made(cls, *values: Any) -> Self:
+        pair = cls.__new__(cls)
+        pair.__attrs_init__(*values)
         return pair
 
     @property
     def limits(self) -> dict[str, float]:
         """Which of `hardness`, `yield_stress`, `work_of_adhesion` and `cracking_load` are known, by their names."""
         names = ("hardness", "yield_stress", "work_of_adhesion", "cracking_load")
-        known = {name: getattr(self, name) for name in names}
-        return {name: value for name, value in known.items() if value is not None}
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
 
     @property
     def displacement_ratio(self) -> float:
@@ -394,13 +366,8 @@ class MaterialPair:
         return f"{name}: E* = {contact}, G* = {shear}"
 
     def _repr_html_(self) -> str:
-        name, _, _ = str(self).partition(":")
-        lines = [
-            *([("pair", name)] if self.first else []),
-            ("contact modulus E*", quantity_text(self.contact_modulus, "Pa")),
-            ("shear modulus G*", quantity_text(self.shear_modulus, "Pa")),
-        ]
-        return html_table(lines)
+        name, _, moduli = str(self).partition(": ")
+        return html_table([("pair", name), ("moduli", moduli)])
 
     def __repr__(self) -> str:
         if self.first is None:

@@ -42,50 +42,39 @@ class Contact(Slipping):
     shear_modulus: ArrayLike
 
 
-def stick_radius(
-    tangential_load: ArrayLike, *, normal_load: ArrayLike, contact_radius: ArrayLike, friction: ArrayLike
-) -> Floats:
+def stick_radius(tangential_load: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
     """Return the stick radius c [m] on virgin loading: c = a (1 - |T|/(μN))^(1/3).
 
     It is a at T = 0 and 0 in full slip; also 0 where the limit μN is 0.
     """
-    _, radius = loaded_contact(normal_load, contact_radius)
-    return _utilisation(tangential_load, normal_load, friction)[3] * radius
+    return _utilisation(tangential_load, **contact)[3] * _radius(**contact)
 
 
 def counter_slip_radius(tangential_load: ArrayLike, *, reversal_load: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
     """Return the radius b [m] that slip has reached after a reversal: b = a (1 - |T* - T|/(2μN))^(1/3)."""
     _, half = _since_reversal(tangential_load, reversal_load)
-    _utilisation(reversal_load, contact["normal_load"], contact["friction"], "reversal_load")
+    _utilisation(reversal_load, "reversal_load", **contact)
     return stick_radius(half, **contact)
 
 
-def preliminary_displacement(
-    *, normal_load: ArrayLike, contact_radius: ArrayLike, shear_modulus: ArrayLike, friction: ArrayLike
-) -> Floats:
+def preliminary_displacement(*, shear_modulus: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
     """Return the displacement at which full slip begins [m]: δ_t,max = 3 μN / (16 a G*).
 
     It equals θ μ δ, with the approach δ and the displacement ratio θ = E*/(4 G*) of the pair.
     """
-    load, radius = loaded_contact(normal_load, contact_radius)
-    return 3 * checked("friction", friction, least=0) * load / (16 * radius * _modulus(shear_modulus))
+    return 3 * _utilisation(0.0, **contact)[1] / (16 * _radius(**contact) * _modulus(shear_modulus))
 
 
 def tangential_displacement(
-    tangential_load: ArrayLike,
-    *,
-    normal_load: ArrayLike,
-    contact_radius: ArrayLike,
-    shear_modulus: ArrayLike,
-    friction: ArrayLike,
+    tangential_load: ArrayLike, *, shear_modulus: ArrayLike, **contact: Unpack[Slipping]
 ) -> Floats:
     """Return the tangential displacement on virgin loading [m], odd in T.
 
     δ_t = (3μN)/(16 a G*) · [1 - (1 - T/(μN))^(2/3)] for T ≥ 0, evaluated as
     3T/(16 a G*) · (1 + q)/(1 + q + q²).
     """
-    _, radius = loaded_contact(normal_load, contact_radius)
-    load, _, _, q = _utilisation(tangential_load, normal_load, friction)
+    radius = _radius(**contact)
+    load, _, _, q = _utilisation(tangential_load, **contact)
     # the form with 1 - q² in it would lose its digits near T = 0
     return 3 * load / (16 * radius * _modulus(shear_modulus)) * (1 + q) / (1 + q + q**2)
 
@@ -101,7 +90,6 @@ def displacement_after_reversal(
     A.3 print T and T* exchanged in the last term.
     """
     turned, half = _since_reversal(tangential_load, reversal_load)
-    # Masing: the virgin curve, twice as large, hung at the reversal point
     return tangential_displacement(turned, **contact) + 2 * tangential_displacement(half, **contact)
 
 
@@ -114,21 +102,20 @@ def tangential_stiffness(radius: ArrayLike, *, shear_modulus: ArrayLike) -> Floa
     return 8 * _modulus(shear_modulus) * checked("radius", radius, least=0)
 
 
-def traction(
-    r: ArrayLike, *, tangential_load: ArrayLike, normal_load: ArrayLike, contact_radius: ArrayLike, friction: ArrayLike
-) -> Floats:
+def traction(r: ArrayLike, *, tangential_load: ArrayLike, **contact: Unpack[Slipping]) -> Floats:
     """Return the traction τ(r) on virgin loading [Pa], odd in T, and 0 outside the contact.
 
     τ(r) = (3μN)/(2πa³) · [√(a² - r²) - √(c² - r²)] for T ≥ 0, the second root only for r < c. Its integral over the
     contact is T, and |τ| ≤ μ p(r).
     """
-    _, radius = loaded_contact(normal_load, contact_radius)
-    load, limit, f, q = _utilisation(tangential_load, normal_load, friction)
+    radius = _radius(**contact)
+    load, limit, f, q = _utilisation(tangential_load, **contact)
     distance = np.abs(checked("r", r))
     outer, inner = half_chord(distance, radius), half_chord(distance, q * radius)
     # √(a² - r²) - √(c² - r²) loses digits near T = 0; a² - c² over their sum does not
+    one_less_square = f * (1 + q) / (1 + q + q**2)
     sum_of_roots = np.where(inner > 0, outer + inner, 1)
-    roots = np.where(inner > 0, radius**2 * _one_less_square(f, q) / sum_of_roots, outer)
+    roots = np.where(inner > 0, radius**2 * one_less_square / sum_of_roots, outer)
     return np.sign(load) * (1.5 * limit / (np.pi * radius**3)) * roots
 
 
@@ -146,12 +133,7 @@ def traction_after_reversal(
 
 
 def dissipated_energy_per_loop(
-    amplitude: ArrayLike,
-    *,
-    normal_load: ArrayLike,
-    contact_radius: ArrayLike,
-    shear_modulus: ArrayLike,
-    friction: ArrayLike,
+    amplitude: ArrayLike, *, shear_modulus: ArrayLike, **contact: Unpack[Slipping]
 ) -> Floats:
     """Return the energy dissipated in one closed loop between T* and -T* [J], ≥ 0.
 
@@ -159,18 +141,17 @@ def dissipated_energy_per_loop(
     3μ²N²/(20 a G*) · (1-q)³ (1 + 3q + q²): the same polynomial in q = (1-f)^(1/3) with its triple root at q = 1 taken
     out, so that it keeps all digits for small f, where ΔW → T*³/(36 a G* μN).
     """
-    _, radius = loaded_contact(normal_load, contact_radius)
-    _, limit, f, q = _utilisation(checked("amplitude", amplitude, least=0), normal_load, friction, "amplitude")
+    _, limit, f, q = _utilisation(checked("amplitude", amplitude, least=0), "amplitude", **contact)
     one_less_q = f / (1 + q + q**2)
-    return 0.15 * limit**2 / (radius * _modulus(shear_modulus)) * one_less_q**3 * (1 + 3 * q + q**2)
+    return 0.15 * limit**2 / (_radius(**contact) * _modulus(shear_modulus)) * one_less_q**3 * (1 + 3 * q + q**2)
 
 
 def _utilisation(
-    tangential_load: ArrayLike, normal_load: ArrayLike, friction: ArrayLike, name: str = "tangential_load"
+    tangential_load: ArrayLike, name: str = "tangential_load", **contact: Unpack[Slipping]
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Return T, μN, f = |T|/(μN) and q = (1 - f)^(1/3); f = q = 0 where μN = 0: such a contact slides freely."""
     load = checked(name, tangential_load)
-    limit = checked("friction", friction, least=0) * checked("normal_load", normal_load, least=0)
+    limit = checked("friction", contact["friction"], least=0) * checked("normal_load", contact["normal_load"], least=0)
     size = _within(
         name, load, limit, "the limit friction × normal_load", "the contact slides beyond it: reduce the load"
     )
@@ -198,9 +179,8 @@ def _within(name: str, values: Floats, limit: Floats, limit_name: str, advice: s
     return within
 
 
-def _one_less_square(f: Floats, q: Floats) -> Floats:
-    """Return 1 - q² = f (1 + q) / (1 + q + q²)."""
-    return f * (1 + q) / (1 + q + q**2)
+def _radius(normal_load: ArrayLike, contact_radius: ArrayLike, **_: ArrayLike) -> Floats:
+    return loaded_contact(normal_load, contact_radius)[1]
 
 
 def _modulus(shear_modulus: ArrayLike) -> Floats:

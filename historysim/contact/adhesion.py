@@ -19,6 +19,7 @@ Sci.* 53 (1975) 314-326; Maugis, *J. Colloid Interface Sci.* 150 (1992) 243-269;
 
 import enum
 import math
+from collections.abc import Callable
 from typing import Literal, NamedTuple, TypedDict, Unpack
 
 import attrs
@@ -26,14 +27,17 @@ import numpy as np
 import numpy.typing as npt
 from numpy.typing import ArrayLike
 
-from historysim.basics.arguments import Booleans, Floats, FrozenArrays, checked
+from historysim.basics.arguments import Booleans, Floats, checked, scalar
 from historysim.contact import hertz
-from historysim.contact.adhesion import dugdale
-from historysim.contact.adhesion.dugdale import State
 from historysim.errors import InputError, LoadError
 
 # λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3).
-MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
+MAUGIS_OVER_TABOR = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
+LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12  # Maugis parameters between which all digits are found
+# A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits.
+SMALLEST_RADIUS = 1e-60
+DMT_BELOW, JKR_ABOVE = 0.1, 5.0  # Maugis parameters below which `regime` takes DMT, and above which it takes JKR
+NEGLIGIBLE = 0.05  # the share that `regime` neglects: of adhesion in the load, of the elastic compression in z0
 
 Control = Literal["load", "displacement"]  # what is controlled while a contact is pulled apart
 
@@ -52,25 +56,18 @@ class Adhesive(Elastic):
     equilibrium_separation: ArrayLike
 
 
-class Units(NamedTuple):
-    """SI units of the dimensionless radius A [m], load P [N] and approach Δ [m]."""
+class _State(NamedTuple):
+    """Contact radius, load and approach, as A, P and Δ below or in SI."""
 
-    length: Floats
+    radius: Floats
     load: Floats
     approach: Floats
-
-
-def units(**contact: Unpack[Elastic]) -> Units:
-    """Return the units (πWR²/K)^(1/3), πWR and (π²W²R/K²)^(1/3) of a contact, with K = 4 E*/3."""
-    radius, modulus, work = _elastic(**contact)
-    load = np.pi * work * radius
-    length = np.cbrt(0.75 * load * radius / modulus)
-    return Units(length, load, length**2 / radius)
 
 
 def tabor_parameter(*, equilibrium_separation: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the Tabor parameter μ_T [1]: (R W²/(E*² z0³))^(1/3), the elastic neck over the range of the attraction."""
     radius, modulus, work = _elastic(**contact)
+    checked("work_of_adhesion", work, above=0)
     separation = checked("equilibrium_separation", equilibrium_separation, above=0)
     return np.cbrt(radius * (work / modulus) ** 2) / separation
 
@@ -91,9 +88,9 @@ def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Fl
 
     a³ = (3R/(4E*)) (N + 3πWR + √(6πWRN + (3πWR)²)).
     """
-    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    radius, modulus, work = _elastic(**contact)
     pull_off = jkr_pull_off_load(summit_radius=radius, work_of_adhesion=work)
-    load = carried("normal_load", normal_load, pull_off, "N")
+    load = _carried("normal_load", normal_load, pull_off, "N")
     # as a product the root is exactly 0 at pull-off
     root = np.sqrt(-4 * pull_off * (load - pull_off))
     return np.cbrt(0.75 * radius / modulus * (load - 2 * pull_off + root))
@@ -101,14 +98,14 @@ def jkr_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Fl
 
 def jkr_normal_load(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the normal load N [N] of JKR: 4E*a³/(3R) - √(8πWE*a³), on the unstable part too."""
-    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    radius, modulus, work = _elastic(**contact)
     a = checked("contact_radius", contact_radius, least=0)
     return 4 / 3 * modulus * a**3 / radius - np.sqrt(8 * np.pi * work * modulus * a) * a
 
 
 def jkr_approach(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the approach δ [m] of JKR: a²/R - √(2πWa/E*), on the unstable part too."""
-    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    radius, modulus, work = _elastic(**contact)
     a = checked("contact_radius", contact_radius, least=0)
     return a**2 / radius - np.sqrt(2 * np.pi * work * a / modulus)
 
@@ -125,16 +122,16 @@ def jkr_pull_off_load(*, summit_radius: ArrayLike, work_of_adhesion: ArrayLike, 
 
 def dmt_contact_radius(normal_load: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the contact radius a [m] of DMT: Hertz under N + 2πWR, N ≥ -2πWR."""
-    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    radius, modulus, work = _elastic(**contact)
     pull_off = dmt_pull_off_load(summit_radius=radius, work_of_adhesion=work)
-    load = carried("normal_load", normal_load, pull_off, "N") - pull_off
+    load = _carried("normal_load", normal_load, pull_off, "N") - pull_off
     depth = hertz.approach(load, summit_radius=radius, contact_modulus=modulus)
     return hertz.contact_radius(depth, summit_radius=radius)
 
 
 def dmt_normal_load(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Floats:
     """Return the normal load N [N] of DMT: 4E*a³/(3R) - 2πWR."""
-    radius, modulus, work = _elastic(**contact, may_be_zero=True)
+    radius, modulus, work = _elastic(**contact)
     a = checked("contact_radius", contact_radius, least=0)
     return 4 / 3 * modulus * a**3 / radius - 2 * np.pi * work * radius
 
@@ -154,13 +151,13 @@ def maugis_contact_radius(normal_load: ArrayLike, **contact: Unpack[Adhesive]) -
     """Return the contact radius a [m] of Maugis that is stable under a load no less than `maugis_pull_off_load`."""
     unit, own = _units_and_parameter(**contact)
     load, parameter = np.broadcast_arrays(checked("normal_load", normal_load) / unit.load, own)
-    turn = dugdale.load_turn(parameter)
-    least = dugdale.state_at(turn, parameter).load
-    carried("normal_load", normal_load, least * unit.load, "N")
+    turn = _load_turn(parameter)
+    least = _state_at(turn, parameter).load
+    _carried("normal_load", normal_load, least * unit.load, "N")
     # no less than the load found at the turn, which rounding may have put above the load asked for
     target = np.maximum(load, least)
-    t = dugdale.crossing(lambda t: dugdale.state_at(t, parameter).load - target, turn)
-    return dugdale.radius_at(t, parameter) * unit.length
+    t = _crossing(lambda t: _state_at(t, parameter).load - target, turn)
+    return _radius_at(t, parameter) * unit.radius
 
 
 def maugis_normal_load(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
@@ -168,21 +165,20 @@ def maugis_normal_load(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -
 
     At a = 0 surfaces that attract each other across the gap around first touch.
     """
-    unit, parameter = _units_and_parameter(**contact)
-    return dugdale.state_at(_t_at(contact_radius, unit, parameter), parameter).load * unit.load
+    t, parameter, unit = _at_radius(contact_radius, **contact)
+    return _state_at(t, parameter).load * unit.load
 
 
 def maugis_approach(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
     """Return the approach δ [m] of Maugis, on the unstable part too: a²/R - 2σ0√(c² - a²)/E*."""
-    unit, parameter = _units_and_parameter(**contact)
-    return dugdale.state_at(_t_at(contact_radius, unit, parameter), parameter).approach * unit.approach
+    t, parameter, unit = _at_radius(contact_radius, **contact)
+    return _state_at(t, parameter).approach * unit.approach
 
 
 def maugis_adhesive_zone_radius(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> Floats:
-    """Return the outer radius c [m] of Maugis's adhesive zone, > a."""
-    unit, parameter = _units_and_parameter(**contact)
-    t = _t_at(contact_radius, unit, parameter)
-    return np.hypot(1, t) * dugdale.radius_at(t, parameter) * unit.length
+    """Return the outer radius c [m] of the adhesive zone, > a."""
+    t, parameter, unit = _at_radius(contact_radius, **contact)
+    return np.hypot(1, t) * _radius_at(t, parameter) * unit.radius
 
 
 def maugis_pull_off_load(*, control: Control = "load", **contact: Unpack[Adhesive]) -> Floats:
@@ -196,16 +192,16 @@ def maugis_pull_off_load(*, control: Control = "load", **contact: Unpack[Adhesiv
     """
     unit, parameter = _units_and_parameter(**contact)
     if _is_load(control):
-        return dugdale.state_at(dugdale.load_turn(parameter), parameter).load * unit.load
-    fold = dugdale.gap_fold(parameter)
-    in_gap = fold < dugdale.first_touch(parameter)
+        return _state_at(_load_turn(parameter), parameter).load * unit.load
+    fold = _gap_fold(parameter)
+    in_gap = fold < _first_touch(parameter)
     # the contact part of a curve that folds in the gap has no turn: any λ beyond stands in for it
     stand_in = np.where(in_gap, 1.0, parameter)
-    in_contact = dugdale.state_at(dugdale.approach_turn(stand_in), stand_in).load
-    return np.where(in_gap, dugdale.gap_at(fold, parameter)[0], in_contact)[()] * unit.load
+    in_contact = _state_at(_approach_turn(stand_in), stand_in).load
+    return np.where(in_gap, _gap_at(fold, parameter)[0], in_contact)[()] * unit.load
 
 
-def carried(name: str, load: ArrayLike, pull_off: ArrayLike, unit: str) -> Floats:
+def _carried(name: str, load: ArrayLike, pull_off: ArrayLike, unit: str) -> Floats:
     """Return a load as floats; one a few roundings below the pull-off load is put on it, one below is a LoadError."""
     asked, limit = np.broadcast_arrays(checked(name, load), pull_off)
     beyond = asked < limit * (1 + 16 * np.finfo(np.float64).eps)
@@ -225,32 +221,163 @@ def _is_load(control: Control) -> bool:
 
 
 def _elastic(
-    summit_radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike, *, may_be_zero: bool = False
+    summit_radius: ArrayLike, contact_modulus: ArrayLike, work_of_adhesion: ArrayLike
 ) -> tuple[Floats, Floats, Floats]:
-    """Return R, E* and W as floats; W may be 0 on request."""
+    """Return R, E* and W as floats."""
     return (
         checked("summit_radius", summit_radius, above=0),
         checked("contact_modulus", contact_modulus, above=0),
-        checked("work_of_adhesion", work_of_adhesion, **({"least": 0} if may_be_zero else {"above": 0})),
+        checked("work_of_adhesion", work_of_adhesion, least=0),
     )
 
 
-def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[Units, Floats]:
-    elastic = Elastic(**{name: contact[name] for name in Elastic.__annotations__})  # type: ignore[literal-required,typeddict-item]
-    return units(**elastic), dugdale.solvable(maugis_parameter(**contact))
+def _units(**contact: Unpack[Elastic]) -> _State:
+    """Return the units (πWR²/K)^(1/3) [m], πWR [N] and (π²W²R/K²)^(1/3) [m] of A, P and Δ, with K = 4 E*/3; W > 0."""
+    radius, modulus, work = _elastic(**contact)
+    load = np.pi * checked("work_of_adhesion", work, above=0) * radius
+    length = np.cbrt(0.75 * load * radius / modulus)
+    return _State(length, load, length**2 / radius)
 
 
-def _t_at(contact_radius: ArrayLike, unit: Units, parameter: Floats) -> Floats:
-    radius = checked("contact_radius", contact_radius, least=0) / unit.length
-    return dugdale.t_at(np.maximum(radius, dugdale.SMALLEST_RADIUS), parameter)
+def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[_State, Floats]:
+    elastic = {name: contact[name] for name in Elastic.__annotations__}  # type: ignore[literal-required]
+    return _units(**elastic), _solvable(maugis_parameter(**contact))  # type: ignore[misc]
+
+
+def _at_radius(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> tuple[Floats, Floats, _State]:
+    """Return t at a contact radius [m], λ and the units."""
+    unit, parameter = _units_and_parameter(**contact)
+    radius = checked("contact_radius", contact_radius, least=0) / unit.radius
+    return _t_at(np.maximum(radius, SMALLEST_RADIUS), parameter), parameter, unit
+
+
+# -- Maugis's equations ------------------------------------------------------------------------------
+#
+#     A = a/(πWR²/K)^(1/3),   P = N/(πWR),   Δ = δ/(π²W²R/K²)^(1/3),   K = 4 E*/3
+#
+# With m = c/a and t = √(m² - 1),
+#
+#     1 = (λA²/2) [t + (t² - 1) arctan t] + (4λ²A/3) [t arctan t - m + 1]
+#     P = A³ - λA² [t + m² arctan t]
+#     Δ = A² - (4/3) λA t
+#
+# A falls as t rises, so that t > 0 names each equilibrium of one λ once.
+
+
+def _solvable(maugis_parameter: ArrayLike) -> Floats:
+    """Return λ as floats, within the range that is solved for."""
+    parameter = checked("maugis_parameter", maugis_parameter, above=0)
+    beyond = (parameter < LEAST_PARAMETER) | (parameter > GREATEST_PARAMETER)
+    if beyond.any():
+        raise InputError(
+            f"the Maugis parameter is {parameter[beyond][0]:g}; expected one between {LEAST_PARAMETER:g} and "
+            f"{GREATEST_PARAMETER:g}: check the units of radius, modulus, work of adhesion and equilibrium separation"
+        )
+    return parameter
+
+
+def _radius_at(t: Floats, parameter: Floats) -> Floats:
+    """Return A, the positive root of the first equation, which is quadratic in A."""
+    bending, neck = _brackets(t)
+    half = 4 / 3 * parameter**2 * neck
+    return 2 / (half + np.sqrt(half**2 + 2 * parameter * bending))
+
+
+def _state_at(t: Floats, parameter: Floats) -> _State:
+    """Return A, P and Δ."""
+    radius = _radius_at(t, parameter)
+    pull = parameter * radius**2 * (t + (1 + t**2) * np.arctan(t))
+    return _State(radius, radius**3 - pull, radius**2 - 4 / 3 * parameter * radius * t)
+
+
+def _t_at(radius: Floats, parameter: Floats) -> Floats:
+    """Return t at a contact radius A."""
+    return _crossing(lambda t: _radius_at(t, parameter) - radius, 1 / (parameter * radius**1.5))
+
+
+def _load_turn(parameter: Floats) -> Floats:
+    """Return t at the least load."""
+    return _crossing(lambda t: _slopes(t, parameter)[0], 1 / parameter + parameter**-1.5)
+
+
+def _approach_turn(parameter: Floats) -> Floats:
+    """Return t at the least approach, where this is reached in contact."""
+    return _crossing(lambda t: _slopes(t, parameter)[1], 1 / parameter)
+
+
+def _crossing(falling: Callable[[Floats], Floats], start: Floats) -> Floats:
+    """Return the t > 0 at which a falling function passes 0, element by element, to all digits."""
+    low = np.asarray(start)
+    high = low
+    while np.any(above := falling(low) <= 0):
+        low, high = np.where(above, low / 8, low), np.where(above, low, high)
+    while np.any(below := falling(high) > 0):
+        low, high = np.where(below, high, low), np.where(below, high * 8, high)
+    for _ in range(56):  # 8/2^56 is half a rounding
+        middle = (low + high) / 2
+        positive = falling(middle) > 0
+        low, high = np.where(positive, middle, low), np.where(positive, high, middle)
+    result: Floats = (low + high) / 2
+    return result
+
+
+def _gap_at(zone: Floats, parameter: Floats) -> tuple[Floats, Floats]:
+    """Return P and Δ of surfaces that attract each other across a gap, over a circle of radius c in units of A."""
+    # a uniform pressure over a circle (Johnson, section 3.4)
+    load = -np.pi / 2 * parameter * zone**2
+    return load, zone**2 / 2 - 8 / (3 * np.pi) * parameter * zone - 2 / (np.pi * parameter)
+
+
+def _gap_fold(parameter: Floats) -> Floats:
+    """Return the radius in `_gap_at` at which the approach is least."""
+    return 8 / (3 * np.pi) * parameter
+
+
+def _first_touch(parameter: Floats) -> Floats:
+    """Return the radius in `_gap_at` at which the gap closes in the middle: Maugis's c for a → 0."""
+    half = 4 / 3 * parameter**2 * (np.pi / 2 - 1)
+    return 2 / (half + np.sqrt(half**2 + np.pi * parameter))
+
+
+def _curve(parameter: Floats, top: Floats, steps: Floats) -> _State:
+    """Return all equilibria of one λ up to a load P, at these shares of the greatest contact radius."""
+    touch, fold, turn = _first_touch(parameter), _gap_fold(parameter), _load_turn(parameter)
+    folds_in_gap = fold < touch
+    turns = turn if folds_in_gap else np.array([turn, _approach_turn(parameter)])
+    last = _crossing(lambda t: _state_at(t, parameter).load - top, turn)
+    # the ends are `last` itself, and the point contact at t = ∞
+    inner = _t_at(_radius_at(last, parameter) * steps[1:-1], parameter)
+    contact = _state_at(np.sort(np.hstack([last, inner, turns]))[::-1], parameter)
+    zone = np.union1d(touch * np.linspace(0, 1, steps.size), fold if folds_in_gap else touch)
+    load, approach = _gap_at(zone, parameter)
+    return _State(
+        np.concatenate([np.zeros_like(zone), contact.radius]),
+        np.concatenate([load, contact.load]),
+        np.concatenate([approach, contact.approach]),
+    )
+
+
+def _brackets(t: Floats) -> tuple[Floats, Floats]:
+    """Return t + (t² - 1) arctan t and t arctan t - m + 1, the brackets of the first equation."""
+    # where t is small and digits of t - arctan t are lost, the second bracket or the Hertz load outweighs it
+    angle = np.arctan(t)
+    return t - angle + t**2 * angle, t * angle - t**2 / (1 + np.hypot(1, t))
+
+
+def _slopes(t: Floats, parameter: Floats) -> tuple[Floats, Floats]:
+    """Return dP/dA and dΔ/dA along the curve, by the total differentials of the equations."""
+    # the differences of large numbers in them cancel in closed form, which leaves Hertz's slope less positive terms
+    radius, angle, square = _radius_at(t, parameter), np.arctan(t), 1 + t**2
+    bending, neck = parameter * radius, 4 / 3 * parameter**2
+    v = angle - t / square
+    w = t**2 / (square * (1 + np.sqrt(square)))
+    both = 2 * bending * t * (angle + t / square) + 2 * neck * (angle - w * t)
+    load = 3 * radius**2 - 4 * bending * (bending * (v + 2 * t * angle**2) + neck * (w + angle**2)) / both
+    approach = 2 * radius - 8 / 3 * parameter * (bending * v + neck * w) / both
+    return load, approach
 
 
 # -- all equilibria of one contact ------------------------------------------------------------------
-
-# The Maugis parameters below which `regime` takes DMT, and above which it takes JKR, for Maugis.
-DMT_BELOW, JKR_ABOVE = 0.1, 5.0
-
-NEGLIGIBLE = 0.05  # the share that `regime` neglects: of adhesion in the load, of the elastic compression in z0
 
 
 class Regime(enum.StrEnum):
@@ -277,31 +404,18 @@ class Point:
     contact_radius: float
 
 
-def _read_only(values: Floats) -> Floats:
-    copy = np.array(values, dtype=np.float64)
-    copy.flags.writeable = False
-    return copy
-
-
-@attrs.frozen(eq=False, getstate_setstate=False)
-class Branch(FrozenArrays):
+@attrs.frozen(eq=False)
+class Branch:
     """The equilibria of one contact, in order from first attraction to the greatest load.
 
     Along the curve both load and approach fall to one minimum, at different points, and rise after it. From its
     minimum on the curve is stable under control of that quantity; a contact that is pulled apart jumps there.
-
-    Attributes
-    ----------
-    model : Regime
-        The theory.
-    approach, normal_load, contact_radius : array (point)
-        δ [m], N [N], a [m]; read-only. The contact radius is 0 where surfaces attract each other across a gap.
     """
 
-    model: Regime
-    approach: Floats = attrs.field(converter=_read_only)
-    normal_load: Floats = attrs.field(converter=_read_only)
-    contact_radius: Floats = attrs.field(converter=_read_only)
+    model: Regime  #: the theory
+    approach: Floats  #: (point) δ [m]
+    normal_load: Floats  #: (point) N [N]
+    contact_radius: Floats  #: (point) a [m], 0 where surfaces attract each other across a gap
 
     @property
     def stable_under_load(self) -> Booleans:
@@ -366,14 +480,24 @@ def branch(
     N = δ = 0. DMT begins at contact with the whole attraction and does not say how this fades across the gap, so
     that both its pull-off points are where contact is lost.
     """
-    theory = _theory(model)
-    radius, modulus = _single("summit_radius", summit_radius), _single("contact_modulus", contact_modulus)
-    work, top = _single("work_of_adhesion", work_of_adhesion), _single("max_load", max_load)
+    radius, modulus, work, top = (
+        scalar(name, value, above=0)
+        for name, value in (
+            ("summit_radius", summit_radius),
+            ("contact_modulus", contact_modulus),
+            ("work_of_adhesion", work_of_adhesion),
+            ("max_load", max_load),
+        )
+    )
+    theories = [str(each) for each in Regime if each is not Regime.RIGID]
+    if model not in theories:
+        raise InputError(f"model is {str(model)!r}; expected one of {', '.join(sorted(theories))}")
     if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 2:
         raise InputError(f"points is {points!r}; expected an integer of 2 or more")
-    unit = units(summit_radius=radius, contact_modulus=modulus, work_of_adhesion=work)
+    unit = _units(summit_radius=radius, contact_modulus=modulus, work_of_adhesion=work)
     # even in √a: the curve bends most at small radii, where both pull-off points lie
     steps = np.linspace(0, 1, points) ** 2
+    theory, most = Regime(model), top / unit.load
     if theory is Regime.MAUGIS:
         if equilibrium_separation is None:
             raise InputError("equilibrium_separation is missing; expected z0 [m] of the surfaces: Maugis needs it")
@@ -381,53 +505,26 @@ def branch(
             summit_radius=radius,
             contact_modulus=modulus,
             work_of_adhesion=work,
-            equilibrium_separation=_single("equilibrium_separation", equilibrium_separation),
+            equilibrium_separation=scalar("equilibrium_separation", equilibrium_separation, above=0),
         )
-        curve = dugdale.curve(dugdale.solvable(parameter), top / unit.load, steps)
+        curve = _curve(_solvable(parameter), most, steps)
     else:
-        curve = _CLOSED_FORMS[theory](top / unit.load, steps)
-    return Branch(theory, curve.approach * unit.approach, curve.load * unit.load, curve.radius * unit.length)
+        curve = _closed_curve(theory, most, steps)
+    return Branch(theory, curve.approach * unit.approach, curve.load * unit.load, curve.radius * unit.radius)
 
 
-def _hertz_curve(top: Floats, steps: Floats) -> State:
-    radius = np.cbrt(top) * steps
-    return State(radius, radius**3, radius**2)
+def _closed_curve(theory: Regime, top: Floats, steps: Floats) -> _State:
+    """Return all equilibria of a theory without λ up to a load P, at these shares of the greatest contact radius."""
+    if theory is Regime.JKR:
+        # both turns, of the load and of the approach
+        radius = np.union1d(np.cbrt(top + 3 + np.sqrt(6 * top + 9)) * steps, np.cbrt([1 / 6, 3 / 2]))
+        return _State(radius, radius**3 - np.sqrt(6 * radius) * radius, radius**2 - 2 / 3 * np.sqrt(6 * radius))
+    pull = 2 if theory is Regime.DMT else 0
+    radius = np.cbrt(top + pull) * steps
+    return _State(radius, radius**3 - pull, radius**2)
 
 
-def _dmt_curve(top: Floats, steps: Floats) -> State:
-    radius = np.cbrt(top + 2) * steps
-    return State(radius, radius**3 - 2, radius**2)
-
-
-def _jkr_curve(top: Floats, steps: Floats) -> State:
-    radius = np.cbrt(top + 3 + np.sqrt(6 * top + 9)) * steps
-    # both turns, of the load and of the approach
-    radius = np.union1d(radius, np.cbrt([1 / 6, 3 / 2]))
-    return State(radius, radius**3 - np.sqrt(6 * radius) * radius, radius**2 - 2 / 3 * np.sqrt(6 * radius))
-
-
-_CLOSED_FORMS = {Regime.HERTZ: _hertz_curve, Regime.DMT: _dmt_curve, Regime.JKR: _jkr_curve}
-
-
-def _theory(model: Regime | str) -> Regime:
-    expected = f"expected one of {', '.join(sorted(map(str, [*_CLOSED_FORMS, Regime.MAUGIS])))}"
-    try:
-        theory = Regime(model)
-    except ValueError:
-        raise InputError(f"model is {model!r}; {expected}") from None
-    if theory is Regime.RIGID:
-        raise InputError(f"model is {theory!r}, where spheres do not deform in contact; {expected}")
-    return theory
-
-
-def _single(name: str, value: npt.ArrayLike) -> Floats:
-    number = checked(name, value, above=0)
-    if number.ndim:
-        raise InputError(f"{name} is an array; expected one number: a branch is that of one contact")
-    return number
-
-
-def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Regime | npt.NDArray[np.object_]:
+def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | npt.NDArray[np.object_]:
     """Return the zone of the adhesion map in which a contact lies, a `Regime` for scalars.
 
     The map is that of Johnson and Greenwood (1997), in their coordinates and with their limit of 5 %. The zone is the
@@ -448,9 +545,9 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
         N/(πWR) [1], negative where it pulls, and no less than the pull-off load: -2 for λ < 0.1, that of Maugis
         beyond.
     """
-    parameter = dugdale.solvable(maugis_parameter)
-    pull_off = np.where(parameter < DMT_BELOW, -2.0, dugdale.state_at(dugdale.load_turn(parameter), parameter).load)
-    load = carried("load_parameter", load_parameter, pull_off, "πWR")
+    parameter = _solvable(maugis_parameter)
+    pull_off = np.where(parameter < DMT_BELOW, -2.0, _state_at(_load_turn(parameter), parameter).load)
+    load = _carried("load_parameter", load_parameter, pull_off, "πWR")
     # the first condition that holds
     zone = np.select(
         [
@@ -466,23 +563,23 @@ def regime(maugis_parameter: npt.ArrayLike, load_parameter: npt.ArrayLike) -> Re
     return found
 
 
-def hertz_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
+def hertz_boundary(maugis_parameter: ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] from which on adhesion is at most 5 % of the load.
 
     Adhesion is the Hertz load 4E*a³/(3R) at the contact radius, less N. The boundary, found with Maugis, is 40 for
     λ → 0 (DMT, with an adhesion of 2πWR) and 2520 for λ → ∞ (JKR).
     """
-    parameter = dugdale.solvable(maugis_parameter)
+    parameter = _solvable(maugis_parameter)
 
     def excess(t: Floats) -> Floats:
-        state = dugdale.state_at(t, parameter)
+        state = _state_at(t, parameter)
         # A³ is the Hertz load at the contact radius
         return (1 + NEGLIGIBLE) * state.load - state.radius**3
 
-    return dugdale.state_at(dugdale.crossing(excess, dugdale.load_turn(parameter)), parameter).load
+    return _state_at(_crossing(excess, _load_turn(parameter)), parameter).load
 
 
-def rigid_boundary(maugis_parameter: npt.ArrayLike) -> Floats:
+def rigid_boundary(maugis_parameter: ArrayLike) -> Floats:
     """Return the load parameter N/(πWR) [1] below which the elastic compression is less than 5 % of z0; λ > 0.
 
     The compression is the Hertz approach under N + 2πWR, with Bradley's attraction of rigid spheres. Over z0 it is
