@@ -8,22 +8,20 @@ F/n² and F/√n, do not add up to F and are not used).
 """
 
 import math
-import operator
 from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any, Final, Protocol, Self
+from typing import Final, Self
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked, per_axis, scalar
+from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked, one_per, per_axis, scalar
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
 MOST_SUMMITS = 50_000_000  # the most summits that are made at once; with their positions they take some gigabytes
 
 # The scaling laws by name: the power of n to which the radius of each asperity goes.
-LAWS: Final[Mapping[str, float]] = MappingProxyType({"self-similar": -0.5, "curvature-invariant": 0.0})
+LAWS: Final[Mapping[str, float]] = {"self-similar": -0.5, "curvature-invariant": 0.0}
 
 
 def generator(seed: object) -> np.random.Generator:
@@ -31,13 +29,6 @@ def generator(seed: object) -> np.random.Generator:
     if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
         raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more, which draws the same numbers again")
     return np.random.Generator(np.random.PCG64(int(seed)))
-
-
-class HeightDistribution(Protocol):
-    """How the heights of summits are distributed."""
-
-    def quantile(self, probability: "ArrayLike") -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities [1]."""
 
 
 @attrs.frozen(init=False)
@@ -58,13 +49,11 @@ class Gaussian:
     def __init__(self, rms_height: float, mean: float = 0.0) -> None:
         self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
 
-    def quantile(self, probability: "ArrayLike") -> Floats:
+    def quantile(self, probability: ArrayLike) -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1."""
-        values = checked("probability", probability, above=0)
-        if np.any(values >= 1):
-            raise InputError(
-                f"probability is {values.max():g}; expected less than 1: Gaussian heights have no highest one"
-            )
+        values = _probability(probability, above=0)
+        if np.any(values == 1):
+            raise InputError("probability is 1; expected less than 1: Gaussian heights have no highest one")
         # takes longer to import than a ball to validate
         from scipy.special import ndtri
 
@@ -94,20 +83,16 @@ class Tabulated(FrozenArrays):
     density: Floats
     _cumulative: Floats = attrs.field(repr=False)
 
-    def __init__(self, height: "ArrayLike", density: "ArrayLike") -> None:
+    def __init__(self, height: ArrayLike, density: ArrayLike) -> None:
         heights, densities = _table("height", height, density)
         # the largest first, so that no unit makes the integral overflow
         densities = densities / densities.max()
         cumulative = np.concatenate([[0.0], np.cumsum(np.diff(heights) * (densities[:-1] + densities[1:]) / 2)])
-        total = cumulative[-1]
-        self.__attrs_init__(
-            height=_read_only(heights),
-            density=_read_only(densities / total),
-            cumulative=_read_only(cumulative / total),
-        )
+        columns = (heights, densities / cumulative[-1], cumulative / cumulative[-1])
+        self.__attrs_init__(*(one_per("row", "rows", "height", column) for column in columns))
 
     @classmethod
-    def from_gaps(cls, gap: "ArrayLike", density: "ArrayLike") -> Self:
+    def from_gaps(cls, gap: ArrayLike, density: ArrayLike) -> Self:
         """Return the distribution of heights that are minus the gaps [m], as the literature of joints tabulates them.
 
         Gaps (row) are increasing distances from the summits to the flat at first touch, 0 or more.
@@ -115,33 +100,29 @@ class Tabulated(FrozenArrays):
         gaps, densities = _table("gap", checked("gap", gap, least=0), density)
         return cls(0.0 - gaps[::-1], densities[::-1])
 
-    def quantile(self, probability: "ArrayLike") -> Floats:
+    def quantile(self, probability: ArrayLike) -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities, 0 to 1: the exact inverse.
 
         Where the density is 0 between two heights, the lower of them; at 0 the lowest that a summit can have.
         """
-        values = checked("probability", probability, least=0)
-        if np.any(values > 1):
-            raise InputError(f"probability is {values.max():g}; expected 1 or less")
+        values = _probability(probability, least=0)
         lowest = np.searchsorted(self._cumulative, 0.0, side="right") - 1
         cell = np.maximum(np.searchsorted(self._cumulative, values, side="left") - 1, lowest)
-        start, width, left, right = (column[cell] for column in self._cells)
+        left, right = self.density[cell], self.density[cell + 1]
         # left s + slope s²/2 = rise, solved for s without a difference of near numbers
         rise = values - self._cumulative[cell]
-        root = np.sqrt(np.maximum(left**2 + 2 * rise * (right - left) / width, 0))
+        root = np.sqrt(np.maximum(left**2 + 2 * rise * (right - left) / np.diff(self.height)[cell], 0))
         offset = np.divide(2 * rise, left + root, out=np.zeros_like(rise), where=left + root > 0)
-        result: Floats = np.minimum(start + offset, self.height[cell + 1])
+        result: Floats = np.minimum(self.height[cell] + offset, self.height[cell + 1])
         return result
 
-    @property
-    def _cells(self) -> tuple[Floats, Floats, Floats, Floats]:
-        """Start, width and the densities at both ends of the cells of the table."""
-        return self.height[:-1], np.diff(self.height), self.density[:-1], self.density[1:]
+
+HeightDistribution = Gaussian | Tabulated
 
 
 def drawn_summits(
     distribution: HeightDistribution,
-    radius: "ArrayLike",
+    radius: ArrayLike,
     *,
     summit_density: float,
     nominal_area: float,
@@ -169,7 +150,7 @@ def drawn_summits(
 
 
 def quantile_summits(
-    distribution: HeightDistribution, radius: "ArrayLike", *, summit_density: float, nominal_area: float
+    distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float
 ) -> Summits:
     """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
 
@@ -205,7 +186,13 @@ def textured_summits(
     seed : int, optional
         Needed for scatter. One seed gives the same heights with any scatter of the radii, and the other way round.
     """
-    nx, ny = _shape(count)
+    sides = [each for each in np.atleast_1d(count).tolist() if isinstance(each, int) and each > 0]
+    if len(sides) != 2 or math.prod(sides) > MOST_SUMMITS:
+        raise InputError(
+            f"count is {count!r}; expected two whole numbers (nx, ny), 1 or more each, and at most {MOST_SUMMITS:,} in "
+            "all"
+        )
+    nx, ny = sides
     px, py = per_axis("pitch", pitch)
     mean_radius = scalar("radius", radius, above=0)
     deviation = scalar("height_scatter", height_scatter, least=0)
@@ -236,7 +223,7 @@ def _count(summit_density: float, nominal_area: float) -> int:
     return round(density * area)
 
 
-def _table(name: str, place: "ArrayLike", density: "ArrayLike") -> tuple[Floats, Floats]:
+def _table(name: str, place: ArrayLike, density: ArrayLike) -> tuple[Floats, Floats]:
     places, densities = checked(name, place), checked("density", density, least=0)
     if places.ndim != 1 or places.shape != densities.shape or places.size < 2:
         raise InputError(
@@ -250,17 +237,8 @@ def _table(name: str, place: "ArrayLike", density: "ArrayLike") -> tuple[Floats,
     return places, densities
 
 
-def _read_only(values: Floats) -> Floats:
-    array = np.array(values)
-    array.flags.writeable = False
-    return array
-
-
-def _shape(count: Any) -> tuple[int, int]:
-    try:
-        nx, ny = map(operator.index, count)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"count is {count!r}; expected two whole numbers (nx, ny)") from error
-    if min(nx, ny) < 1 or nx * ny > MOST_SUMMITS:
-        raise InputError(f"count is {(nx, ny)}; expected 1 or more each way, and at most {MOST_SUMMITS:,} in all")
-    return nx, ny
+def _probability(values: ArrayLike, **limits: float) -> Floats:
+    probability = checked("probability", values, **limits)
+    if np.any(probability > 1):
+        raise InputError(f"probability is {probability.max():g}; expected 1 or less")
+    return probability

@@ -11,7 +11,7 @@ from historysim.basics.units import in_si, quantity_text, range_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.surfaces.filters import Form, fit_form, gaussian_mean
-from historysim.surfaces.resampling import COINCIDENT, Interpolation, resampled
+from historysim.surfaces.resampling import COINCIDENT, Interpolation, centred, resampled
 from historysim.surfaces.summits import Summits, find_summits
 from historysim.surfaces.surface_statistics import Autocorrelation, HeightStatistics, autocorrelation, height_statistics
 
@@ -20,18 +20,15 @@ MOST_POINTS = 2**28  # the most points of a map
 ROUNDING = 32 * np.finfo(np.float64).eps
 
 
-def _heights(values: "ArrayLike") -> Floats:
+def _heights(values: ArrayLike) -> Floats:
     try:
         values = in_si(values, "m")
     except InputError as error:
         raise InputError(f"heights: {error}") from None
     try:
         # numpy drops the masks of arrays in a list
-        masked: Any = (
-            np.ma.stack(values)
-            if isinstance(values, list | tuple) and any(map(np.ma.isMaskedArray, values))
-            else values
-        )
+        masks = isinstance(values, list | tuple) and any(map(np.ma.isMaskedArray, values))
+        masked: Any = np.ma.stack(values) if masks else values
         array = np.asarray(np.ma.getdata(masked))
     except ValueError as error:
         raise InputError("heights are lists of different lengths; expected an array (nx, ny) in m") from error
@@ -42,10 +39,8 @@ def _heights(values: "ArrayLike") -> Floats:
         heights = heights[:, None]
     if heights.ndim != 2 or heights.size == 0:
         raise InputError(f"heights have shape {heights.shape}; expected (nx, ny), or (n,) for a profile")
-    if infinite := int(np.isinf(heights).sum()):
-        raise InputError(f"{infinite:,} heights are infinite; expected finite ones, and NaN where they are missing")
-    if np.isnan(heights).all():
-        raise InputError("all heights are missing; expected some that are numbers")
+    if np.isinf(heights).any() or np.isnan(heights).all():
+        raise InputError("heights are infinite, or all missing; expected finite ones, and NaN where they are missing")
     heights.flags.writeable = False
     return heights
 
@@ -81,16 +76,13 @@ class Surface(FrozenArrays):
     pixel_size: tuple[float, float]
     periodic: bool
 
-    def __init__(self, heights: "ArrayLike", pixel_size: "ArrayLike", periodic: bool = False) -> None:
+    def __init__(self, heights: ArrayLike, pixel_size: ArrayLike, periodic: bool = False) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))
 
     def __repr__(self) -> str:
-        points, pixels, heights, rms, _, missing = (text for _, text in self._lines())
-        words = [f"{points} points", f"{pixels} apart", f"heights {heights}", f"rms height {rms}"]
-        words += [*(["periodic"] if self.periodic else []), *([f"{missing} missing"] if self.missing.any() else [])]
-        return f"<Surface: {', '.join(words)}>"
+        return f"<Surface: {', '.join(f'{label} {text}' for label, text in self._lines())}>"
 
     def _repr_html_(self) -> str:
         return html_table(self._lines())
@@ -180,17 +172,18 @@ class Surface(FrozenArrays):
 
     def without(self, points: Booleans) -> Self:
         """Return the surface with these points (nx, ny) missing; all of them are an InputError."""
-        return type(self)(np.where(points, np.nan, self.heights), self.pixel_size, self.periodic)
+        return self._with(np.where(points, np.nan, self.heights))
+
+    def _with(self, heights: Floats) -> Self:
+        return type(self)(heights, self.pixel_size, self.periodic)
 
     def smoothed(self, cutoff: float, *, robust: bool = False) -> Self:
         """Return what is longer than a cut-off [m] (S-filter); see `filters.gaussian_mean`."""
-        mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
-        return type(self)(mean, self.pixel_size, self.periodic)
+        return self._with(gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust))
 
     def roughness(self, cutoff: float, *, robust: bool = False) -> Self:
         """Return what is shorter than a cut-off [m] (L-filter); see `filters.gaussian_mean`."""
-        mean = gaussian_mean(self.heights, self.pixel_size, cutoff, periodic=self.periodic, robust=robust)
-        return type(self)(self.heights - mean, self.pixel_size, self.periodic)
+        return self._with(self.heights - self.smoothed(cutoff, robust=robust).heights)
 
     def at_resolution(self, pixel_size: ArrayLike) -> Self:
         """Return the surface on points this far apart [m], by cubic splines; smooth it before, where that is coarser.
@@ -222,9 +215,7 @@ class Surface(FrozenArrays):
         deviation = self.heights - mean
         # divided by the greatest first, since squares of nanometres may underflow
         deviation = deviation / np.nanmax(np.abs(deviation))
-        return type(self)(
-            mean + deviation * (wanted / math.sqrt(np.nanmean(deviation**2))), self.pixel_size, self.periodic
-        )
+        return self._with(mean + deviation * (wanted / math.sqrt(np.nanmean(deviation**2))))
 
     def on_ball(self, radius: float) -> Self:
         """Return the surface as the roughness of a ball of this radius [m], its centre on top; it does not repeat.
@@ -233,10 +224,7 @@ class Surface(FrozenArrays):
         InputError.
         """
         ball = scalar("radius", radius, above=0)
-        x, y = (
-            (np.arange(points) - (points - 1) / 2) * pixel
-            for points, pixel in zip(self.shape, self.pixel_size, strict=True)
-        )
+        x, y = map(centred, self.shape, self.pixel_size)
         square = x[:, np.newaxis] ** 2 + y**2
         if square.max() >= ball**2:
             raise InputError(
@@ -249,7 +237,7 @@ class Surface(FrozenArrays):
 
     def mirrored(self) -> Self:
         """Return the surface with x reversed, as it is seen from behind."""
-        return type(self)(self.heights[::-1], self.pixel_size, self.periodic)
+        return self._with(self.heights[::-1])
 
     def __add__(self, other: object) -> Self:
         """Return the sum of two surfaces, centre over centre; see `combined`."""
@@ -290,8 +278,6 @@ class Surface(FrozenArrays):
         InputError
             Surfaces that do not overlap, a profile on a map, or an interpolation that these surfaces do not allow.
         """
-        if not isinstance(other, Surface):
-            raise InputError(f"other is {other!r}; expected a Surface")
         heights = resampled(
             other.heights,
             other.pixel_size,

@@ -1,20 +1,17 @@
-"""What a user should know of a height map: a summary, and what coarse steps and splines do to its summits."""
+"""What a user should know of a height map: a summary, and what coarse steps do to its summits."""
 
 import math
-from collections.abc import Iterable
 
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, representable
+from historysim.basics.arguments import ArrayLike, Floats, representable
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.resampling import COINCIDENT
-from historysim.surfaces.summits import Summits, detached_summits
+from historysim.surfaces.summits import detached_summits
 
 # Steps that the median summit should rise over its neighbours, so that its radius is known to some 10 %.
 LEAST_STEPS = 5
-LEAST_LOSS = 0.01  # the share of the rms curvature below which the loss by splines is not mentioned
 
 
 def summary(surface: Surface) -> list[tuple[str, str]]:
@@ -54,41 +51,14 @@ def quantisation_notice(surface: Surface) -> str | None:
     )
 
 
-def smoothing_notice(
-    surface: Surface, other: Surface, *, shift: ArrayLike = (0.0, 0.0), rotation: float = 0.0
-) -> str | None:
-    """Return what the splines of ``surface.combined(other, …)`` take from the other surface, in a sentence.
-
-    None where all points coincide, or less than 1 % of the rms curvature is taken. Where the pixel sizes differ there
-    is no number, since the curvature depends on the pixel size it is taken over.
-    """
-    level = Surface(np.zeros(surface.shape), surface.pixel_size, surface.periodic)
-    laid = level.combined(other, shift=shift, rotation=rotation)
-    if np.isin(laid.heights[~laid.missing], other.heights).all():
-        return None
-    if all(math.isclose(*sizes, rel_tol=COINCIDENT) for sizes in zip(laid.pixel_size, other.pixel_size, strict=True)):
-        taken = 1 - laid.statistics().rms_curvature / other.statistics().rms_curvature
-        if not taken >= LEAST_LOSS:
-            return None
-        share = f"{100 * taken:.2g} % of its rms curvature"
-    else:
-        share = "what is shorter than some four of its pixels"
-    return (
-        f"it is interpolated by cubic splines between its points, which takes {share}: fewer summits, of larger radii; "
-        f"{_remedy(other, rotation)}"
-    )
-
-
 def _height_lines(surface: Surface) -> list[tuple[str, str]]:
     found = surface.statistics()
     # a profile has nothing across
     axes = [axis for axis in (0, 1) if surface.shape[axis] > 1] or [0, 1]
-    points = _product(f"{surface.shape[axis]:,}" for axis in axes)
-    pixels = _product(dict.fromkeys(_length(surface.pixel_size[axis]) for axis in axes))
-    lengths = _product(_length(surface.size[axis]) for axis in axes)
+    pixels = dict.fromkeys(_length(surface.pixel_size[axis]) for axis in axes)
     return [
-        ("points", f"{points}, {pixels} apart"),
-        ("size", lengths),
+        ("points", f"{' × '.join(f'{surface.shape[axis]:,}' for axis in axes)}, {' × '.join(pixels)} apart"),
+        ("size", " × ".join(_length(surface.size[axis]) for axis in axes)),
         ("missing", f"{100 * found.missing_fraction:.3g} % of the points" if found.missing_fraction else "none"),
         ("rms height Rq", _length(found.rms_height)),
         ("mean deviation Ra", _length(found.mean_deviation)),
@@ -105,15 +75,15 @@ def _correlation_lines(surface: Surface) -> list[tuple[str, str]]:
         correlation = surface.autocorrelation()
     except InputError:
         return [("autocorrelation length", "none: all heights are equal")]
-    along_x, along_y = surface.shape[0] > 1, surface.shape[1] > 1
-    lines = []
-    for level, name in ((0.1, "0.1"), (1 / math.e, "1/e")):
-        lengths = [f"{_length(correlation.length('x', level))} along x"] if along_x else []
-        lengths += [f"{_length(correlation.length('y', level))} along y"] if along_y else []
-        lines.append((f"autocorrelation length at {name}", ", ".join(lengths)))
-    if along_x and along_y:
-        lines.append(("lay γ", _number(correlation.lay)))
-    return lines
+    axes = [axis for axis, points in zip("xy", surface.shape, strict=True) if points > 1]
+    lines = [
+        (
+            f"autocorrelation length at {name}",
+            ", ".join(f"{_length(correlation.length(axis, level))} along {axis}" for axis in axes),  # type: ignore[arg-type]
+        )
+        for level, name in ((0.1, "0.1"), (1 / math.e, "1/e"))
+    ]
+    return [*lines, *([("lay γ", _number(correlation.lay))] if len(axes) == 2 else [])]
 
 
 def _summit_lines(surface: Surface) -> list[tuple[str, str]]:
@@ -130,25 +100,19 @@ def _summit_lines(surface: Surface) -> list[tuple[str, str]]:
             "mean summit radius",
             f"{_length(float(summits.radius.mean()))}, median {_length(float(np.median(summits.radius)))}",
         ),
-        *_outlier_lines(summits),
+        *_outlier_lines(summits.height),
     ]
 
 
-def _outlier_lines(summits: Summits) -> list[tuple[str, str]]:
-    count = detached_summits(summits.height)
+def _outlier_lines(heights: Floats) -> list[tuple[str, str]]:
+    count = detached_summits(heights)
     if not count:
         return []
-    heights = np.sort(summits.height)[::-1]
+    heights = np.sort(heights)[::-1]
     which = "1 summit stands" if count == 1 else f"{count} summits stand"
     apart = _length(float(heights[count - 1] - heights[count]))
-    text = (
-        f"{which} {apart} or more above all others and would carry the first load: see whether they are spikes or dirt"
-    )
-    return [("warning", text)]
-
-
-def _product(texts: Iterable[str]) -> str:
-    return " × ".join(texts)
+    what = "and would carry the first load: see whether they are spikes or dirt"
+    return [("warning", f"{which} {apart} or more above all others {what}")]
 
 
 def _length(value: float) -> str:
@@ -157,9 +121,3 @@ def _length(value: float) -> str:
 
 def _number(value: float, unit: str = "") -> str:
     return "none" if math.isnan(value) else f"{value:.4g}{unit}"
-
-
-def _remedy(other: Surface, rotation: float) -> str:
-    """Return what would take nothing from this surface."""
-    free = "interpolation 'fourier'" if other.periodic else "interpolation 'none', by whole pixels of one size,"
-    return f"without a rotation {free} takes nothing" if rotation else f"{free} takes nothing"

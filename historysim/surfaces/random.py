@@ -16,38 +16,33 @@ Johnson, *Biometrika* 36 (1949) 149-176.
 import math
 from collections.abc import Callable
 from numbers import Integral
-from typing import Final, SupportsIndex
+from typing import SupportsIndex
 
 import attrs
 import numpy as np
 import scipy.fft
 
-from historysim.basics.arguments import ArrayLike, Floats, checked, per_axis, scalar
-from historysim.basics.units import as_float, quantity_text, warn_unlikely
+from historysim.basics.arguments import ArrayLike, Floats, per_axis, scalar
+from historysim.basics.units import quantity_text, warn_unlikely
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.surfaces.distribution import generator
 from historysim.surfaces.heights import MOST_POINTS, Surface
 
-MOST_KURTOSIS: Final = 100.0
-# bounded heights of a larger 1/δ are two levels with hardly a slope between
-_MOST_SHARPNESS: Final = 10.0
-# where SU passes MOST_KURTOSIS, at any skewness
-_HEAVIEST_SHARPNESS: Final = 1.5
-# below it the kurtosis differs from 3 by less than 4/δ² = 4e-10
-_LEAST_SHARPNESS: Final = 1e-5
-# of -ln κ, beyond which κ is nothing
-_MOST_SHIFT: Final = 40.0
+MOST_KURTOSIS = 100.0
+MOST_SHARPNESS = 10.0  # of bounded heights: with a larger 1/δ they are two levels with hardly a slope between
+HEAVIEST_SHARPNESS = 1.5  # where unbounded heights pass `MOST_KURTOSIS`, at any skewness
+LEAST_SHARPNESS = 1e-5  # below it the kurtosis differs from 3 by less than 4/δ² = 4e-10
+MOST_SHIFT = 40.0  # of -ln κ, beyond which κ is nothing
 
 # The trapezoidal rule converges as exp(-2π²/(s h)) with s = 1/δ, for the poles of SB lie π/s off the axis; the range
 # holds the fourth powers of SU; their weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
-_NODES: Final = np.linspace(-16, 16, 1601)
-_WEIGHTS: Final = np.exp(-(_NODES**2) / 2) / np.exp(-(_NODES**2) / 2).sum()
+NODES = np.linspace(-16, 16, 1601)
+WEIGHTS = np.exp(-(NODES**2) / 2) / np.exp(-(NODES**2) / 2).sum()
 
 # The powers of SB fall as exp(-2 √n π/s), to 1e-14 within these terms; those of SU faster than any exponential.
-_HERMITE_REST: Final = 1e-14
-_MOST_HERMITE_TERMS: Final = 2600
-_KNOTS: Final = 8193
+HERMITE_REST, MOST_HERMITE_TERMS = 1e-14, 2600
+KNOTS = 8193  # of the splines of `Translation.correlations`, from a correlation of 0 to 1
 
 
 @attrs.frozen
@@ -72,7 +67,7 @@ class Translation:
     def moments(self) -> tuple[float, float]:
         """Return the skewness and the kurtosis of the translated numbers."""
         translated = self._standard()
-        return float(np.sum(_WEIGHTS * translated**3)), float(np.sum(_WEIGHTS * translated**4))
+        return float(np.sum(WEIGHTS * translated**3)), float(np.sum(WEIGHTS * translated**4))
 
     def correlations(self) -> tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]:
         """Return the correlation of two translated numbers as a function of that of the normal ones, and the inverse.
@@ -91,28 +86,28 @@ class Translation:
             return total
 
         # of a sine, for R rises to R(1) = 1 as a root where the translation is steep
-        normal = np.sin(np.linspace(-math.pi / 2, math.pi / 2, 2 * _KNOTS - 1))
+        normal = np.sin(np.linspace(-math.pi / 2, math.pi / 2, 2 * KNOTS - 1))
         translated = series(normal)
-        return CubicSpline(normal, translated), CubicSpline(translated[_KNOTS - 1 :], normal[_KNOTS - 1 :])
+        return CubicSpline(normal, translated), CubicSpline(translated[KNOTS - 1 :], normal[KNOTS - 1 :])
 
     def _hermite_powers(self) -> Floats:
         """Return b_n² for n = 1, 2, …, with the sum 1."""
-        root = np.sqrt(_WEIGHTS)
+        root = np.sqrt(WEIGHTS)
         translated = self._standard()
         powers: list[float] = []
         before, now, left = np.zeros_like(root), root, 1.0
-        while left > _HERMITE_REST and len(powers) < _MOST_HERMITE_TERMS:
+        while left > HERMITE_REST and len(powers) < MOST_HERMITE_TERMS:
             n = len(powers) + 1
-            before, now = now, (_NODES * now - math.sqrt(n - 1) * before) / math.sqrt(n)
+            before, now = now, (NODES * now - math.sqrt(n - 1) * before) / math.sqrt(n)
             powers.append(float(np.sum(translated * root * now)) ** 2)
             left -= powers[-1]
         return np.array(powers) / sum(powers)
 
     def _standard(self) -> Floats:
         """Return the translated nodes, with mean 0 and rms 1."""
-        translated = self(_NODES)
-        translated -= np.sum(_WEIGHTS * translated)
-        translated /= math.sqrt(np.sum(_WEIGHTS * translated**2))
+        translated = self(NODES)
+        translated -= np.sum(WEIGHTS * translated)
+        translated /= math.sqrt(np.sum(WEIGHTS * translated**2))
         return translated
 
 
@@ -140,12 +135,12 @@ def translation(skewness: float, kurtosis: float) -> Translation | None:
     target = abs(skewness)
     least, line = _log_normal(target)
     bounded = kurtosis < line
-    most = _MOST_SHARPNESS if bounded else _HEAVIEST_SHARPNESS
+    most = MOST_SHARPNESS if bounded else HEAVIEST_SHARPNESS
 
     def surplus(sharpness: float) -> float:
         return _of_skewness(target, bounded, sharpness).moments()[1] - kurtosis
 
-    least = max(least, _LEAST_SHARPNESS)
+    least = max(least, LEAST_SHARPNESS)
     if bounded and (over := surplus(most)) > 0:
         raise InputError(
             f"kurtosis is {kurtosis:g} with a skewness of {skewness:g}, which leaves the heights next to two-level; "
@@ -176,33 +171,27 @@ def _of_skewness(skewness: float, bounded: bool, sharpness: float) -> Translatio
 
     if lack(0.0) >= 0:
         return of_shift(0.0)
-    if lack(_MOST_SHIFT) <= 0:
-        return of_shift(_MOST_SHIFT)
-    return of_shift(brentq(lack, 0.0, _MOST_SHIFT, xtol=1e-13, rtol=1e-14))
+    if lack(MOST_SHIFT) <= 0:
+        return of_shift(MOST_SHIFT)
+    return of_shift(brentq(lack, 0.0, MOST_SHIFT, xtol=1e-13, rtol=1e-14))
 
 
-AUTOCORRELATIONS: Final = ("exponential", "gaussian")
-LEAST_PIXELS: Final = 4
-# of a non-Gaussian surface's autocorrelation from the prescribed one
-_MOST_DEVIATION: Final = 0.01
-# rms height over autocorrelation length, beyond that of any surface
-_STEEPEST: Final = 10
-
-# ρ falls to 0.1 at the autocorrelation length
-_DECAY: Final = 2.3
+AUTOCORRELATIONS = ("exponential", "gaussian")
+LEAST_PIXELS = 4
+MOST_DEVIATION = 0.01  # of a non-Gaussian surface's autocorrelation from the prescribed one
+STEEPEST = 10  # rms height over autocorrelation length, beyond that of any surface
+DECAY = 2.3  # ρ falls to 0.1 at the autocorrelation length
 # Images are summed up to this distance in autocorrelation lengths: each one beyond adds less than exp(-2.3 × 14) =
 # 1e-14, and on the shortest sides allowed, of two lengths, those within are 7 to either side.
-_REACH: Final = 14.0
-_MOST_IMAGES: Final = 7
-# numbers that are worked on at a time, so that they stay in the cache
-_BLOCK: Final = 2**16
+REACH, MOST_IMAGES = 14.0, 7
+BLOCK = 2**16  # numbers that are worked on at a time, so that they stay in the cache
 
 
 def random_surface(
     shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex],
-    pixel_size: "ArrayLike",
+    pixel_size: ArrayLike,
     rms_height: float,
-    autocorrelation_length: "ArrayLike",
+    autocorrelation_length: ArrayLike,
     *,
     seed: SupportsIndex,
     autocorrelation: str = "exponential",
@@ -257,7 +246,7 @@ def random_surface(
     lengths = _in_pixels(points, pixel, autocorrelation_length)
     rms = scalar("rms_height", rms_height, above=0)
     width = min(length * side for length, side, n in zip(lengths, pixel, points, strict=True) if n > 1)
-    if rms > _STEEPEST * width:
+    if rms > STEEPEST * width:
         warn_unlikely(
             f"rms_height is {quantity_text(rms, 'm')} on an autocorrelation length of {quantity_text(width, 'm')}",
             "m",
@@ -266,31 +255,23 @@ def random_surface(
     noise = generator(seed)
     if autocorrelation not in AUTOCORRELATIONS:
         raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
-    translate = translation(_number("skewness", skewness), _number("kurtosis", kurtosis))
+    translate = translation(scalar("skewness", skewness), scalar("kurtosis", kurtosis))
     spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points, translate)
     heights = _filtered(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
     if translate is not None:
-        _apply(translate, heights)
+        row = heights.reshape(-1)
+        for start in range(0, row.size, BLOCK):
+            row[start : start + BLOCK] = translate(row[start : start + BLOCK])
         _standardise(heights)
     heights *= rms
     return Surface(heights, pixel, periodic=True)
 
 
-def _number(name: str, value: float) -> float:
-    number = as_float(value)
-    if not isinstance(number, float):
-        raise InputError(f"{name} is {value!r}; expected one number")
-    return float(checked(name, number))
-
-
-def _integer(value: object) -> bool:
-    return isinstance(value, Integral) and not isinstance(value, bool)
-
-
 def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
     sides = tuple(shape) if isinstance(shape, tuple | list) else (shape, shape)
-    if len(sides) != 2 or not all(_integer(side) and int(side) >= 1 for side in sides):
+    whole = [isinstance(side, Integral) and not isinstance(side, bool) and int(side) >= 1 for side in sides]
+    if len(sides) != 2 or not all(whole):
         raise InputError(
             f"shape is {shape!r}; expected the number of points along x and y, integers of 1 or more, such as "
             "(256, 256)"
@@ -298,8 +279,7 @@ def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple
     points = int(sides[0]), int(sides[1])
     if not LEAST_PIXELS <= math.prod(points) <= MOST_POINTS:
         raise InputError(
-            f"shape is {points[0]} x {points[1]}, {math.prod(points):,} points; expected {LEAST_PIXELS} to "
-            f"{MOST_POINTS:,} points in all"
+            f"shape is {points[0]} x {points[1]}; expected {LEAST_PIXELS} to {MOST_POINTS:,} points in all"
         )
     return points
 
@@ -330,10 +310,13 @@ def _in_pixels(
 
 def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, float], kind: str) -> Floats:
     """Return the quadrant of the autocorrelation, summed over all images and 1 at the origin."""
-    x, images_x = _axis(points[0], lengths[0])
-    y, images_y = _axis(points[1], lengths[1])
+    (x, images_x), (y, images_y) = map(_axis, points, lengths)
     if kind == "gaussian":
-        total = np.outer(_sum_of_hills(x, images_x), _sum_of_hills(y, images_y))
+        along, across = (
+            np.exp(-DECAY * np.subtract.outer(at, images) ** 2).sum(axis=1)
+            for at, images in ((x, images_x), (y, images_y))
+        )
+        total = np.outer(along, across)
     else:
         total = _sum_of_cones(x, y, images_x, images_y)
     return np.asarray(total / total[0, 0])
@@ -342,12 +325,8 @@ def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, flo
 def _axis(n: int, length: float) -> tuple[Floats, Floats]:
     """Return the points of a quadrant and the images of the origin along an axis [β]."""
     # a side of one pixel does not repeat, for along it the surface is constant
-    images = np.arange(-_MOST_IMAGES, _MOST_IMAGES + 1) * n if n > 1 else np.zeros(1)
+    images = np.arange(-MOST_IMAGES, MOST_IMAGES + 1) * n if n > 1 else np.zeros(1)
     return np.arange(n // 2 + 1) / length, images / length
-
-
-def _sum_of_hills(along: Floats, images: Floats) -> Floats:
-    return np.asarray(np.exp(-_DECAY * np.subtract.outer(along, images) ** 2).sum(axis=1))
 
 
 def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> Floats:
@@ -355,14 +334,14 @@ def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> F
     gap_x, gap_y = (
         np.maximum(0, np.maximum(images - along[-1], -images)) for along, images in ((x, images_x), (y, images_y))
     )
-    i, j = np.nonzero(np.hypot.outer(gap_x, gap_y) < _REACH)
+    i, j = np.nonzero(np.hypot.outer(gap_x, gap_y) < REACH)
     across = np.subtract.outer(images_y[j], y) ** 2
     total = np.empty((x.size, y.size))
-    rows = max(1, _BLOCK // across.size)
+    rows = max(1, BLOCK // across.size)
     for start in range(0, x.size, rows):
         along = np.subtract.outer(x[start : start + rows], images_x[i]) ** 2
         distance = np.sqrt(along[:, :, None] + across)
-        total[start : start + rows] = np.exp(-_DECAY * distance).sum(axis=1)
+        total[start : start + rows] = np.exp(-DECAY * distance).sum(axis=1)
     return total
 
 
@@ -386,10 +365,10 @@ def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Trans
     if spectrum.min() < 0:
         made = _cosine_sums(possible, points)
         deviation = float(np.abs(translated(made / made[0, 0]) - autocorrelation).max())
-        if deviation > _MOST_DEVIATION:
+        if deviation > MOST_DEVIATION:
             raise InputError(
                 f"heights of this skewness and kurtosis cannot have this autocorrelation: it would be off by "
-                f"{deviation:.2g} where {_MOST_DEVIATION:g} is tolerated; bring the skewness closer to 0 and the "
+                f"{deviation:.2g} where {MOST_DEVIATION:g} is tolerated; bring the skewness closer to 0 and the "
                 "kurtosis closer to 3, or choose the exponential autocorrelation"
             )
     return possible
@@ -418,10 +397,3 @@ def _standardise(heights: Floats) -> None:
     """Scale heights to mean 0 and rms 1, in place."""
     heights -= heights.mean()
     heights /= math.sqrt(np.mean(np.square(heights)))
-
-
-def _apply(translate: Translation, heights: Floats) -> None:
-    """Translate heights in place."""
-    row = heights.reshape(-1)
-    for start in range(0, row.size, _BLOCK):
-        row[start : start + _BLOCK] = translate(row[start : start + _BLOCK])

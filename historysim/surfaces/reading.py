@@ -4,8 +4,6 @@ import importlib
 import math
 import re
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -18,18 +16,9 @@ from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
+from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.map_files import (
-    COORDINATES,
-    MapReader,
-    RawMap,
-    blamed,
-    check_size,
-    foreign_header,
-    mostly_heights,
-    read_matrix,
-    refuse_channel,
-)
+from historysim.surfaces.map_files import COORDINATES, MapReader, RawMap, blamed
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
 FEWEST_POINTS = 3
@@ -99,19 +88,13 @@ def read_surface(
     64.1 nm
     """
     path = as_path(path)
-    with _named(path):
+    try:
         found = _read(path, channel)
         factor = _factor("height_unit", found.unit, height_unit, "heights")
         spacing = _spacing(found, pixel_size, lateral_unit)
         _check_points(found.heights)
         with np.errstate(over="ignore"):
             return Surface(found.heights * factor, spacing, periodic=found.periodic)
-
-
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    try:
-        yield
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from error
     except OSError as error:
@@ -120,22 +103,6 @@ def _named(path: Path) -> Iterator[None]:
 
 def _read(path: Path, channel: int | str | None) -> RawMap:
     """Return what the file holds, by the reader that its ending and its first lines call for."""
-    ending, start = path.suffix.lower(), _start(path)
-    reader: MapReader | None = reader_of(path, MapReader)
-    if reader is not None:
-        return reader.read(path, channel)
-    if ending not in TEXT_ENDINGS:
-        return read_topography(path, channel)
-    if start.startswith(_UTF16):
-        raise InputError("is UTF-16 text; save it as UTF-8")
-    if header := foreign_header(path):
-        return read_topography(path, channel, header)
-    refuse_channel(channel)
-    with path.open(encoding="utf-8-sig", errors="replace") as stream:
-        return RawMap(read_matrix(stream))
-
-
-def _start(path: Path) -> bytes:
     if problem := what_is_there(path):
         expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
         raise InputError(f"{problem}{expected}")
@@ -143,7 +110,18 @@ def _start(path: Path) -> bytes:
         start = stream.read(2)
     if not start:
         raise InputError("is empty; expected heights")
-    return start
+    reader: MapReader | None = reader_of(path, MapReader)
+    if reader is not None:
+        return reader.read(path, channel)
+    if path.suffix.lower() not in TEXT_ENDINGS:
+        return read_topography(path, channel)
+    if start in _UTF16:
+        raise InputError("is UTF-16 text; save it as UTF-8")
+    if header := map_files.foreign_header(path):
+        return read_topography(path, channel, header)
+    map_files.refuse_channel(channel)
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        return RawMap(map_files.read_matrix(stream))
 
 
 def _factor(name: str, own: str | None, given: str | None, what: str) -> float:
@@ -190,12 +168,8 @@ def _spacing(found: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[
 
 
 def _check_points(heights: Floats) -> None:
-    infinite = np.argwhere(np.isinf(heights))
-    if len(infinite):
-        raise InputError(
-            f"has {len(infinite):,} infinite heights, the first at {infinite[0].tolist()}; expected numbers, and nan "
-            "where a height is missing"
-        )
+    if np.isinf(heights).any():
+        raise InputError("has infinite heights; expected numbers, and nan where a height is missing")
     measured = np.count_nonzero(~np.isnan(heights))
     if measured < FEWEST_POINTS:
         raise InputError(f"has {measured} points with a height, of {heights.size:,}; expected {FEWEST_POINTS} or more")
@@ -241,7 +215,7 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     chosen = _channel(reader, channel)
     if chosen.is_uniform is False:
         raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
-    check_size(chosen.nb_grid_pts or ())
+    map_files.check_size(chosen.nb_grid_pts or ())
     check_unpacked(8 * math.prod(chosen.nb_grid_pts or ()), path.stat().st_size)
     has_sizes = chosen.physical_sizes is not None
     if form == "asc":
@@ -282,9 +256,8 @@ def _refuse_guess(channel: Any, header: str) -> None:
 
 def _channel(reader: Any, wanted: int | str | None) -> Any:
     found = list(reader.channels)
-    listed = ", ".join(
-        f"{index} {one.name!r}{'' if _holds_heights(one) else ' (no heights)'}" for index, one in enumerate(found)
-    )
+    marked = [f"{one.name!r}{'' if _holds_heights(one) else ' (no heights)'}" for one in found]
+    listed = ", ".join(f"{index} {name}" for index, name in enumerate(marked))
     if not found:
         raise InputError(f"holds no heights, or {_UNKNOWN}")
     if wanted is None:
@@ -328,7 +301,7 @@ def _check_lines(path: Path, coordinates: int | None) -> None:
             cells = line.split() if coordinates is None else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
             if cells and all(_is_number(cell) or cell.lower() == "bad" for cell in cells):
                 width, count = len(cells), count + 1
-            elif not line.startswith("#") and mostly_heights(cells):
+            elif not line.startswith("#") and map_files.mostly_heights(cells):
                 doubtful.append((number, len(cells)))
     for number, cells_there in doubtful:
         if cells_there == width:

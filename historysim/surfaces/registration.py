@@ -13,7 +13,7 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.reading import read_surface
-from historysim.surfaces.resampling import COINCIDENT, resampled
+from historysim.surfaces.resampling import COINCIDENT, centred, resampled
 
 LEAST_OVERLAP = 0.25  # share of the first map that the second has to cover
 LEAST_CORRELATION = 0.5  # of the slopes of both maps where they overlap, below which they do not show one place
@@ -32,69 +32,26 @@ KEPT, LOWERED, LOST = range(3)  # what became of a summit
 
 @attrs.frozen(eq=False)
 class Registration:
-    """What `registered` found.
+    """What `registered` found."""
 
-    Attributes
-    ----------
-    shift : (float, float)
-        How far the second map has to be moved along x and y to lie on the first [m].
-    shift_error : float
-        Standard error of either [m].
-    rotation : float
-        By how much it has to be turned about its centre first, from x towards y [rad].
-    offset : float
-        Mean height of the second map over the first where nothing is worn [m], which is taken off.
-    tilt : (float, float)
-        Slope of the second map over the first along x and y, which is taken off.
-    correlation : float
-        Of the slopes of the two maps where they overlap.
-    after : Surface
-        The second map on the points of the first, without offset and tilt; missing where they do not overlap.
-    difference : Surface
-        First less second map [m]: positive where material was lost.
-    worn : array (nx, ny)
-        Points that lost material.
-    noise : float
-        Standard deviation of the difference where nothing is worn [m], interpolation included.
-    worn_volume, worn_volume_error : float
-        Volume lost in `worn`, and its standard error from the noise, the datum and the rim of what is worn [m³]. What
-        is thinner than the noise is not found.
-    summit_place : array (summit, 2)
-        x and y of the summits of the first map within the overlap, by the 9-point rule [m].
-    fate : array (summit)
-        `KEPT`; `LOST` without a summit of the second map within 1.5 pixels; `LOWERED` with one that is lower by more
-        than five deviations of the noise.
-    """
-
-    shift: tuple[float, float]
-    shift_error: float
-    rotation: float
-    offset: float
-    tilt: tuple[float, float]
-    correlation: float
+    shift: tuple[float, float]  #: how far the second map has to be moved along x and y to lie on the first [m]
+    shift_error: float  #: standard error of either [m]
+    rotation: float  #: by how much it has to be turned about its centre first, from x towards y [rad]
+    offset: float  #: mean height of the second map over the first where nothing is worn [m], which is taken off
+    tilt: tuple[float, float]  #: slope of the second map over the first along x and y, which is taken off
+    correlation: float  #: of the slopes of the two maps where they overlap
+    #: The second map on the points of the first, without offset and tilt; missing where they do not overlap.
     after: Surface = attrs.field(repr=False)
-    difference: Surface = attrs.field(repr=False)
-    worn: Booleans = attrs.field(repr=False)
-    noise: float
-    worn_volume: float
-    worn_volume_error: float
+    difference: Surface = attrs.field(repr=False)  #: first less second map [m]: positive where material was lost
+    worn: Booleans = attrs.field(repr=False)  #: (nx, ny) points that lost material
+    noise: float  #: standard deviation of the difference where nothing is worn [m], interpolation included
+    worn_volume: float  #: volume lost in `worn` [m³]; what is thinner than the noise is not found
+    worn_volume_error: float  #: its standard error from the noise, the datum and the rim of what is worn [m³]
+    #: (summit, 2) x and y of the summits of the first map within the overlap, by the 9-point rule [m].
     summit_place: Floats = attrs.field(repr=False)
+    #: (summit) `KEPT`; `LOST` without a summit of the second map within 1.5 pixels; `LOWERED` with one that is lower by
+    #: more than five deviations of the noise.
     fate: Integers = attrs.field(repr=False)
-
-    @property
-    def summits(self) -> int:
-        """Number of summits of the first map within the overlap."""
-        return self.fate.size
-
-    @property
-    def lost(self) -> int:
-        """Number of summits that have none after."""
-        return int((self.fate == LOST).sum())
-
-    @property
-    def lowered(self) -> int:
-        """Number of summits that are lower after."""
-        return int((self.fate == LOWERED).sum())
 
     @property
     def worn_area(self) -> float:
@@ -104,6 +61,7 @@ class Registration:
     def summary(self) -> list[tuple[str, str]]:
         """Return what was found, in a few lines (label, text)."""
         x, y = (quantity_text(value, "m") for value in self.shift)
+        flattened = int((self.fate == LOWERED).sum())
         share = 100 * float(self.worn.mean())
         volume = f"{self.worn_volume * 1e18:.4g} ± {self.worn_volume_error * 1e18:.2g} µm³"
         doubt = "; not significant" if abs(self.worn_volume) < 2 * self.worn_volume_error else ""
@@ -114,7 +72,7 @@ class Registration:
             ("noise of the difference", quantity_text(self.noise, "m")),
             ("worn area", f"{self.worn_area * 1e12:.4g} µm², {share:.3g} % of the first map"),
             ("worn volume", volume + doubt),
-            ("summits", f"{self.summits:,}; {self.lost:,} lost, {self.lowered:,} flattened"),
+            ("summits", f"{self.fate.size:,}; {(self.fate == LOST).sum():,} lost, {flattened:,} flattened"),
         ]
 
 
@@ -216,10 +174,7 @@ def _spectra(heights: Floats, shape: tuple[int, ...]) -> list[npt.NDArray[np.com
 def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _Fit:
     """Return the least squares of the height difference with Tukey's weights, by Gauss-Newton steps, without `worn`."""
     parameters = start.copy()
-    x, y = np.meshgrid(
-        *((np.arange(n) - (n - 1) / 2) * pixel for n, pixel in zip(first.shape, first.pixel_size, strict=True)),
-        indexing="ij",
-    )
+    x, y = np.meshgrid(*map(centred, first.shape, first.pixel_size), indexing="ij")
     for _ in range(MOST_ROUNDS):
         laid = _laid(second, first, parameters[:2], parameters[2])
         slope_x, slope_y = np.gradient(laid, *first.pixel_size)
@@ -234,7 +189,7 @@ def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _
                 "worn all over; expected maps of one place"
             )
         jacobian = np.stack([column[used] for column in columns], axis=-1)
-        weights, scale = _tukey(residual[used]), _scale(jacobian)
+        weights, scale = _tukey(residual[used]), _greatest(jacobian)
         root = np.sqrt(weights)
         step = np.linalg.lstsq(jacobian / scale * root[:, np.newaxis], -residual[used] * root, rcond=None)[0] / scale
         parameters += step
@@ -250,7 +205,7 @@ def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _
     return _Fit(level, parameters, design, everywhere)
 
 
-def _scale(jacobian: Floats) -> Floats:
+def _greatest(jacobian: Floats) -> Floats:
     """Return the greatest size of each column, 1 for one of zeros."""
     scale = np.abs(jacobian).max(axis=0)
     return np.where(scale == 0, 1.0, scale)
@@ -337,7 +292,7 @@ def _alike(difference: Floats, noise: float) -> float:
 def _covariance(fit: _Fit, sound: Booleans) -> Floats:
     """Return the covariance of the parameters for a noise of 1."""
     rows = sound & (fit.weights > 0)
-    scale = _scale(fit.jacobian[rows])
+    scale = _greatest(fit.jacobian[rows])
     jacobian = fit.jacobian[rows] / scale
     return np.asarray(np.linalg.pinv(jacobian.T @ (jacobian * fit.weights[rows, np.newaxis])) / np.outer(scale, scale))
 

@@ -17,6 +17,11 @@ COINCIDENT = 1e-9  # distance in pixels within which two points are taken as one
 MARGIN = 28
 
 
+def centred(points: int, pixel: float) -> Floats:
+    """Return the positions of points along an axis [m], counted from the middle."""
+    return np.asarray((np.arange(points) - (points - 1) / 2) * pixel)
+
+
 def resampled(
     heights: Floats,
     pixel_size: Pixel,
@@ -77,34 +82,26 @@ def _check_interpolation(
     known = get_args(Interpolation)
     if interpolation not in known:
         raise InputError(f"interpolation is {interpolation!r}; {nearest(str(interpolation), known)}")
+    steps = zip(heights.shape, pixel_size, onto, strict=True)
     if interpolation == "spline":
-        return
-    if angle != 0:
-        raise InputError(
-            f"interpolation is {interpolation!r} for a surface that is turned; expected no rotation, or 'spline'"
-        )
-    if interpolation == "none":
-        steps = zip(heights.shape, pixel_size, onto, strict=True)
-        if not all(size == 1 or math.isclose(own, step, rel_tol=COINCIDENT / size) for size, own, step in steps):
-            raise InputError(
-                f"interpolation is 'none' between pixels of {pixel_size} m and {onto} m; expected one pixel size, or "
-                "'fourier' or 'spline'"
-            )
-    elif not periodic or np.isnan(heights).any():
-        what = "has missing points" if periodic else "is not periodic"
-        raise InputError(
-            f"interpolation is 'fourier' for a surface that {what}; expected a periodic one with all its points, or "
-            "'spline'"
-        )
+        problem = ""
+    elif angle != 0:
+        problem = "a surface that is turned; expected no rotation"
+    elif interpolation == "none":
+        alike = all(size == 1 or math.isclose(own, step, rel_tol=COINCIDENT / size) for size, own, step in steps)
+        problem = "" if alike else f"pixels of {pixel_size} m and {onto} m; expected one pixel size"
+    else:
+        whole = periodic and not np.isnan(heights).any()
+        problem = "" if whole else "a surface with a border or missing points; expected a periodic one without"
+    if problem:
+        raise InputError(f"interpolation is {interpolation!r} for {problem}, or 'spline'")
 
 
 def _indices(
     have: tuple[int, ...], pixel_size: Pixel, want: tuple[int, int], onto: Pixel, *, shift: Pixel, angle: float
 ) -> list[Floats]:
     """Return where the points of the grid lie on the map along x and y, in pixels of the map from its first point."""
-    x, y = (
-        (np.arange(size) - (size - 1) / 2) * pixel - move for size, pixel, move in zip(want, onto, shift, strict=True)
-    )
+    x, y = (centred(size, pixel) - move for size, pixel, move in zip(want, onto, shift, strict=True))
     if angle == 0:
         positions = [x[:, None], y[None, :]]
     else:

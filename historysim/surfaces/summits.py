@@ -6,7 +6,17 @@ from typing import Self
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Array, ArrayLike, Floats, FrozenArrays, Integers, one_per, scalar, workable
+from historysim.basics.arguments import (
+    Array,
+    ArrayLike,
+    Booleans,
+    Floats,
+    FrozenArrays,
+    Integers,
+    one_per,
+    scalar,
+    workable,
+)
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import metres, range_text
@@ -41,13 +51,13 @@ class Summits(FrozenArrays):
 
     def __init__(
         self,
-        height: "ArrayLike",
-        radius: "ArrayLike",
-        x: "ArrayLike | None" = None,
-        y: "ArrayLike | None" = None,
+        height: ArrayLike,
+        radius: ArrayLike,
+        x: ArrayLike | None = None,
+        y: ArrayLike | None = None,
         *,
         nominal_area: float | None = None,
-        slope: "ArrayLike | None" = None,
+        slope: ArrayLike | None = None,
     ) -> None:
         heights = workable("height", one_per("summit", "summits", "height", height))
         radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
@@ -60,7 +70,7 @@ class Summits(FrozenArrays):
             slope=None if slope is None else one_per("summit", "summits", "slope", slope, heights.size),
         )
 
-    def at_heights(self, height: "ArrayLike") -> Self:
+    def at_heights(self, height: ArrayLike) -> Self:
         """Return the same summits at other heights [m]."""
         return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area, slope=self.slope)
 
@@ -183,21 +193,22 @@ def find_summits(
     if rule == 3 and heights.shape[0] == 1 < heights.shape[1]:
         turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic, prominence=prominence)
         return Summits(turned.height, turned.radius, turned.y, turned.x)
-    grid = _Grid.of(heights, periodic)
-    points, owner, turns = _tops(grid, rule)
+    points, owner, places = _tops(heights, rule, periodic)
     first = np.full(owner.max(initial=-1) + 1, heights.size)
     np.minimum.at(first, owner, points)
-    axes = (0,) if rule == 3 else (0, 1)
-    curvature = np.stack([_mean(owner, grid.drop(points, axis) / pixel_size[axis] ** 2) for axis in axes])
+    curvature = np.stack(
+        [
+            _mean(owner, _drop(heights, points, axis, periodic) / pixel_size[axis] ** 2)
+            for axis in ((0,) if rule == 3 else (0, 1))
+        ]
+    )
     order = np.argsort(first)
     # a plateau has the prominence of its first point
     if prominence > 0:
         order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first[order]] >= prominence]
     x, y = (
-        (_mean(owner, index + turn * size) % size)[order] * pixel
-        for index, turn, size, pixel in zip(
-            np.unravel_index(points, heights.shape), turns.T, heights.shape, pixel_size, strict=True
-        )
+        (_mean(owner, index) % size)[order] * pixel
+        for index, size, pixel in zip(places, heights.shape, pixel_size, strict=True)
     )
     area = heights.size * pixel_size[0] * pixel_size[1]
     return Summits(
@@ -209,34 +220,24 @@ def find_summits(
     )
 
 
-@attrs.frozen
-class _Grid:
-    """Heights with one more point all around: the other side of a periodic surface, else nothing (NaN)."""
+def _padded(values: Array, periodic: bool, nothing: float = np.nan) -> Array:
+    """Return values with one more point all around: the other side of a periodic surface, else nothing."""
+    return np.pad(values, 1, mode="wrap") if periodic else np.pad(values, 1, constant_values=nothing)
 
-    shape: tuple[int, int]
-    padded: Floats
-    periodic: bool
 
-    @classmethod
-    def of(cls, heights: Floats, periodic: bool) -> Self:
-        return cls(heights.shape, cls._pad(heights, periodic, np.nan), periodic)
+def _beside(padded: Array, offset: tuple[int, int]) -> Array:
+    """Return the value beside each point that was padded."""
+    nx, ny = padded.shape
+    return padded[1 + offset[0] : nx - 1 + offset[0], 1 + offset[1] : ny - 1 + offset[1]]
 
-    @staticmethod
-    def _pad(values: Array, periodic: bool, nothing: float) -> Array:
-        return np.pad(values, 1, mode="wrap") if periodic else np.pad(values, 1, constant_values=nothing)
 
-    def beside(self, offset: tuple[int, int], of: Array | None = None) -> Array:
-        """Return the value beside each point."""
-        padded = self.padded if of is None else self._pad(of, self.periodic, 0)
-        return padded[1 + offset[0] :, 1 + offset[1] :][: self.shape[0], : self.shape[1]]
-
-    def drop(self, points: Integers, axis: int) -> Floats:
-        """Return the sum of the drops to both neighbours along an axis."""
-        here, ahead, behind = (
-            self.beside(offset).flat[points] for offset in ((0, 0), _AROUND[5][2 * axis], _AROUND[5][2 * axis + 1])
-        )
-        fall: Floats = (here - ahead) + (here - behind)
-        return fall
+def _drop(heights: Floats, points: Integers, axis: int, periodic: bool) -> Floats:
+    """Return the sum of the drops from points to both neighbours along an axis."""
+    padded = _padded(heights, periodic)
+    offsets = (_AROUND[5][2 * axis], _AROUND[5][2 * axis + 1])
+    here, ahead, behind = heights.flat[points], *(_beside(padded, offset).flat[points] for offset in offsets)
+    fall: Floats = (here - ahead) + (here - behind)
+    return fall
 
 
 def _mean(owner: Integers, values: Array) -> Floats:
@@ -244,76 +245,55 @@ def _mean(owner: Integers, values: Array) -> Floats:
     return mean
 
 
-def _tops(grid: _Grid, rule: int) -> tuple[Integers, Integers, Integers]:
-    """Return the points that are tops, the summit that each belongs to, and the turns (points, 2) of a plateau."""
-    heights = grid.beside((0, 0))
-    top = np.ones(grid.shape, dtype=bool)
-    tied = np.zeros(grid.shape, dtype=bool)
+def _tops(heights: Floats, rule: int, periodic: bool) -> tuple[Integers, Integers, Array]:
+    """Return the points that are tops, the summit that each belongs to, and their indices (2, points) along x and y.
+
+    Indices of a plateau that lies across the border of a periodic surface go on beyond it.
+    """
+    padded = _padded(heights, periodic)
+    top, tied = np.ones(heights.shape, dtype=bool), np.zeros(heights.shape, dtype=bool)
     for offset in _AROUND[rule]:
         # a comparison with a missing neighbour, NaN, is false
-        top &= heights >= grid.beside(offset)
-        tied |= heights == grid.beside(offset)
-    tied &= top
+        top &= heights >= _beside(padded, offset)
+        tied |= heights == _beside(padded, offset)
     single = np.flatnonzero(top & ~tied)
-    shared, plateau, turns = _plateaus(grid, top, tied, rule)
-    points = np.concatenate([single, shared])
+    places = np.stack(np.unravel_index(single, heights.shape))
+    tied &= top
+    if not tied.any():
+        return single, np.arange(single.size), places
+    # a plateau that has a point of its height beside it which is no top goes on uphill from there
+    open_ended, tops = np.zeros_like(tied), _padded(top, periodic, nothing=False)
+    for offset in _AROUND[rule]:
+        open_ended |= tied & (heights == _beside(padded, offset)) & ~_beside(tops, offset)
+    shared, plateau = _plateaus(tied, open_ended, rule, periodic)
+    points = np.ravel_multi_index(tuple(shared), heights.shape, mode="wrap")
     owner = np.concatenate([np.arange(single.size), single.size + plateau])
-    return points, owner, np.concatenate([np.zeros((single.size, 2), dtype=np.int64), turns])
+    return np.concatenate([single, points]), owner, np.concatenate([places, shared], axis=1)
 
 
-def _plateaus(grid: _Grid, top: Array, tied: Array, rule: int) -> tuple[Integers, Integers, Integers]:
-    """Return the points of plateaus with only lower points around, their plateau, and its turns (points, 2) to there.
-
-    A turn is a crossing of the border of a periodic surface along x or y.
-    """
+def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -> tuple[Array, Integers]:
+    """Return the indices (2, points) of points on plateaus with only lower points around, and their plateau."""
     from scipy import ndimage
 
     structure = np.zeros((3, 3), dtype=bool)
     structure[tuple(np.transpose([(0, 0), *_AROUND[rule]]) + 1)] = True
-    labels, count = ndimage.label(tied, structure)
-    whole, turns, wrong = _unfolded(grid, labels, count, rule)
-    for offset in _AROUND[rule]:
-        onward = tied & (grid.beside((0, 0)) == grid.beside(offset)) & ~grid.beside(offset, of=top)
-        wrong[whole[labels[onward]]] = True
-    points = np.flatnonzero(tied)
-    label = labels.flat[points]
-    good = ~wrong[whole[label]]
-    label = label[good]
-    return points[good], np.unique(whole[label], return_inverse=True)[1], turns[label]
-
-
-def _unfolded(grid: _Grid, labels: Array, count: int, rule: int) -> tuple[Integers, Integers, Array]:
-    """Return which labelled pieces are one plateau, because they meet across the border of a periodic surface.
-
-    For each label: the first label of its plateau, how often the borders are crossed on the way there (labels, 2), and
-    whether the plateau runs around the surface and meets itself, which makes it a ridge without an end.
-    """
-    meets: dict[int, set[tuple[int, int, int]]] = {}
-    for offset in _AROUND[rule]:
-        other = grid.beside(offset, of=labels)
-        over_x, over_y = ((np.arange(size) + step) // size for size, step in zip(grid.shape, offset, strict=True))
-        crossing = (labels > 0) & (other > 0) & ((over_x[:, None] != 0) | (over_y != 0))
-        for i, j in np.argwhere(crossing).tolist():
-            meets.setdefault(int(labels[i, j]), set()).add((int(other[i, j]), int(over_x[i]), int(over_y[j])))
-    whole, turns = np.arange(count + 1), np.zeros((count + 1, 2), dtype=np.int64)
-    around = np.zeros(count + 1, dtype=bool)
-    reached: set[int] = set()
-    for start in meets:
-        if start in reached:
-            continue
-        reached.add(start)
-        ahead = [start]
-        while ahead:
-            label = ahead.pop()
-            for beyond, turn_x, turn_y in meets[label]:
-                there = turns[label] + (turn_x, turn_y)
-                if beyond not in reached:
-                    reached.add(beyond)
-                    whole[beyond], turns[beyond] = start, there
-                    ahead.append(beyond)
-                elif (turns[beyond] != there).any():
-                    around[start] = True
-    return whole, turns, around
+    # on two periods along x and y each plateau is whole somewhere; a ridge without an end always meets the border
+    periods = [2 if periodic and size > 1 else 1 for size in tied.shape]
+    labels, count = ndimage.label(np.tile(tied, periods), structure)
+    wrong = np.zeros(count + 1, dtype=bool)
+    wrong[labels[np.tile(open_ended, periods)]] = True
+    if periodic:
+        edges = [labels[[0, -1]]] * (periods[0] > 1) + [labels[:, [0, -1]]] * (periods[1] > 1)
+        wrong[np.concatenate([edge.ravel() for edge in edges])] = True
+    wrong[0] = True
+    places = np.stack(np.nonzero(~wrong[labels]))
+    label = labels[tuple(places)]
+    # of the copies of a plateau, which have one first point, the first one counts
+    first = np.full(count + 1, tied.size)
+    np.minimum.at(first, label, np.ravel_multi_index(tuple(places), tied.shape, mode="wrap"))
+    chosen = np.unique(first[label], return_index=True)[1]
+    kept = np.isin(label, label[chosen])
+    return places[:, kept], np.unique(label[kept], return_inverse=True)[1]
 
 
 def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:

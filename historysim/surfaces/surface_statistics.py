@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Floats, FrozenArrays, checked
+from historysim.basics.arguments import Floats, checked
 from historysim.errors import InputError
 
 Axis = Literal["x", "y"]
@@ -33,45 +33,25 @@ class SpectralMoments(NamedTuple):
 
 @attrs.frozen
 class HeightStatistics:
-    """Heights, slopes and curvatures of a surface, from `Surface.statistics`.
+    """Heights, slopes and curvatures of a surface, from `Surface.statistics`."""
 
-    Attributes
-    ----------
-    mean : float
-        Mean height over the datum [m].
-    rms_height : float
-        Rq, or σ_z: root mean square height about the mean [m].
-    mean_deviation : float
-        Ra: mean absolute height about the mean [m].
-    height_range : float
-        Rz: highest minus lowest point of the whole map [m]. This is Sz of ISO 25178-2, not the mean over sampling
-        lengths of ISO 21920-2.
-    skewness, kurtosis : float
-        Third and fourth moment of the heights over Rq³ and Rq⁴ [1]: 0 and 3 for a Gaussian surface. NaN where all
-        heights are equal.
-    rms_slope : float
-        σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x, likewise s_y; s = s_x on a
-        profile. NaN where there are no neighbours.
-    rms_curvature : float
-        σ_κ [1/m]: root mean square of κ = (κ_x + κ_y)/2 with κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y;
-        κ = κ_x on a profile. NaN where there are no neighbours on both sides.
-    moments : SpectralMoments
-        m0 = Rq², and m2 and m4 from the same differences with their sign: the mean of x and y of their mean squares.
-        Differences over a pixel miss what is shorter than a few pixels, so that they are lower limits.
-    missing_fraction : float
-        Missing points over all points [1].
-    """
-
-    mean: float
-    rms_height: float
-    mean_deviation: float
+    mean: float  #: mean height over the datum [m]
+    rms_height: float  #: Rq, or σ_z: root mean square height about the mean [m]
+    mean_deviation: float  #: Ra: mean absolute height about the mean [m]
+    #: Rz: highest minus lowest point of the whole map [m]: Sz of ISO 25178-2, not the mean over sampling lengths.
     height_range: float
-    skewness: float
-    kurtosis: float
+    skewness: float  #: third moment of the heights over Rq³ [1], 0 for a Gaussian surface; NaN where all are equal
+    kurtosis: float  #: fourth moment of the heights over Rq⁴ [1], 3 for a Gaussian surface; NaN where all are equal
+    #: σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x; s = s_x on a profile. NaN where
+    #: there are no neighbours.
     rms_slope: float
+    #: σ_κ [1/m]: root mean square of κ = (κ_x + κ_y)/2 with κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y; κ = κ_x on
+    #: a profile. NaN where there are no neighbours on both sides.
     rms_curvature: float
+    #: m0 = Rq², and m2 and m4 from the same differences with their sign: the mean of x and y of their mean squares.
+    #: Differences over a pixel miss what is shorter than a few pixels, so that they are lower limits.
     moments: SpectralMoments
-    missing_fraction: float
+    missing_fraction: float  #: missing points over all points [1]
 
     @property
     def bandwidth(self) -> float:
@@ -82,20 +62,13 @@ class HeightStatistics:
         return root * root
 
 
-@attrs.frozen(eq=False, getstate_setstate=False)
-class Autocorrelation(FrozenArrays):
-    """Autocorrelation function ρ of a surface, from `Surface.autocorrelation`.
+@attrs.frozen(eq=False)
+class Autocorrelation:
+    """Autocorrelation function ρ of a surface, from `Surface.autocorrelation`."""
 
-    Attributes
-    ----------
-    lags_x, lags_y : array (lag)
-        Lags along x and y [m], from minus to plus half the length of the surface; 0 alone across a profile.
-    values : array (lag_x, lag_y)
-        ρ [1], 1 at lag 0; NaN at lags that no two present points have.
-    """
-
-    lags_x: Floats
-    lags_y: Floats
+    lags_x: Floats  #: (lag) Along x [m], from minus to plus half the length of the surface; 0 alone across a profile.
+    lags_y: Floats  #: (lag) Likewise along y.
+    #: (lag_x, lag_y) ρ [1], 1 at lag 0; NaN at lags that no two present points have.
     values: Floats = attrs.field(repr=False)
 
     def length(self, axis: Axis, level: float = 0.1) -> float:
@@ -109,10 +82,8 @@ class Autocorrelation(FrozenArrays):
         if target >= 1:
             raise InputError(f"level is {target:g}; expected less than 1, where every surface starts at lag 0")
         zero_x, zero_y = self.lags_x.size // 2, self.lags_y.size // 2
-        if axis == "x":
-            lags, values = self.lags_x[zero_x:], self.values[zero_x:, zero_y]
-        else:
-            lags, values = self.lags_y[zero_y:], self.values[zero_x, zero_y:]
+        lags = (self.lags_x if axis == "x" else self.lags_y)[zero_x if axis == "x" else zero_y :]
+        values = self.values[zero_x:, zero_y] if axis == "x" else self.values[zero_x, zero_y:]
         known = ~np.isnan(values)
         lags, values = lags[known], values[known]
         fallen = np.flatnonzero(values <= target)
@@ -170,7 +141,7 @@ def autocorrelation(z: Floats, pixel_size: Pixel, *, periodic: bool) -> Autocorr
     values = _products(deviation, shape)[np.ix_(*steps)]
     values /= np.where(pairs > 0, pairs, np.nan)
     values /= values[z.shape[0] // 2, z.shape[1] // 2]
-    return Autocorrelation(*(_frozen(array) for array in (steps[0] * pixel_size[0], steps[1] * pixel_size[1], values)))
+    return Autocorrelation(steps[0] * pixel_size[0], steps[1] * pixel_size[1], values)
 
 
 def _ratio(part: float, whole: float) -> float:
@@ -216,8 +187,3 @@ def _products(values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> Floats
     waves = fft.rfft2(values, shape)
     products: Floats = fft.irfft2(waves.real**2 + waves.imag**2, shape)
     return products
-
-
-def _frozen(values: Floats) -> Floats:
-    values.flags.writeable = False
-    return values

@@ -27,7 +27,6 @@ from sections import (
 import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import document, scenario, surface_kinds
-from historysim.scenario.scenario import summary
 from historysim.studies.sweep_table import unit_of
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits, textured_summits
 from historysim.surfaces.heights import Surface
@@ -339,20 +338,6 @@ def test_the_second_surface_of_a_sum_by_another_interpolation(folder, interpolat
     first, second = (random_surface(**{**OTHER, "seed": seed}) for seed in (1, 2))
     expected = first.combined(second, shift=(0.5e-6, 1.5e-6), interpolation=interpolation)
     assert found.surface.heights.tobytes() == expected.heights.tobytes()
-
-
-def test_what_splines_take_from_a_sum_is_noticed(folder):
-    (notice,) = built(folder, shifted_sum()).notices
-    assert notice.startswith("second surface of the sum: it is interpolated by cubic splines between its points")
-    assert ("note", notice) in summary(scenario.load(folder / "s.toml"))
-    notices = []
-    hs.run(folder / "s.toml", folder / "s.nc", notify=notices.append).close()
-    assert notices == [f"s.toml: {notice}"]
-    for without_splines in ({"interpolation": "fourier"}, {"interpolation": "none"}, {"shift": [1e-6, -4e-6]}):
-        assert built(folder, shifted_sum(**without_splines)).notices == ()
-    # of a sum within a sum too
-    nested = {"kind": "sum", "first": {"kind": "random", **ROUGH}, "second": shifted_sum()}
-    assert notice in built(folder, nested).notices
 
 
 @pytest.mark.parametrize("name", ["random", "measured", "sum"])

@@ -74,7 +74,7 @@ def test_masked_points_are_missing_whatever_lies_behind_the_mask(kind):
         (iter([1.0]), "heights are of type object"),
         (np.zeros((2, 2, 2)), r"heights have shape \(2, 2, 2\)"),
         ([[]], r"heights have shape \(1, 0\)"),
-        ([NAN, NAN], "all heights are missing; expected some that are numbers"),
+        ([NAN, NAN], "heights are infinite, or all missing"),
         (np.ma.masked, "heights have shape"),
     ],
 )
@@ -283,9 +283,10 @@ def test_a_surface_says_what_it_is():
     text = repr(Surface(heights, (1e-6, 2e-6), periodic=True))
     # one point of 4 nm among 14: Rq² = 16/14 - (4/14)² nm²
     assert text == (
-        "<Surface: 3 × 5 points, 1 µm × 2 µm apart, heights 0 m to 4 nm, rms height 1.03 nm, periodic, 1 missing>"
+        "<Surface: points 3 × 5, pixel size 1 µm × 2 µm, heights 0 m to 4 nm, rms height 1.03 nm, periodic yes, "
+        "missing points 1>"
     )
-    assert repr(Surface([1e-9, 1e-9, 1e-9], 1e-6)).startswith("<Surface: 3 × 1 points, 1 µm apart, heights 1 nm, ")
+    assert repr(Surface([1e-9, 1e-9, 1e-9], 1e-6)).startswith("<Surface: points 3 × 1, pixel size 1 µm, heights 1 nm, ")
 
 
 def test_a_cropped_surface_has_the_points_between_two_positions():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.inspection import smoothing_notice, summary
+from historysim.surfaces.inspection import summary
 from historysim.surfaces.random import random_surface
 
 PREFIXES = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6}
@@ -144,41 +144,3 @@ def test_every_map_has_lines_without_numbers_that_are_none(data, shape, scale, p
 def test_lengths_that_no_float_can_square_are_refused(surface, heights, pixel):
     with pytest.raises(InputError, match="so large or so small"):
         summary(Surface(surface.heights / 20e-9 * heights, pixel))
-
-
-# --- what splines take ---
-
-
-def rough_map(seed=1, autocorrelation="exponential", shape=(128, 128), pixel=1e-6):
-    return random_surface(shape, pixel, 1e-7, 2e-5, seed=seed, autocorrelation=autocorrelation)
-
-
-@pytest.mark.parametrize(("move", "share"), [({"shift": (0.5e-6, -3.5e-6)}, 32), ({"rotation": 0.3}, 17)])
-def test_the_share_of_the_curvature_that_splines_take(move, share):
-    other = rough_map(2)
-    level = Surface(np.zeros(other.shape), other.pixel_size, periodic=True)
-    taken = 1 - level.combined(other, **move).statistics().rms_curvature / other.statistics().rms_curvature
-    assert 100 * taken == pytest.approx(share, abs=1.5)
-    assert f"which takes {100 * taken:.2g} % of its rms curvature" in smoothing_notice(rough_map(), other, **move)
-
-
-def test_nothing_is_said_where_nothing_is_taken():
-    assert smoothing_notice(rough_map(), rough_map(2)) is None
-    assert smoothing_notice(rough_map(), rough_map(2), shift=(3e-6, -2e-6)) is None
-    # every other point of a map with pixels half as wide, between which nothing is interpolated
-    assert smoothing_notice(rough_map(shape=(65, 65), pixel=2e-6), rough_map(2, shape=(129, 129))) is None
-    # a Gaussian autocorrelation has no waves short enough
-    assert smoothing_notice(rough_map(), rough_map(2, "gaussian"), shift=(0.5e-6, 0.5e-6)) is None
-
-
-@pytest.mark.parametrize(
-    ("periodic", "rotation", "remedy"),
-    [
-        (True, 0.0, "; interpolation 'fourier' takes nothing"),
-        (False, 0.0, "interpolation 'none', by whole pixels of one size, takes nothing"),
-        (True, 0.2, "; without a rotation interpolation 'fourier' takes nothing"),
-    ],
-)
-def test_the_remedy_is_one_that_the_surface_allows(periodic, rotation, remedy):
-    other = Surface(rough_map(2).heights, 1e-6, periodic=periodic)
-    assert smoothing_notice(rough_map(), other, shift=(0.5e-6, 0), rotation=rotation).endswith(remedy)

@@ -284,7 +284,7 @@ GOOD = {"shape": (8, 8), "pixel_size": 1e-6, "rms_height": 1e-6, "autocorrelatio
         ({"shape": (8, 8, 8)}, r"shape is \(8, 8, 8\); expected the number of points along x and y"),
         ({"shape": (0, 8)}, "integers of 1 or more"),
         ({"shape": "88"}, "shape is '88'"),
-        ({"shape": (2**15, 2**14)}, "shape is 32768 x 16384, 536,870,912 points"),
+        ({"shape": (2**15, 2**14)}, "shape is 32768 x 16384; expected"),
         ({"rms_height": -1e-6}, "rms_height is -1e-06; expected a finite number greater than 0"),
         ({"rms_height": [1e-6, 2e-6]}, "rms_height is a list of shape .*; expected one number"),
         ({"rms_height": True}, "rms_height is True; expected numbers"),

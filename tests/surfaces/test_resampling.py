@@ -321,9 +321,9 @@ def test_splines_leave_the_summits_of_a_gaussian_map():
     ("how", "message"),
     [
         ({"interpolation": "fourrier"}, "interpolation is 'fourrier'; did you mean 'fourier'?"),
-        ({"interpolation": "fourier"}, "is not periodic; expected a periodic one with all its points, or 'spline'"),
+        ({"interpolation": "fourier"}, "a border or missing points; expected a periodic one without, or 'spline'"),
         ({"interpolation": "fourier", "periodic": True, "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
-        ({"interpolation": "none", "onto": (1.0001 * PX, PY)}, "expected one pixel size, or 'fourier' or 'spline'"),
+        ({"interpolation": "none", "onto": (1.0001 * PX, PY)}, "expected one pixel size, or 'spline'"),
     ],
 )
 def test_interpolations_that_cannot_be_had(how, message):

@@ -13,7 +13,7 @@ from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
 from historysim.basics.wording import Notify, shown, silent
 from historysim.errors import InputError, at, misfit
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
-from historysim.surfaces.inspection import quantisation_notice, smoothing_notice
+from historysim.surfaces.inspection import quantisation_notice
 from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.summits import WOLF, Summits
@@ -235,15 +235,11 @@ class SumOfMaps(HeightMap):
     interpolation: str = "spline"
 
     def made(self, folder: Path, notify: Notify) -> "Surface":
-        """Return the sum of both maps, and notice what splines take from the second one."""
+        """Return the sum of both maps."""
         with at("first"):
             first = self.first.surface(folder, notify)
         with at("second"):
             second = self.second.surface(folder, notify)
-        if self.interpolation == "spline" and (
-            notice := smoothing_notice(first, second, shift=self.shift, rotation=self.rotation)
-        ):
-            notify(f"second surface of the sum: {notice}")
         return first.combined(
             second,
             shift=self.shift,
