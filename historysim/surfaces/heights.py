@@ -76,7 +76,7 @@ class Surface(FrozenArrays):
     pixel_size: tuple[float, float]
     periodic: bool
 
-    def __init__(self, heights: ArrayLike, pixel_size: ArrayLike, periodic: bool = False) -> None:
+    def __init__(self, heights: "ArrayLike", pixel_size: "ArrayLike", periodic: bool = False) -> None:
         if not isinstance(periodic, bool | np.bool_):
             raise InputError(f"periodic is {periodic!r}; expected True or False")
         self.__attrs_init__(_heights(heights), per_axis("pixel_size", pixel_size), bool(periodic))

@@ -189,9 +189,9 @@ BLOCK = 2**16  # numbers that are worked on at a time, so that they stay in the 
 
 def random_surface(
     shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex],
-    pixel_size: ArrayLike,
+    pixel_size: "ArrayLike",
     rms_height: float,
-    autocorrelation_length: ArrayLike,
+    autocorrelation_length: "ArrayLike",
     *,
     seed: SupportsIndex,
     autocorrelation: str = "exponential",

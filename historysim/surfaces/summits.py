@@ -51,13 +51,13 @@ class Summits(FrozenArrays):
 
     def __init__(
         self,
-        height: ArrayLike,
-        radius: ArrayLike,
-        x: ArrayLike | None = None,
-        y: ArrayLike | None = None,
+        height: "ArrayLike",
+        radius: "ArrayLike",
+        x: "ArrayLike | None" = None,
+        y: "ArrayLike | None" = None,
         *,
         nominal_area: float | None = None,
-        slope: ArrayLike | None = None,
+        slope: "ArrayLike | None" = None,
     ) -> None:
         heights = workable("height", one_per("summit", "summits", "height", height))
         radii = one_per("summit", "summits", "radius", radius, heights.size, above=0)
