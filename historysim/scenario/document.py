@@ -13,6 +13,7 @@ from cattrs import Converter
 
 from historysim.basics.files import kind_text, what_is_there
 from historysim.basics.limits import at_most, most
+from historysim.basics.units import is_unit
 from historysim.basics.wording import shown
 from historysim.errors import InputError, misfit
 from historysim.scenario.column_keys import column_hooks
@@ -45,9 +46,7 @@ def parsed(source: str) -> dict[str, Any]:
     try:
         document = tomllib.loads(source)
     except (ValueError, RecursionError) as error:
-        from historysim.scenario.toml_slips import mended
-
-        raise InputError(f"is not TOML: {mended(source, str(error))}") from error
+        raise InputError(f"is not TOML: {_explained(source, str(error))}") from error
     level: list[Any] = [document]
     for _ in range(parts):
         level = [
@@ -62,6 +61,70 @@ def parsed(source: str) -> dict[str, Any]:
 
 
 _PART = r"""[^\s.=\[\]{},#]"""  # A character of a key, quoted or not
+_BARE_VALUE = re.compile(
+    r"""(?P<key>[\w.-]+)\s*=\s*
+    (?P<number>[+-]?(?:\d+(?:[.,]\d+)?\.?|\.\d+)(?:[eE][+-]?\d+)?)?  \s*(?P<word>[^,}\]\#"'\[{=]*?)
+    (?=\s*(?:[,}\]\#]|$))""",
+    re.VERBOSE,
+)
+_CURLY = str.maketrans("“”„«»‘’‚", '"""""\'\'\'')
+_LONGEST = 500  # characters of a line that is searched for slips
+# What the parser says too briefly, and what it means.
+_REASONS = {
+    "Invalid value": 'no value of TOML; expected one, as 2.5e-3 or "2.5 mm", and a ] behind each array above',
+    "Illegal character '\\n'": "the quotation mark is not closed",
+    "Unclosed inline table": "expected a comma between keys, and } on the same line",
+    "Invalid initial character for a key part": "expected a name, and a table in { } on one line",
+    "Cannot overwrite a value": "stands here for the second time; expected it once",
+}
+
+
+def _explained(source: str, problem: str) -> str:
+    """Return where and why a text is no TOML, which the parser says as ``problem``, with the mend of a usual slip."""
+    reason, _, place = problem.partition(" (at ")
+    found = re.match(r"line (\d+), column (\d+)", place)
+    lines = source.splitlines() or [""]
+    number, column = (int(found[1]), int(found[2]) - 1) if found else (len(lines), 0)
+    line = lines[min(number, len(lines)) - 1]
+    mend = _mend(line, column) if len(line) <= _LONGEST else ""
+    return f"line {number}: {line.strip()[:70]}: {mend or _REASONS.get(reason, reason[:1].lower() + reason[1:])}"
+
+
+def _mend(line: str, column: int) -> str:
+    """Return how to mend a usual slip in a line, at which the parser has stopped; empty where there is none."""
+    if (plain := line.translate(_CURLY)) != line:
+        return f"curly quotation marks; expected straight ones: {plain.strip()}"
+    if "\\" in line and '"' in line:
+        return "a backslash in quotes begins an escape; expected / between folders"
+    if re.match(r"\s*\[", line) and not re.match(r"\s*\[+[^\[\]\s]+\]+\s*(#|$)", line):
+        return "the name of a section stands in brackets, with a point between its parts, as [loading.columns]"
+    values = sorted(_BARE_VALUE.finditer(line), key=lambda each: not each.start() <= column <= each.end() + 1)
+    return next((mend for each in values if (mend := _mended_value(**each.groupdict()))), "")
+
+
+def _mended_value(key: str, number: str | None, word: str) -> str:
+    """Return how to write a value that stands without quotes; empty where it is one of TOML."""
+    if number is None:
+        return _mended_word(key, word)
+    point = number.replace(",", ".")
+    if word == "%":
+        return f"a share is a plain number; expected {key} = {float(point) / 100:g}"
+    if word and word[0].isalpha() and is_unit(word):
+        return f'a value with a unit stands in quotes; expected {key} = "{point} {word}"'
+    if not word and point != number:
+        return f"the decimal sign is a point; expected {key} = {point}"
+    if not word and (point.lstrip("+-").startswith(".") or point.endswith(".")):
+        return f"digits stand on both sides of a decimal point; expected {key} = {float(point)!r}"
+    return ""
+
+
+def _mended_word(key: str, word: str) -> str:
+    if word.lower() in {"none", "null", "nil"}:
+        return f"TOML has no {word}; leave the key out"
+    if word in {"True", "False", "TRUE", "FALSE"}:
+        return f"{word} is no value of TOML; expected {key} = {word.lower()}"
+    known = {"", "inf", "nan", "true", "false"}
+    return "" if word in known else f'a string stands in quotes; expected {key} = "{word}"'
 
 
 def pictures_of(document: Mapping[str, Any]) -> Pictures:

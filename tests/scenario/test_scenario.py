@@ -246,7 +246,7 @@ WRONG = {
         (
             "[surface]",
             "[surface",
-            "is not TOML: line 5: [surface: the name of a section stands in brackets; expected [surface]",
+            "is not TOML: line 5: [surface: the name of a section stands in brackets, with a point between",
         ),
     ],
     BLOCKS: [
