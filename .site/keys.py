@@ -24,6 +24,7 @@ from historysim.basics.fields import OneOf, Quantity, markdown
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MATERIALS, Material
 from historysim.loads.events import EVENTS, Event
+from historysim.loads.friction_course import FrictionCourse
 from historysim.results.plots.pictures import PICTURES, Panel, Picture
 from historysim.scenario import sections
 from historysim.scenario.loading_kinds import LOADINGS, measured, written
@@ -94,7 +95,7 @@ SECTIONS: dict[str, tuple[str, Kinds]] = {
 TITLES: dict[type, str] = {
     Material: "Your own material",
     sections.Coefficients: "Coefficients",
-    sections.Course: "`course`, written out",
+    FrictionCourse: "`course`, written out",
     sections.CourseFile: "`course`, from a file",
     written.Waypoint: "A waypoint",
     written.WaypointBlock: "A block",

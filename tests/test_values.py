@@ -118,7 +118,7 @@ VALUES = {
     "Instrument": lambda: hs.Instrument(3.3e5, displacement_resolution=1e-9),
     "events": lambda: EVENTS,
     "SampledLoads": lambda: SampledLoads(np.arange(3.0), np.ones(3), np.zeros(3)),
-    "FrictionCourse": lambda: FrictionCourse("time", [0.0, 1.0], [0.1, 0.2]),
+    "FrictionCourse": lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1, 0.2]),
     "Start": ended,
     "Surface": surface,
     "Summits": lambda: surface().summits(),

@@ -10,7 +10,6 @@ from functools import cached_property
 from operator import attrgetter
 from typing import Any, NamedTuple, Self, overload
 
-import attrs
 import numpy as np
 
 from historysim.basics.arguments import Array, Floats, workable
@@ -41,11 +40,6 @@ class Loads(NamedTuple):
     time: Floats
     value: Floats
 
-    def of(self, kind: type[LoadEvent]) -> Floats:
-        """Return the values of one kind."""
-        values: Floats = self.value[self.kind == _CODE[kind]]
-        return values
-
     def part(self, where: slice) -> Self:
         """Return some of the events."""
         return type(self)(*(column[where] for column in self))
@@ -54,11 +48,7 @@ class Loads(NamedTuple):
 class Events(Sequence[Event]):
     """Events in the order given, as objects or, where all are loads, as arrays; either is made of the other once.
 
-    Parameters
-    ----------
-    events : iterable of Event
-    loads : Loads, optional
-        In place of events: numbers that are checked already.
+    ``loads`` are numbers that are checked already, in place of events.
     """
 
     def __init__(self, events: Iterable[Event] = (), *, loads: Loads | None = None) -> None:
@@ -127,42 +117,22 @@ class Events(Sequence[Event]):
         return repr(list(self))
 
 
-@attrs.frozen(eq=False)
-class SampledLoads(Sequence[Event]):
+class SampledLoads(Events):
     """Events of a record: at each sample a normal load and a tangential displacement, in this order.
 
     A replay of them is that of the events one by one, but each sample has a step of its own, also where times repeat.
-
-    Raises InputError: a number beyond the sizes that are computed with.
+    Arrays are (sample): times, which do not decrease [s], normal loads of 0 or more [N], and displacements [m], those
+    of the drive where there is an instrument. A number beyond the sizes that are computed with is an InputError.
     """
 
-    time: Floats  #: (sample) Times, which do not decrease [s]
-    normal_load: Floats  #: (sample) [N], 0 or more
-    tangential_displacement: Floats  #: (sample) [m], that of the drive where there is an instrument
-
-    def __attrs_post_init__(self) -> None:
-        """Check what events check one by one."""
-        for name in ("time", "normal_load", "tangential_displacement"):
-            workable(name, getattr(self, name))
-
-    def __len__(self) -> int:
-        """Return the number of events, two for each sample."""
-        return 2 * self.time.size
-
-    @overload
-    def __getitem__(self, index: int) -> Event: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[Event]: ...
-    def __getitem__(self, index: int | slice) -> Event | list[Event]:
-        """Return an event, or those of a slice."""
-        numbers = range(len(self))[index]
-        if isinstance(numbers, range):
-            return [self[number] for number in numbers]
-        sample, second = divmod(numbers, 2)
-        time = float(self.time[sample])
-        if second:
-            return TangentialDisplacement(time, float(self.tangential_displacement[sample]))
-        return NormalLoad(time, float(self.normal_load[sample]))
+    def __init__(self, time: Floats, normal_load: Floats, tangential_displacement: Floats) -> None:
+        given = {"time": time, "normal_load": normal_load, "tangential_displacement": tangential_displacement}
+        for name, values in given.items():
+            workable(name, values)
+        kinds = np.array([_CODE[NormalLoad], _CODE[TangentialDisplacement]], dtype=np.int8)
+        values = np.column_stack([normal_load, tangential_displacement])
+        super().__init__(loads=Loads(np.tile(kinds, time.size), np.repeat(time, 2), values.ravel()))
+        self.time = time
 
 
 def loads_of(events: Sequence[Event]) -> Loads | None:
@@ -180,18 +150,18 @@ def is_planar(events: Sequence[Event]) -> bool:
 def components(events: Sequence[Event]) -> set[int]:
     """Return how many numbers the tangential channel has at its waypoints: 1, 2, or there are both."""
     loads = loads_of(events)
-    if loads is not None or isinstance(events, SampledLoads):
-        return {1} if loads is None or np.isin(loads.kind, _TANGENTIAL).any() else set()
+    if loads is not None:
+        return {1} if np.isin(loads.kind, _TANGENTIAL).any() else set()
     return {2 if event.planar else 1 for event in events if isinstance(event, TangentialEvent)}
 
 
 def values_of(events: Sequence[Event], kind: type[LoadEvent]) -> list[float]:
     """Return what the events of a kind have reached, one after the other."""
     loads = loads_of(events)
-    if loads is not None:
-        values: list[float] = loads.of(kind).tolist()
-        return values
-    return [event.value for event in events if isinstance(event, kind)]
+    if loads is None:
+        return [event.value for event in events if isinstance(event, kind)]
+    values: list[float] = loads.value[loads.kind == _CODE[kind]].tolist()
+    return values
 
 
 def _made(loads: Loads) -> list[Event]:
@@ -217,7 +187,7 @@ def as_events(given: Iterable[Event]) -> Sequence[Event]:
     events: Any = given
     if not isinstance(events, Iterable):
         raise InputError(f"events is {given!r}; expected a list of load events")
-    return events if isinstance(events, Events | SampledLoads) else Events(events)
+    return events if isinstance(events, Events) else Events(events)
 
 
 def events_text(events: Sequence[Event]) -> str:
@@ -270,23 +240,21 @@ def _hex(value: object) -> object:
     return value.hex() if isinstance(value, float) else value
 
 
-def _lines(loads: Loads) -> str:
-    """Return what JSON makes of load events, a line each."""
-    names = [kind.__name__ for kind in KINDS]
-    times, values = map(float.hex, loads.time.tolist()), map(float.hex, loads.value.tolist())
-    each = zip(loads.kind.tolist(), times, values, strict=True)
-    return "".join([f'["{names[kind]}", "{time}", "{value}"]\n' for kind, time, value in each])
-
-
 def digest(events: Iterable[Event]) -> str:
     """Return the SHA-256 of events, over a form that covers kind, order and every bit of the numbers."""
     total = hashlib.sha256()
     loads = loads_of(events) if isinstance(events, Sequence) else None
-    if loads is not None:
-        for first in range(0, loads.time.size, LINES_AT_ONCE):
-            total.update(_lines(loads.part(slice(first, first + LINES_AT_ONCE))).encode())
+    if loads is None:
+        for event in events:
+            line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, event.contents())])
+            total.update(line.encode() + b"\n")
         return total.hexdigest()
-    for event in events:
-        line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, event.contents())])
-        total.update(line.encode() + b"\n")
+    names = [kind.__name__ for kind in KINDS]
+    for first in range(0, loads.time.size, LINES_AT_ONCE):
+        # what JSON makes of them, without events as objects
+        columns = [column.tolist() for column in loads.part(slice(first, first + LINES_AT_ONCE))]
+        lines = [
+            f'["{names[kind]}", "{time.hex()}", "{value.hex()}"]\n' for kind, time, value in zip(*columns, strict=True)
+        ]
+        total.update("".join(lines).encode())
     return total.hexdigest()

@@ -4,6 +4,7 @@ import csv
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
+from functools import partial
 from pathlib import Path
 
 import attrs
@@ -27,27 +28,22 @@ _EXPECTED = (
 def read_events(path: Path, layout: Format | None = None) -> list[Event]:
     """Read events from a table, in the order of the table, which need not be that of time.
 
-    The header names ``time`` and one or more kinds of events (see `EVENT_KINDS`). Each value that is not empty is an
-    event at the time of its line; those of one line follow in the order of the columns. Numbers are SI, or in the unit
-    that the header has beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``.
-    Several coefficients of friction, one for each asperity, have spaces between them; a list of only one stands in
-    brackets, ``[0.2]``. Indices of chosen asperities stand in front, with a colon: ``0 2: 0.3 0.4``. A change of
-    geometry has heights, a bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
+    The header names ``time`` and one or more kinds of events. Each value that is not empty is an event at the time of
+    its line; those of one line follow in the order of the columns. Numbers are SI, or in the unit that the header has
+    beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``. Several coefficients
+    of friction, one for each asperity, have spaces between them; a list of only one stands in brackets, ``[0.2]``.
+    Indices of chosen asperities stand in front, with a colon: ``0 2: 0.3 0.4``. A change of geometry has heights, a
+    bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
 
     Raises InputError: another file, or a value that is no event; the message names line and column.
     """
-    _check_kind(path)
+    if kind := kind_text(path):
+        hint = f"; historysim log {path} --csv TABLE writes its events to one" if is_log(path) else ""
+        raise InputError(f"{path}: {kind}{hint}; expected {_EXPECTED}")
     layout = layout or Format()
     with opened_rows(path, _NAMES, layout) as (heading, rows):
         columns = _columns(heading)
         return [event for line, texts in rows for event in _events(line, texts, columns, layout.decimal)]
-
-
-def _check_kind(path: Path) -> None:
-    """Refuse what is no table but something else."""
-    if kind := kind_text(path):
-        hint = f"; historysim log {path} --csv TABLE writes its events to one" if is_log(path) else ""
-        raise InputError(f"{path}: {kind}{hint}; expected {_EXPECTED}")
 
 
 @attrs.frozen
@@ -73,29 +69,22 @@ class _EventColumn:
             raise InputError(f"{brief(text)}; expected a plain number, such as 0.2")
         return quantity(text.replace(decimal, ".", 1), self.unit)
 
-    def event(self, time: float, text: str, decimal: str) -> Event:
-        """Return the event that a cell says."""
-        return EVENTS[self.name].from_cell(time, text, lambda part: self.value(part, decimal))
-
 
 def _columns(heading: Heading) -> list[_EventColumn]:
+    """Return the columns of a table, that of the time first, which the others need."""
     names = [split_unit(name)[0] for name in heading.names]
-    units = {"time": "s"}
-    for name in names:
+    columns = []
+    for place, name in enumerate(names):
         if name != "time" and name not in EVENTS:
             known = dict.fromkeys(("time", *EVENTS.own(), *EVENTS))
             raise InputError(f"column {name!r} is no kind of event; {nearest(name, known)}")
-        if name != "time":
-            units[name] = EVENTS[name].unit
         if names.count(name) > 1:
             raise InputError(f"the header names {name!r} {names.count(name)} times; expected it once")
+        unit = "s" if name == "time" else EVENTS[name].unit
+        _, factor, *_ = settled(None, heading.units(place), (unit,), f"column {name}")
+        columns.append(_EventColumn(name, place, unit, factor))
     if "time" not in names or len(names) < 2:
         raise InputError(f"the header names {', '.join(names)} alone; expected {_EXPECTED}")
-    factors = [
-        settled(None, heading.units(place), (units[name],), f"column {name}")[1] for place, name in enumerate(names)
-    ]
-    # the time is needed first, whatever comes after it
-    columns = [_EventColumn(name, place, units[name], factors[place]) for place, name in enumerate(names)]
     return sorted(columns, key=lambda column: column.name != "time")
 
 
@@ -107,7 +96,7 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], de
             if column.name == "time":
                 time = column.value(text, decimal)
             elif text:
-                yield column.event(time, text, decimal)
+                yield EVENTS[column.name].from_cell(time, text, partial(column.value, decimal=decimal))
         except InputError as error:
             raise InputError(f"line {line}, column {column.name}: {error}") from error
 

@@ -1,7 +1,9 @@
 """Load events: what a channel has reached at a time (waypoints, as in an amplitude table), and what changes at once."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from typing import Annotated, Any, ClassVar, Self
 
 import attrs
@@ -35,11 +37,6 @@ def __dir__() -> list[str]:
 # -- fields of events: conversion and checks ------------------------------------------------------------
 
 
-def _finite(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
-    if not _fits(value):
-        raise _field_error(event, attribute.name, value, "a finite number, in SI")
-
-
 def _fits(value: Any) -> bool:
     return is_number(value) and is_workable(value)
 
@@ -51,6 +48,11 @@ def _field_error(event: Any, name: str, value: Any, expected: str) -> InputError
     return InputError(f"{type(event).__name__}: {name} is {value!r}{when}; expected {expected}")
 
 
+def _finite(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if not _fits(value):
+        raise _field_error(event, attribute.name, value, "a finite number, in SI")
+
+
 def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     _finite(event, attribute, value)
     if value < 0:
@@ -60,28 +62,32 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
         )
 
 
-def _as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
+def _one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    if not isinstance(value, tuple):
+        _finite(event, attribute, value)
+    elif len(value) != 2 or not all(map(_fits, value)):
+        raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
+
+
+def _as_numbers(value: Any) -> float | tuple[float, ...]:
     """Return one number, or several, as floats; what is neither as it is, to be refused by the check."""
-    given: Any = value
-    single = isinstance(given, str | bytes | Mapping) or getattr(given, "ndim", 1) == 0
-    return tuple(map(as_float, given)) if isinstance(given, Iterable) and not single else as_float(given)
+    single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
+    return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
 
 
-def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
+def _as_lengths(value: Any) -> tuple[float, ...] | None:
     """Return lengths with or without units [m]."""
-    if value is None:
-        return None
-    lengths = _as_numbers(in_si(value, "m"))
-    return lengths if isinstance(lengths, tuple) else (lengths,)
+    lengths = None if value is None else _as_numbers(in_si(value, "m"))
+    return lengths if isinstance(lengths, tuple | None) else (lengths,)
 
 
-def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
+def _as_indices(value: Any) -> tuple[int, ...] | None:
     """Return indices of asperities; None stands for all of them."""
-    given: Any = value
-    if given is not None and not isinstance(given, str | bytes | Mapping):
-        given = tuple(given) if isinstance(given, Iterable) else (given,)
-    indices: tuple[int, ...] | None = given
-    return indices
+    if value is None or isinstance(value, str | bytes | Mapping):
+        return value  # type: ignore[return-value] # refused by the check
+    given = tuple(value) if isinstance(value, Iterable) else (value,)
+    whole = (is_number(index) and not isinstance(index, bool) and index == int(index) for index in given)
+    return tuple(map(int, given)) if all(whole) else given
 
 
 def _each(noun: str, least: float, expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
@@ -97,22 +103,15 @@ def _each(noun: str, least: float, expected: str) -> Callable[[object, "attrs.At
     return check
 
 
+def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+    known = isinstance(value, tuple) and all(type(index) is int and index >= 0 for index in value)
+    if value is not None and not (known and value and len(set(value)) == len(value)):
+        expected = "indices of asperities, 0 or more, each once"
+        raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}")
+
+
 _coefficients = _each("coefficient", 0.0, "a finite number of 0 or more")
 _lengths = attrs.validators.optional(_each("length", -math.inf, "a finite number, in m"))
-
-
-def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    if value is None:
-        return
-    whole = isinstance(value, tuple) and all(
-        is_number(index) and index == int(index) and index >= 0 and not isinstance(index, bool) for index in value
-    )
-    if not whole or not value or len(set(value)) < len(value):
-        raise InputError(
-            f"{type(event).__name__}: {attribute.name} is {value!r}; expected indices of asperities, "
-            "0 or more, each once"
-        )
-    object.__setattr__(event, attribute.name, tuple(int(index) for index in value))
 
 
 # -- the base class ---------------------------------------------------------------------------------------
@@ -171,7 +170,7 @@ class Event:
 
     @classmethod
     def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event of a cell."""
+        """Return the event of a cell, in which a single number may have a unit."""
         front, colon, rest = text.rpartition(":") if "asperities" in cls.fields() else ("", "", text)
         for each in front.split():
             if not each.isdecimal():
@@ -179,7 +178,7 @@ class Event:
         parts = [_numbers_in(part, number) for part in rest.split("|")]
         if len(parts) > len(cls._lists()):
             raise InputError(f"has {len(parts)} parts between bars (|); expected {len(cls._lists())} at most")
-        values = dict(zip(cls._lists(), parts, strict=False))
+        values: Any = dict(zip(cls._lists(), parts, strict=False))
         if colon:
             values["asperities"] = tuple(map(int, front.split())) or None
         made: Any = cls
@@ -221,23 +220,20 @@ def _differ(friction: float | tuple[float, ...]) -> bool:
 
 def _numbers_text(numbers: float | tuple[float, ...] | None) -> str:
     """Return numbers as a cell has them; a list of one stands in brackets."""
-    if numbers is None:
-        return ""
     if not isinstance(numbers, tuple):
-        return repr(numbers)
+        return "" if numbers is None else repr(numbers)
     text = " ".join(map(repr, numbers))
     return text if len(numbers) > 1 else f"[{text}]"
 
 
 def _numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
-    """Return the numbers of `_numbers_text`; a unit stands behind a single number with a blank."""
-    text = text.strip()
-    if not text:
-        return None
-    if text.startswith("["):
-        return tuple(map(number, text.removeprefix("[").removesuffix("]").split()))
-    numbers = text.split()
-    return number(text) if len(numbers) == 1 else tuple(map(number, numbers))
+    """Return the numbers of `_numbers_text`; brackets may stand round any list."""
+    words = text.strip().removeprefix("[").removesuffix("]").split()
+    if not words:
+        return () if "[" in text else None
+    # a unit stands behind a single number with a blank
+    alone = len(words) == 1 or not re.match(r"[-+.\d]", words[1])
+    return number(text.strip()) if alone and "[" not in text else tuple(map(number, words))
 
 
 # All kinds of events by their names.
@@ -260,11 +256,6 @@ class LoadEvent(Event):
     def planar(self) -> bool:
         """Whether it has two components, in x and y."""
         return False
-
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event of a cell, which may have a unit."""
-        return cls(time, number(text))
 
 
 @EVENTS.register
@@ -306,21 +297,6 @@ ForceOrPair = Annotated[float | Components, Quantity("N")]
 LengthOrPair = Annotated[float | Components, Quantity("m")]
 
 
-def _newtons(value: float | Sequence[float]) -> Any:
-    return each_of(newtons, value)
-
-
-def _metres(value: float | Sequence[float]) -> Any:
-    return each_of(metres, value)
-
-
-def _pair_or_finite(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    if not isinstance(value, tuple):
-        _finite(event, attribute, value)
-    elif len(value) != 2 or not all(map(_fits, value)):
-        raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
-
-
 @attrs.frozen
 class TangentialEvent(LoadEvent):
     """A waypoint of the tangential channel: one number, or two, in x and y."""
@@ -338,11 +314,6 @@ class TangentialEvent(LoadEvent):
         """Its cell in a table of events: ``"1e-08"``, or in two directions ``"[1e-08 5e-09]"``."""
         return f"[{' '.join(map(repr, self.value))}]" if self.planar else repr(self.value)
 
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event of a cell, whose one number may have a unit."""
-        return cls(time, _numbers_in(text, number) if text.startswith("[") else number(text))
-
 
 @EVENTS.register
 @attrs.frozen
@@ -357,7 +328,7 @@ class TangentialLoad(TangentialEvent):
     TangentialLoad(time=1.0, value=(0.003, 0.004))
     """
 
-    value: ForceOrPair = attrs.field(converter=_newtons, validator=_pair_or_finite)
+    value: ForceOrPair = attrs.field(converter=partial(each_of, newtons), validator=_one_or_two)
     name = "tangential_load"
     unit = "N"
 
@@ -377,7 +348,7 @@ class TangentialDisplacement(TangentialEvent):
     TangentialDisplacement(time=1.0, value=(1e-08, 5e-09))
     """
 
-    value: LengthOrPair = attrs.field(converter=_metres, validator=_pair_or_finite)
+    value: LengthOrPair = attrs.field(converter=partial(each_of, metres), validator=_one_or_two)
     name = "tangential_displacement"
     unit = "m"
 
@@ -389,21 +360,7 @@ class FrictionChange(Event):
 
     It acts at once, after the load channels have arrived at that time. Springs that the new, lower
     limit cannot hold slip; under load control the tangential displacement then jumps to restore the
-    load. A rise changes nothing until the next load.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    friction : float or sequence of float
-        One coefficient for all asperities, or one per asperity in the order of the ensemble.
-    asperities : sequence of int, optional
-        Indices of those that it is for; all by default.
-
-    Raises
-    ------
-    InputError
-        A time or coefficient that is not a finite number, a negative coefficient, or what are no indices.
+    load. A rise changes nothing until the next load. A negative coefficient is an InputError.
 
     Examples
     --------
@@ -411,8 +368,10 @@ class FrictionChange(Event):
     FrictionChange(time=2.0, friction=0.15, asperities=None)
     """
 
-    time: float = attrs.field(converter=seconds, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
+    #: One coefficient for all asperities, or one for each, in the order of the ensemble.
     friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
+    #: Indices of those that it is for; all by default.
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "friction"
@@ -440,22 +399,11 @@ class FrictionRamp(Event):
     """The friction coefficient reached at a time: a waypoint of friction, which runs straight between its waypoints.
 
     Friction goes there from where it stands at the waypoint before, or at the event time before where it is the first.
-    Rows of a table μ(t) are such events.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    friction : float or sequence of float
-        One coefficient for all asperities, or one per asperity in the order of the ensemble.
-
-    Raises
-    ------
-    InputError
-        A time or coefficient that is not a finite number, or a negative coefficient.
+    Rows of a table μ(t) are such events. A negative coefficient is an InputError.
     """
 
-    time: float = attrs.field(converter=seconds, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
+    #: One coefficient for all asperities, or one for each, in the order of the ensemble.
     friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
 
     name = "friction_ramp"
@@ -478,27 +426,16 @@ class GeometryChange(Event):
     """Other summits from a time on: each that changes is a new contact, and what it remembered is erased.
 
     It acts at once, after the load channels have arrived at that time. Then each channel goes back to where it was:
-    controlled loads are restored. Asperities that get the height and radius that they have remember.
-
-    Parameters
-    ----------
-    time : float
-        Time [s].
-    summit_height, summit_radius : float or sequence of float, optional
-        New ones [m], one for all asperities or one each; heights over the datum of the ensemble. What is not given
-        stays.
-    asperities : sequence of int, optional
-        Indices of those that they are for; all by default, as when the whole surface is replaced.
-
-    Raises
-    ------
-    InputError
-        Neither heights nor radii, numbers out of range, or what are no indices.
+    controlled loads are restored. Asperities that get the height and radius that they have remember. Neither heights
+    nor radii are an InputError.
     """
 
-    time: float = attrs.field(converter=seconds, validator=_finite)
+    time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
+    #: New heights over the datum of the ensemble [m], one for all asperities or one each; by default they stay.
     summit_height: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    #: New radii [m], likewise.
     summit_radius: OneOrMore | None = attrs.field(default=None, converter=_as_lengths, validator=_lengths)
+    #: Indices of those that they are for; all by default, as when the whole surface is replaced.
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "geometry"
@@ -516,9 +453,14 @@ class GeometryChange(Event):
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
         """Return the state after it; errors as for `Ensemble.with_geometry`."""
-        new: dict[str, Any] = {"summit_height": self.summit_height, "summit_radius": self.summit_radius}
-        place: dict[str, Any] = {"asperities": self.asperities, "instrument": instrument}
-        return ensemble.with_geometry(state, saturate=saturate, **new, **place)
+        return ensemble.with_geometry(
+            state,
+            summit_height=self.summit_height,
+            summit_radius=self.summit_radius,
+            asperities=self.asperities,
+            saturate=saturate,
+            instrument=instrument,
+        )
 
 
 # Those that a load channel reaches something with; how it is controlled is a matter of the core.

@@ -1,54 +1,66 @@
 """A friction coefficient that changes with time or with the sliding distance: running-in, wear of a film."""
 
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Floats, checked
+from historysim.basics.fields import Quantity
 from historysim.errors import InputError
 from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement
 
-Over = Literal["time", "distance"]
+
+def _numbers(name: str, **limits: float) -> Callable[[Any], Any]:
+    return lambda values: tuple(np.atleast_1d(checked(name, values, **limits)).tolist())
 
 
-def _places(values: npt.ArrayLike) -> Floats:
-    return checked("place", values)
-
-
-def _coefficients(values: npt.ArrayLike) -> Floats:
-    return checked("coefficient", values, least=0)
-
-
-@attrs.frozen(eq=False)
+@attrs.frozen(kw_only=True)
 class FrictionCourse:
-    """A friction coefficient over time or distance, straight between its points, and as at its ends beyond them.
+    """A coefficient over time or distance, straight between its points, and as at its ends beyond them.
 
-    Places are times [s] or distances [m], rising: the path length of the tangential displacement, both ways counting.
-    The coefficients μ ≥ 0 are those of all asperities. Anything else is an InputError.
+    Examples
+    --------
+    [friction]
+    coefficient = 0.5
+
+    [friction.course]
+    distance = ["0 m", "1 mm", "20 mm"]
+    coefficient = [0.5, 0.35, 0.3]
     """
 
-    over: Over
-    place: Floats = attrs.field(converter=_places)
-    coefficient: Floats = attrs.field(converter=_coefficients)
+    #: Times of the coefficients, rising; or ``distance``.
+    time: Annotated[tuple[float, ...], Quantity("s")] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_numbers("time"))
+    )
+    #: Way of the tangential displacement, rising, both directions counting; it must be controlled throughout.
+    distance: Annotated[tuple[float, ...], Quantity("m")] | None = attrs.field(
+        default=None, converter=attrs.converters.optional(_numbers("distance"))
+    )
+    #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
+    #: its time or distance, and acts on what comes behind it.
+    coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers("coefficient", least=0))
 
     def __attrs_post_init__(self) -> None:
-        """Check that the two belong together."""
-        if self.over not in {"time", "distance"}:
-            raise InputError(f"over is {self.over!r}; expected 'time' or 'distance'")
-        if self.place.ndim != 1 or self.place.size == 0 or self.place.shape != self.coefficient.shape:
+        """Check that the coefficients go with one thing, which rises."""
+        check_one(time=self.time, distance=self.distance)
+        over = "time" if self.distance is None else "distance"
+        if np.ndim(self.place) != 1 or not self.place or np.shape(self.place) != np.shape(self.coefficient):
             raise InputError(
-                f"{self.over} has shape {self.place.shape} and coefficient {self.coefficient.shape}; expected two "
+                f"{over} has shape {np.shape(self.place)} and coefficient {np.shape(self.coefficient)}; expected two "
                 "lists of one length"
             )
         back = np.flatnonzero(np.diff(self.place) <= 0)
         if back.size:
-            after = float(self.place[back[0] + 1])
-            raise InputError(
-                f"{self.over} {after:g} does not come after {self.place[back[0]]:g}; expected rising values"
-            )
+            before, after = self.place[back[0]], self.place[back[0] + 1]
+            raise InputError(f"{over} {after:g} does not come after {before:g}; expected rising values")
+
+    @property
+    def place(self) -> tuple[float, ...]:
+        """Times [s] or distances [m]."""
+        return (self.time if self.distance is None else self.distance) or ()
 
     def at(self, place: npt.ArrayLike) -> Floats:
         """Return μ at times [s] or distances [m]."""
@@ -63,7 +75,7 @@ class FrictionCourse:
         if any(event.changes_friction for event in events):
             raise InputError("friction changes in the loading, too; expected one of the two")
         time = np.array([event.time for event in events])
-        friction = self.at(time if self.over == "time" else _distance(events, time))
+        friction = self.at(time if self.distance is None else _distance(events, time))
         together: list[Event] = []
         present = np.nan
         for number, event in enumerate(events):
@@ -73,6 +85,14 @@ class FrictionCourse:
                 present = friction[number]
                 together.append(FrictionChange(event.time, float(present)))
         return together
+
+
+def check_one(**over: object) -> None:
+    """Check that one thing alone is given, with which the coefficient goes; else it is an InputError."""
+    given = [name for name, value in over.items() if value is not None]
+    if len(given) != 1:
+        problem = f"{' and '.join(given)} together" if given else f"neither {' nor '.join(over)}"
+        raise InputError(f"{problem}; expected one of them")
 
 
 def _distance(events: Sequence[Event], time: Floats) -> Floats:

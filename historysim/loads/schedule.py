@@ -1,8 +1,8 @@
 """From load events to straight paths: what is walked, in which order, and when a row is recorded."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Self
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
@@ -14,7 +14,7 @@ from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, is_planar, loads_of
 from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
 from historysim.memory.binding import DISPLACED, LOAD
-from historysim.memory.paths import STILL, Goals, Paths, paths_to
+from historysim.memory.paths import Goals, Paths, paths_to
 
 if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
@@ -109,7 +109,8 @@ class _Schedule:
 
     def __init__(self, events: Sequence[Event], substeps: int, start: Cursor | None) -> None:
         self.events, self.substeps, self.start = events, substeps, start
-        self.normal, self.tangential, self.friction = self.channels = _channels(events)
+        self.channels = _channels(events)
+        self.friction = self.channels[2]
         done = start.events if start else 0
         each = _times(events)[done:]
         first = np.flatnonzero(np.diff(each, prepend=-math.inf))
@@ -188,13 +189,14 @@ class _Schedule:
             yield table.segment(cursor=self.cursor(now))
             table.clear()
         if ramp:
-            table.ramp = self.friction.ramp(time, float(self.previous[now]))
+            table.ramp = self._ramp(now)
         first = [channel.at(time) for channel, comes in zip(self.channels, arriving, strict=True) if comes]
-        present = enumerate(self.events[int(self.first[now]) : int(self.end[now])], int(self.first[now]))
+        present = range(int(self.first[now]), int(self.end[now]))
         # changes act after all channels have arrived
-        rest = _joint([pair for pair in present if pair[0] not in first])
+        rest = _joint([(number, self.events[number]) for number in present if number not in first])
         table.add(self._paths(here), [served], self._row_times(here, inner=True), recorded=False)
-        controls = {channel.name: int(goals[0][now]) for channel, goals in zip(self.channels, self.goals, strict=True)}
+        # control, target and fraction of both channels: where nothing jumps, a controlled load is restored on the path
+        held = [(int(control[now]), np.zeros_like(target[now]), 0.0) for control, target, _ in self.goals[:2]]
         for number, group in rest:
             if table.ramp is not None or not isinstance(group, dict):
                 # a joint path ends a segment only where friction is on its way
@@ -204,28 +206,29 @@ class _Schedule:
             if isinstance(group, FrictionRamp):
                 table.ramp = group, 1.0
             jumps = group if isinstance(group, dict) else {}
-            controls |= {name: _control(event) for name, event in jumps.items()}
-            # where nothing jumps, this is the path on which a controlled load is restored
-            path = [np.array([value]) for name in CHANNELS[:2] for value in self._jump(name, jumps, controls)]
+            goals = list(held)
+            for place, name in enumerate(CHANNELS[:2]):
+                if name in jumps:
+                    control = _control(type(jumps[name]))
+                    goals[place] = control, np.asarray(jumps[name].value), 1.0
+                    held[place] = control, *held[place][1:]
+            path = [np.array([value]) for goal in goals for value in goal]
             path.append(np.ones(1, dtype=np.int64))
             table.add([*path, self.time[here], self.time[here]], [number], np.empty(0), recorded=False)
         table.record(time)
 
-    def _jump(
-        self, name: str, jumps: Mapping[str, LoadEvent], controls: Mapping[str, int]
-    ) -> tuple[int, float | tuple[float, float], float]:
-        """Return where a channel goes on the joint path of a few events: control, target, fraction."""
-        if name in jumps:
-            return controls[name], jumps[name].value, 1.0
-        target, fraction = STILL
-        planar = name == "tangential" and self.tangential.value.ndim > 1
-        return controls[name], (target, target) if planar else target, fraction
+    def _ramp(self, now: int) -> Ramp | None:
+        """Return where friction goes on the way to a time, by its first waypoint then or on the line to a later one."""
+        if not self.friction.ramps(self.time[now : now + 1])[0]:
+            return None
+        ramp: Any = self.events[self.friction.at(float(self.time[now]))]
+        return ramp, float(self.goals[2][2][now])
 
     def _part_of_the_way(self, now: int, until: float) -> Segment:
         """Return the way from one event time to the next, of which a share is walked: up to a time between the two."""
         table, here = _Table(), slice(now, now + 1)
         time, previous = float(self.time[now]), float(self.previous[now])
-        table.ramp = self.friction.ramp(time, previous)
+        table.ramp = self._ramp(now)
         path = self._paths(here)
         path[PARTS] = np.ones(1, dtype=np.int64)
         table.add(path, [int(self.first[now])], np.empty(0), recorded=False)
@@ -267,8 +270,7 @@ def changes_geometry(events: Sequence[Event]) -> bool:
 
 
 def _loads_alone(events: Sequence[Event]) -> bool:
-    # a fit asks this of the same samples a thousand times
-    return isinstance(events, SampledLoads) or loads_of(events) is not None
+    return loads_of(events) is not None
 
 
 def _times(events: Sequence[Event]) -> Floats:
@@ -278,13 +280,13 @@ def _times(events: Sequence[Event]) -> Floats:
     return np.fromiter((event.time for event in events), dtype=float, count=len(events))
 
 
-def _sampled(loads: SampledLoads, substeps: int) -> Segment:
+def _sampled(samples: SampledLoads, substeps: int) -> Segment:
     """Return the segment of sampled loads, which are walked in one piece."""
     check_substeps(substeps)
-    count = loads.time.size
-    times = np.append(loads.time[:1], loads.time[:-1]), loads.time
-    paths = paths_to(Goals(LOAD, loads.normal_load), Goals(DISPLACED, loads.tangential_displacement), times=times)
-    return Segment(paths, range(1, 2 * count, 2), loads.time)
+    time, values = samples.time, samples.loads.value
+    times = np.append(time[:1], time[:-1]), time
+    paths = paths_to(Goals(LOAD, values[::2]), Goals(DISPLACED, values[1::2]), times=times)
+    return Segment(paths, range(1, len(samples), 2), time)
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:
@@ -320,40 +322,37 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
     """Return the channels with their waypoints, in the order of `CHANNELS`."""
     loads = loads_of(events)
     if loads is not None:
-        places = [np.flatnonzero(np.isin(loads.kind, own)) for own in _OF_CHANNEL]
-        return [
-            _Channel(name, [], own, loads.time[own], loads.value[own], _CONTROLS[loads.kind[own]])
-            for name, own in zip(CHANNELS, places, strict=True)
-        ]
-    planar = is_planar(events)
-    return [_Channel.of(name, events, planar=planar) for name in CHANNELS]
+        where, time, value, control = _CHANNEL_OF[loads.kind], loads.time, loads.value, _CONTROL_OF[loads.kind]
+    else:
+        where = np.array([-1 if event.channel is None else CHANNELS.index(event.channel) for event in events])
+        time, control = _times(events), np.array([_control(type(event)) for event in events])
+        numbers = [event.value if isinstance(event, LoadEvent) else 0.0 for event in events]
+        value = np.array([np.broadcast_to(each, 2) for each in numbers] if is_planar(events) else numbers, dtype=float)
+    channels = []
+    for number, name in enumerate(CHANNELS):
+        own = np.flatnonzero(where == number)
+        values = value[own] if value.ndim == 1 or name == "tangential" else value[own, 0]
+        channels.append(_Channel(own, time[own], values, control[own]))
+    return channels
+
+
+def _control(kind: type[Event]) -> int:
+    return DISPLACED if kind in {NormalDisplacement, TangentialDisplacement} else LOAD
+
+
+# Of each of `KINDS` the number of its channel, and its control.
+_CHANNEL_OF = np.array([CHANNELS.index(kind.channel) for kind in KINDS])
+_CONTROL_OF = np.array([_control(kind) for kind in KINDS])
 
 
 @attrs.frozen(eq=False)
 class _Channel:
     """One channel's waypoints, in the order of time; arrays are (waypoint)."""
 
-    name: str
-    waypoints: list[Any]  #: the events, unless all events are loads
     numbers: Integers  #: their indices among the events
     time: Floats
     value: Floats  #: (waypoint), or in two directions (waypoint, 2)
     control: Integers
-
-    @classmethod
-    def of(cls, name: str, events: Sequence[Event], *, planar: bool) -> Self:
-        """Return a channel of events as objects."""
-        shape = (-1, 2) if planar and name == "tangential" else (-1,)
-        numbers = [number for number, event in enumerate(events) if event.channel == name]
-        waypoints: list[Any] = [events[number] for number in numbers]
-        return cls(
-            name,
-            waypoints,
-            np.array(numbers, dtype=np.int64),
-            np.array([waypoint.time for waypoint in waypoints], dtype=float),
-            np.array([getattr(waypoint, "value", 0.0) for waypoint in waypoints], dtype=float).reshape(shape),
-            np.array([_control(waypoint) for waypoint in waypoints], dtype=np.int64),
-        )
 
     def goals(self, time: Floats, previous: Floats) -> tuple[Integers, Floats, Floats]:
         """Return where the channel goes on the way to times: its control, target, and the part of the way left to go.
@@ -378,7 +377,7 @@ class _Channel:
         )
 
     def at(self, time: float) -> int:
-        """Return the number of the event that is its first waypoint at a time."""
+        """Return the number of the event that is its first waypoint at a time or later."""
         return int(self.numbers[np.searchsorted(self.time, time)])
 
     def ramps(self, time: Floats) -> Booleans:
@@ -388,28 +387,12 @@ class _Channel:
         ramps: Booleans = (at < self.time.size) & ((at > 0) | arrives)
         return ramps
 
-    def ramp(self, time: float, previous: float) -> Ramp | None:
-        """Where friction goes on the way to a time, by its first waypoint then or on the line to a later one."""
-        at = int(np.searchsorted(self.time, time))
-        if at == self.time.size or (at == 0 and self.time[0] != time):
-            return None
-        _, _, left = self.goals(np.array([time]), np.array([previous]))
-        return self.waypoints[at], float(left[0])
-
     def heading(self, time: float) -> int:
         """Return what `Cursor.heading` has when a time is done."""
         passed = int(np.searchsorted(self.time, time, side="right"))
         if passed == 0 or self.time[passed - 1] == time:
             return AT_WAYPOINT
         return BEYOND_LAST if passed == self.time.size else int(self.numbers[passed])
-
-
-def _control(event: Event) -> int:
-    return DISPLACED if isinstance(event, NormalDisplacement | TangentialDisplacement) else LOAD
-
-
-_OF_CHANNEL = [[number for number, kind in enumerate(KINDS) if kind.channel == name] for name in CHANNELS]
-_CONTROLS = np.array([DISPLACED if kind in {NormalDisplacement, TangentialDisplacement} else LOAD for kind in KINDS])
 
 
 class _Table:

@@ -16,11 +16,19 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
 from historysim.basics.wording import shown
 from historysim.errors import InputError, misfit
+from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
 from historysim.scenario.schema import from_table, kind_from_toml, schema_converter, table
-from historysim.scenario.sections import RECORDS, MaterialEntry, Pictures, Sections, material_from_toml
+from historysim.scenario.sections import (
+    RECORDS,
+    MaterialEntry,
+    Pictures,
+    Sections,
+    course_from_toml,
+    material_from_toml,
+)
 from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
 
 DEEPEST = 20  # sums within sums that are followed
@@ -143,6 +151,7 @@ def _converter() -> Converter:
     for fits, hook in (
         (_is_base, _surface_from_toml),
         (lambda kind: kind == MaterialEntry, material_from_toml),
+        (lambda kind: kind is FrictionCourse, course_from_toml),
         (lambda kind: kind is Loading, loading_from_toml),
         (lambda kind: kind == (str | tuple[int, ...]), _record),
         (lambda kind: kind == Pictures, _pictures_from_toml),

@@ -16,6 +16,7 @@ from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Notify, brief, counted, html_table, silent
 from historysim.errors import InputError, LoadError, at, misfit
 from historysim.loads.events import Event
+from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.document import files_of, parsed, read_sections, sections_of
 from historysim.scenario.grid import with_values
 from historysim.scenario.schema import given, reported
@@ -181,9 +182,10 @@ class Scenario:
             events = self.sections.loading.events(self.path.parent, notify)
             if not events:
                 raise misfit("no waypoints; expected one or more", "loading")
-            if self.sections.course is not None:
+            if (course := self.sections.course) is not None:
                 with at("friction", "course"):
-                    events = self.sections.course.course(self.path.parent).along(events)
+                    written = course if isinstance(course, FrictionCourse) else course.read(self.path.parent)
+                    events = written.along(events)
             steps = len(events) * self.substeps
             if steps > most("STEPS"):
                 problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"

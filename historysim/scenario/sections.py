@@ -1,6 +1,5 @@
 """The sections of a scenario, one class for each: their keys, and what these must be."""
 
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,12 +15,12 @@ from historysim.basics.fields import (
     Number,
     Numbers,
     Pressure,
-    Quantity,
     SurfaceEnergy,
     fields_of,
 )
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit
+from historysim.loads.friction_course import FrictionCourse, check_one
 from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
@@ -38,8 +37,9 @@ from historysim.scenario.surface_kinds import SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from historysim.contact.materials import Material, MaterialPair
-    from historysim.loads.friction_course import FrictionCourse, Over
     from historysim.results.plots.pictures import Picture
 
 Pictures = tuple["Picture", ...]
@@ -97,43 +97,6 @@ def material_from_toml(converter: Converter, value: object, _: object) -> "Mater
 
 
 @attrs.frozen(kw_only=True)
-class Course:
-    """A course that stands in the scenario.
-
-    Examples
-    --------
-    [friction]
-    coefficient = 0.5
-
-    [friction.course]
-    distance = ["0 m", "1 mm", "20 mm"]
-    coefficient = [0.5, 0.35, 0.3]
-    """
-
-    time: Annotated[tuple[float, ...], Quantity("s")] | None = None  #: times of the coefficients; or ``distance``
-    #: Way of the tangential displacement, both directions counting; it must be controlled throughout.
-    distance: Annotated[tuple[float, ...], Quantity("m")] | None = None
-    #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
-    #: its time or distance, and acts on what comes behind it.
-    coefficient: Annotated[tuple[float, ...], Quantity("1")]
-
-    def __attrs_post_init__(self) -> None:
-        """Check that it goes with one thing, and can be a course."""
-        _course(given(self))
-
-    @classmethod
-    def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - it, or a CourseFile
-        """Return the course of a table: with a file, or written out."""
-        if "file" in table(value):
-            return converter.structure(value, CourseFile)
-        return from_table(cls, value, converter)
-
-    def course(self, _: Path) -> "FrictionCourse":
-        """Return the course."""
-        return _course(given(self))
-
-
-@attrs.frozen(kw_only=True)
 class CourseFile(NumbersFile):
     """A course from a file of numbers."""
 
@@ -143,30 +106,23 @@ class CourseFile(NumbersFile):
     def __attrs_post_init__(self) -> None:
         """Check that it goes with one thing."""
         with at("columns"):
-            _over(self.columns)
+            check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
 
-    def course(self, folder: Path) -> "FrictionCourse":
+    def read(self, folder: Path) -> FrictionCourse:
         """Return the course that the file has; its path is relative to the folder."""
-        rows = self.table(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}).columns
-        with at("file"):
-            try:
-                return _course(rows)
-            except InputError as error:
-                raise misfit(f"{self.name}: {error.args[0]}") from error
+        rows: Any = self.table(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}).columns
+        try:
+            return FrictionCourse(**rows)
+        except InputError as error:
+            raise misfit(f"{self.name}: {error.args[0]}", "file") from error
 
 
-def _over(course: Mapping[str, object]) -> "Over":
-    if ("time" in course) == ("distance" in course):
-        problem = "time and distance together" if "time" in course else "neither time nor distance"
-        raise InputError(f"{problem}; expected one of them, with which the coefficient goes")
-    return "time" if "time" in course else "distance"
-
-
-def _course(course: Mapping[str, Any]) -> "FrictionCourse":
-    from historysim.loads.friction_course import FrictionCourse
-
-    over = _over(course)
-    return FrictionCourse(over, course[over], course["coefficient"])
+def course_from_toml(converter: Converter, value: object, _: object) -> FrictionCourse | CourseFile:
+    """Return the course of a table: with a file, or written out."""
+    if "file" in table(value):
+        return converter.structure(value, CourseFile)
+    made: FrictionCourse = from_table(FrictionCourse, value, converter)
+    return made
 
 
 @attrs.frozen
@@ -175,7 +131,7 @@ class Coefficients:
 
     #: Coefficient of friction μ, or an array with one for each asperity.
     coefficient: Numbers = attrs.field(validator=NOT_NEGATIVE)
-    course: Course | None = None  #: A coefficient that changes over time or distance, as below
+    course: FrictionCourse | None = None  #: A coefficient that changes over time or distance, as below
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Any:  # noqa: ANN401 - coefficients, or a law
@@ -414,6 +370,6 @@ class Sections:
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property
-    def course(self) -> Course | None:
+    def course(self) -> FrictionCourse | CourseFile | None:
         """The course of the coefficient of friction, where it has one."""
         return self.friction.course if isinstance(self.friction, Coefficients) else None

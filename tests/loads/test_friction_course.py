@@ -21,7 +21,7 @@ def changes(events):
 
 def test_over_time_it_is_that_of_each_event():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
-    found = FrictionCourse("time", [1.0, 3.0], [0.4, 0.2]).along(events)
+    found = FrictionCourse(time=[1.0, 3.0], coefficient=[0.4, 0.2]).along(events)
     assert changes(found) == [(0.0, 0.4), (2.0, pytest.approx(0.3)), (3.0, pytest.approx(0.2))]
     assert [event for event in found if not isinstance(event, hs.FrictionChange)] == events
     # behind what is reached at its time
@@ -30,7 +30,7 @@ def test_over_time_it_is_that_of_each_event():
 
 def test_over_distance_both_ways_count():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, -1e-6, 2e-6)]
-    course = FrictionCourse("distance", [0.0, 10e-6], [0.0, 1.0])
+    course = FrictionCourse(distance=[0.0, 10e-6], coefficient=[0.0, 1.0])
     assert_allclose([mu for _, mu in changes(course.along(events))], [0.0, 0.1, 0.3, 0.6])
     # a record that begins with its displacement has no way before it, and a step between counts by its share
     record = [
@@ -44,14 +44,14 @@ def test_over_distance_both_ways_count():
 
 def test_where_nothing_changes_there_is_no_event():
     events = [hs.NormalLoad(0.0, 1.0), *moves(1e-6, 2e-6, 3e-6)]
-    assert changes(FrictionCourse("time", [0.0], [0.3]).along(events)) == [(0.0, 0.3)]
+    assert changes(FrictionCourse(time=[0.0], coefficient=[0.3]).along(events)) == [(0.0, 0.3)]
 
 
 def test_the_contact_slides_at_the_friction_of_the_place():
     """Far beyond the preliminary displacement, T = μ(s) N at each event."""
     way = np.linspace(0, 1e-3, 41)[1:]
     events = [hs.NormalLoad(0.0, 1.0), *moves(*way.tolist())]
-    course = FrictionCourse("distance", [0.0, 0.5e-3], [0.5, 0.2])
+    course = FrictionCourse(distance=[0.0, 0.5e-3], coefficient=[0.5, 0.2])
     history = hs.replay(BALL, course.along(events))
     load = history.total_tangential_load.values[1:]
     # on the way to an event friction is that of the event before
@@ -62,20 +62,22 @@ def test_the_contact_slides_at_the_friction_of_the_place():
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: FrictionCourse("load", [0.0], [0.1]), "over is 'load'; expected 'time' or 'distance'"),
-        (lambda: FrictionCourse("time", [0.0, 1.0], [0.1]), "expected two lists of one length"),
-        (lambda: FrictionCourse("time", [], []), "expected two lists of one length"),
+        (lambda: FrictionCourse(coefficient=[0.1]), "neither time nor distance; expected one of them"),
+        (lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]), "expected two lists of one length"),
+        (lambda: FrictionCourse(time=[], coefficient=[]), "expected two lists of one length"),
         (
-            lambda: FrictionCourse("time", [0.0, 0.0], [0.1, 0.2]),
+            lambda: FrictionCourse(time=[0.0, 0.0], coefficient=[0.1, 0.2]),
             "time 0 does not come after 0; expected rising values",
         ),
-        (lambda: FrictionCourse("distance", [0.0], [-0.1]), "coefficient"),
+        (lambda: FrictionCourse(distance=[0.0], coefficient=[-0.1]), "coefficient"),
         (
-            lambda: FrictionCourse("distance", [0.0], [0.1]).along([hs.NormalLoad(0, 1), hs.TangentialLoad(1, 0.1)]),
+            lambda: FrictionCourse(distance=[0.0], coefficient=[0.1]).along(
+                [hs.NormalLoad(0, 1), hs.TangentialLoad(1, 0.1)]
+            ),
             "friction over distance needs a controlled tangential displacement",
         ),
         (
-            lambda: FrictionCourse("time", [0.0], [0.1]).along([hs.FrictionChange(0, 0.2)]),
+            lambda: FrictionCourse(time=[0.0], coefficient=[0.1]).along([hs.FrictionChange(0, 0.2)]),
             "friction changes in the loading, too",
         ),
     ],

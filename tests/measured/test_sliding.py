@@ -223,7 +223,7 @@ def test_a_course_is_written_and_replayed(tmp_path):
     from historysim.loads.friction_course import FrictionCourse
 
     found = sliding_of_channels(*made(peak=None))
-    course = FrictionCourse("distance", found.window_place, found.window_mean)
+    course = FrictionCourse(distance=found.window_place, coefficient=found.window_mean)
     events = [hs.NormalLoad(0.0, 2.0)]
     events += [hs.TangentialDisplacement(float(i), float(u)) for i, u in enumerate(np.linspace(0, 10e-3, 401)[1:], 1)]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-3, 0.5), course.along(events), record="totals")
