@@ -132,7 +132,7 @@ class SampledLoads(Events):
         kinds = np.array([_CODE[NormalLoad], _CODE[TangentialDisplacement]], dtype=np.int8)
         values = np.column_stack([normal_load, tangential_displacement])
         super().__init__(loads=Loads(np.tile(kinds, time.size), np.repeat(time, 2), values.ravel()))
-        self.time = time
+        self.time, self.normal_load, self.tangential_displacement = time, normal_load, tangential_displacement
 
 
 def loads_of(events: Sequence[Event]) -> Loads | None:

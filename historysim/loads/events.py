@@ -3,7 +3,6 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial
 from typing import Annotated, Any, ClassVar, Self
 
 import attrs
@@ -69,7 +68,7 @@ def _one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) ->
         raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
 
 
-def _as_numbers(value: Any) -> float | tuple[float, ...]:
+def as_numbers(value: Any) -> float | tuple[float, ...]:
     """Return one number, or several, as floats; what is neither as it is, to be refused by the check."""
     single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
     return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
@@ -77,7 +76,7 @@ def _as_numbers(value: Any) -> float | tuple[float, ...]:
 
 def _as_lengths(value: Any) -> tuple[float, ...] | None:
     """Return lengths with or without units [m]."""
-    lengths = None if value is None else _as_numbers(in_si(value, "m"))
+    lengths = None if value is None else as_numbers(in_si(value, "m"))
     return lengths if isinstance(lengths, tuple | None) else (lengths,)
 
 
@@ -90,7 +89,7 @@ def _as_indices(value: Any) -> tuple[int, ...] | None:
     return tuple(map(int, given)) if all(whole) else given
 
 
-def _each(noun: str, least: float, expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
+def each_at_least(noun: str, least: float, expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
     """Return a validator of one number or a tuple of them, each at least so large."""
 
     def check(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -110,8 +109,8 @@ def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> No
         raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}")
 
 
-_coefficients = _each("coefficient", 0.0, "a finite number of 0 or more")
-_lengths = attrs.validators.optional(_each("length", -math.inf, "a finite number, in m"))
+_coefficients = each_at_least("coefficient", 0.0, "a finite number of 0 or more")
+_lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finite number, in m"))
 
 
 # -- the base class ---------------------------------------------------------------------------------------
@@ -328,7 +327,7 @@ class TangentialLoad(TangentialEvent):
     TangentialLoad(time=1.0, value=(0.003, 0.004))
     """
 
-    value: ForceOrPair = attrs.field(converter=partial(each_of, newtons), validator=_one_or_two)
+    value: ForceOrPair = attrs.field(converter=lambda value: each_of(newtons, value), validator=_one_or_two)
     name = "tangential_load"
     unit = "N"
 
@@ -348,7 +347,7 @@ class TangentialDisplacement(TangentialEvent):
     TangentialDisplacement(time=1.0, value=(1e-08, 5e-09))
     """
 
-    value: LengthOrPair = attrs.field(converter=partial(each_of, metres), validator=_one_or_two)
+    value: LengthOrPair = attrs.field(converter=lambda value: each_of(metres, value), validator=_one_or_two)
     name = "tangential_displacement"
     unit = "m"
 
@@ -370,7 +369,7 @@ class FrictionChange(Event):
 
     time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
     #: One coefficient for all asperities, or one for each, in the order of the ensemble.
-    friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
+    friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
     #: Indices of those that it is for; all by default.
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
@@ -404,7 +403,7 @@ class FrictionRamp(Event):
 
     time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
     #: One coefficient for all asperities, or one for each, in the order of the ensemble.
-    friction: Numbers = attrs.field(converter=_as_numbers, validator=_coefficients)
+    friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
 
     name = "friction_ramp"
     noun = "coefficient"

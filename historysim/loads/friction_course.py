@@ -1,20 +1,33 @@
 """A friction coefficient that changes with time or with the sliding distance: running-in, wear of a film."""
 
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING, Annotated
 
 import attrs
-import numpy as np
-import numpy.typing as npt
 
-from historysim.basics.arguments import Floats, checked
 from historysim.basics.fields import Quantity
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement
+from historysim.loads.events import (
+    Event,
+    FrictionChange,
+    LoadEvent,
+    TangentialDisplacement,
+    as_numbers,
+    each_at_least,
+)
 
+if TYPE_CHECKING:
+    import numpy.typing as npt
 
-def _numbers(name: str, **limits: float) -> Callable[[Any], Any]:
-    return lambda values: tuple(np.atleast_1d(checked(name, values, **limits)).tolist())
+    from historysim.basics.arguments import Floats
+
+_OPTIONAL = {
+    "default": None,
+    "converter": attrs.converters.optional(as_numbers),
+    "validator": attrs.validators.optional(each_at_least("place", -math.inf, "a finite number, in SI")),
+}
 
 
 @attrs.frozen(kw_only=True)
@@ -32,38 +45,35 @@ class FrictionCourse:
     """
 
     #: Times of the coefficients, rising; or ``distance``.
-    time: Annotated[tuple[float, ...], Quantity("s")] | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_numbers("time"))
-    )
+    time: Annotated[tuple[float, ...], Quantity("s")] | None = attrs.field(**_OPTIONAL)
     #: Way of the tangential displacement, rising, both directions counting; it must be controlled throughout.
-    distance: Annotated[tuple[float, ...], Quantity("m")] | None = attrs.field(
-        default=None, converter=attrs.converters.optional(_numbers("distance"))
-    )
+    distance: Annotated[tuple[float, ...], Quantity("m")] | None = attrs.field(**_OPTIONAL)
     #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
     #: its time or distance, and acts on what comes behind it.
-    coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers("coefficient", least=0))
+    coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(
+        converter=as_numbers, validator=each_at_least("coefficient", 0.0, "a finite number of 0 or more")
+    )
 
     def __attrs_post_init__(self) -> None:
         """Check that the coefficients go with one thing, which rises."""
         check_one(time=self.time, distance=self.distance)
         over = "time" if self.distance is None else "distance"
-        if np.ndim(self.place) != 1 or not self.place or np.shape(self.place) != np.shape(self.coefficient):
-            raise InputError(
-                f"{over} has shape {np.shape(self.place)} and coefficient {np.shape(self.coefficient)}; expected two "
-                "lists of one length"
-            )
-        back = np.flatnonzero(np.diff(self.place) <= 0)
-        if back.size:
-            before, after = self.place[back[0]], self.place[back[0] + 1]
-            raise InputError(f"{over} {after:g} does not come after {before:g}; expected rising values")
+        places, coefficients = (len(each) if isinstance(each, tuple) else 1 for each in (self.place, self.coefficient))
+        if places != coefficients:
+            raise InputError(f"{places} of {over} and {coefficients} of coefficient; expected as many of each")
+        for before, after in pairwise(self.place):
+            if after <= before:
+                raise InputError(f"{over} {after:g} does not come after {before:g}; expected rising values")
 
     @property
     def place(self) -> tuple[float, ...]:
         """Times [s] or distances [m]."""
         return (self.time if self.distance is None else self.distance) or ()
 
-    def at(self, place: npt.ArrayLike) -> Floats:
+    def at(self, place: "npt.ArrayLike") -> "Floats":
         """Return μ at times [s] or distances [m]."""
+        import numpy as np
+
         return np.asarray(np.interp(np.asarray(place, dtype=np.float64), self.place, self.coefficient))
 
     def along(self, events: Sequence[Event]) -> list[Event]:
@@ -72,6 +82,8 @@ class FrictionCourse:
         Raises InputError: events that change friction themselves, or friction over distance without a controlled
         tangential displacement.
         """
+        import numpy as np
+
         if any(event.changes_friction for event in events):
             raise InputError("friction changes in the loading, too; expected one of the two")
         time = np.array([event.time for event in events])
@@ -95,8 +107,10 @@ def check_one(**over: object) -> None:
         raise InputError(f"{problem}; expected one of them")
 
 
-def _distance(events: Sequence[Event], time: Floats) -> Floats:
+def _distance(events: Sequence[Event], time: "Floats") -> "Floats":
     """Return the path length of the tangential displacement up to each event (event) [m]."""
+    import numpy as np
+
     moves = [event for event in events if isinstance(event, TangentialDisplacement)]
     other = next((e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None)
     if not moves or other is not None:

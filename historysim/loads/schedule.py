@@ -283,9 +283,10 @@ def _times(events: Sequence[Event]) -> Floats:
 def _sampled(samples: SampledLoads, substeps: int) -> Segment:
     """Return the segment of sampled loads, which are walked in one piece."""
     check_substeps(substeps)
-    time, values = samples.time, samples.loads.value
+    time = samples.time
     times = np.append(time[:1], time[:-1]), time
-    paths = paths_to(Goals(LOAD, values[::2]), Goals(DISPLACED, values[1::2]), times=times)
+    goals = Goals(LOAD, samples.normal_load), Goals(DISPLACED, samples.tangential_displacement)
+    paths = paths_to(*goals, times=times)
     return Segment(paths, range(1, len(samples), 2), time)
 
 

@@ -63,8 +63,8 @@ def test_the_contact_slides_at_the_friction_of_the_place():
     ("call", "message"),
     [
         (lambda: FrictionCourse(coefficient=[0.1]), "neither time nor distance; expected one of them"),
-        (lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]), "expected two lists of one length"),
-        (lambda: FrictionCourse(time=[], coefficient=[]), "expected two lists of one length"),
+        (lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.1]), "2 of time and 1 of coefficient"),
+        (lambda: FrictionCourse(time=[], coefficient=[]), "time is empty"),
         (
             lambda: FrictionCourse(time=[0.0, 0.0], coefficient=[0.1, 0.2]),
             "time 0 does not come after 0; expected rising values",

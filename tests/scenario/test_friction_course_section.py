@@ -42,7 +42,7 @@ def test_a_course_is_written_out_or_comes_from_a_file(tmp_path):
     ("course", "said"),
     [
         ("coefficient = [0.1]", "friction.course: neither time nor distance; expected one of them"),
-        ("time = [0, 1]\ncoefficient = [0.1]", "friction.course: time has shape"),
+        ("time = [0, 1]\ncoefficient = [0.1]", "friction.course: 2 of time and 1 of coefficient"),
         ('file = "mu.csv"\ncolumns = { coefficient = "mu" }', "friction.course.columns: neither time nor distance"),
         (
             'file = "mu.csv"\ncolumns = { time = "t", coefficient = "mu" }',
