@@ -14,7 +14,7 @@ import attrs
 from historysim.basics.files import as_path, is_netcdf, kind_text
 from historysim.basics.wording import Lines, brief
 from historysim.errors import InputError
-from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_recorded, open_result, read_table
+from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_result, read_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from historysim.measured.loops import Loops
     from historysim.measured.sliding import Sliding
     from historysim.results.plots.canvas import FigureOrAxes, Place, Size
-    from historysim.results.result_files import RecordedFile
     from historysim.results.tables import WrittenTable
     from historysim.scenario.fit import Fit
     from historysim.scenario.scenario import Scenario
@@ -208,7 +207,7 @@ def show(what: "Showable", *, form: str | None = None, attributes: bool = False,
         return Lines(_lines(what, attributes=attributes))
     kind = kind_of(Path(what))
     if kind == "result" and form is None and not reading:
-        with open_recorded(Path(what)) as history:
+        with open_result(Path(what)) as history:
             return Lines(_lines_of_history(history, attributes=attributes))
     if kind == "height map":
         return Lines(_lines_of_map(Path(what), form or "plane", **reading))
@@ -269,7 +268,7 @@ def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tup
     return lines if coarse is None else [*lines, ("warning", coarse)]
 
 
-def _lines_of_history(history: "xr.Dataset | RecordedFile", *, attributes: bool) -> list[tuple[str, str]]:
+def _lines_of_history(history: "xr.Dataset", *, attributes: bool) -> list[tuple[str, str]]:
     from historysim.results.analysis.history_summary import readable_attributes, summary
 
     lines = list(summary(history))

@@ -1,29 +1,9 @@
 """The command line: every command of a module in this folder, which is imported when it is used."""
 
-import contextlib
-import os
-import signal
+import click
 
-
-def _end(*_: object) -> None:
-    """End at once, with what a shell takes for an interrupt: nothing is open yet while modules are imported."""
-    os.write(2, b"Error: interrupted\n")
-    os._exit(130)
-
-
-with contextlib.suppress(ValueError):
-    # not in the thread that hears signals
-    _before = signal.signal(signal.SIGINT, _end)
-
-import click  # noqa: E402 - an interrupt may come while it is read
-
-from historysim._version import __version__  # noqa: E402
-from historysim.cli.ending import Commands  # noqa: E402
-
-with contextlib.suppress(ValueError, NameError):
-    # whoever imports this module only keeps what was there
-    signal.signal(signal.SIGINT, _before)
-
+from historysim._version import __version__
+from historysim.cli.ending import Commands
 
 # What the program says when no command is given.
 BEGIN = """\

@@ -1,7 +1,5 @@
 """How a command ends: with one message and an exit code, whatever went wrong."""
 
-import codecs
-import difflib
 import functools
 import importlib
 import io
@@ -17,18 +15,8 @@ import click
 from historysim.basics.wording import nearest, printable
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
-PLAIN = "historysim.plain"
-_PLAIN = {"≥": ">=", "≤": "<=", "−": "-", "θ": "theta", "δ": "delta", "μ": "u", "Σ": "sum", "√": "sqrt", "→": "->"}
-
-
-def _plainly(error: UnicodeError) -> tuple[str, int]:
-    """Write what an encoding does not have in another way, as consoles of Windows need it."""
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    return "".join(_PLAIN.get(each, "?") for each in error.object[error.start : error.end]), error.end
-
-
-codecs.register_error(PLAIN, _plainly)
+INTERRUPTED = "interrupted; what was not finished is not kept"
+OUT_OF_MEMORY = "the memory does not suffice; record fewer asperities, or split the loads"
 
 
 class Ended(click.ClickException):
@@ -39,7 +27,19 @@ class Ended(click.ClickException):
         self.exit_code = code  # type: ignore[misc] # click reads that of the object
 
 
-INTERRUPTED = "interrupted; what was not finished is not kept"
+def _ended(error: BaseException) -> Ended | None:
+    """Return the end that an error makes; None for one of the program itself."""
+    if isinstance(error, HistorySimError):
+        return Ended(str(error), code=2 if isinstance(error, InputError) else 1)
+    if isinstance(error, OSError) and not isinstance(error, BrokenPipeError):
+        place = f"{error.filename}: " if error.filename else ""
+        return Ended(f"{place}{error.strerror or error}", code=1)
+    if isinstance(error, MemoryError):
+        return Ended(OUT_OF_MEMORY, code=1)
+    if isinstance(error, KeyboardInterrupt):
+        return Ended(str(error) or INTERRUPTED, code=130)
+    # an interrupt may leave something open that cannot be closed
+    return Ended(INTERRUPTED, code=130) if isinstance(error.__context__, KeyboardInterrupt) else None
 
 
 def _showing(others: Callable[..., None]) -> Callable[..., None]:
@@ -54,37 +54,23 @@ def _showing(others: Callable[..., None]) -> Callable[..., None]:
     return show
 
 
-def _after_interrupt(error: BaseException | None) -> bool:
-    while error is not None and not isinstance(error, KeyboardInterrupt):
-        error = error.__context__
-    return error is not None
-
-
 def _with_mend(error: click.UsageError) -> click.UsageError:
     """Return an error of a command line that says what to write instead, where that is known."""
     taken = error.ctx.command.params if error.ctx else []
-    options = {name for each in taken if isinstance(each, click.Option) for name in each.opts}
-    text, mend = error.message, ""
-    if isinstance(error, click.NoSuchOption):
-        text = f"No such option {error.option_name!r}."
-        plain = [name.lstrip("-") for name in options]
-        if near := difflib.get_close_matches(error.option_name.lstrip("-"), plain, n=1):
-            mend = f"Did you mean '--{near[0]}'?"
-        elif isinstance(error.ctx and error.ctx.command, click.Group):
-            mend = "Options of a command stand behind its name."
-        elif "--set" in options:
-            mend = "A key of the scenario is set by --set KEY=VALUE."
-    elif extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", text):
-        if "--at" in options:
-            mend = f"A time is given by --at, as --at {extra[1]}."
-        elif "--set" in options and re.fullmatch(r"[-+.\d]\S*", extra[1]):
-            mend = f"--set takes KEY=VALUE without blanks, as --set friction.coefficient={extra[1]}."
-        elif "-o" in options and Path(extra[1]).suffix:
-            mend = f"A file to write is named by -o, as -o {extra[1]}."
-        else:
-            names = [each.human_readable_name for each in taken if isinstance(each, click.Argument)]
-            mend = f"Expected {' '.join(names)} alone; a value with blanks stands in quotes."
-    return click.UsageError(f"{text.rstrip('.')}. {mend}", error.ctx) if mend else error
+    options = {name for each in taken for name in each.opts}
+    if isinstance(error, click.NoSuchOption) and not error.possibilities:
+        set_key = "A key of the scenario is set by --set KEY=VALUE."
+        mend = set_key if "--set" in options else "Options of a command stand behind its name."
+        return click.UsageError(f"{error.message.rstrip('.')}. {mend}", error.ctx)
+    if extra := re.search(r"unexpected extra arguments? \(([^\s)]+)", error.message):
+        names = " ".join(each.human_readable_name for each in taken if isinstance(each, click.Argument))
+        forms = {"--at": f"a time is given as --at {extra[1]}", "-o": f"a file to write as -o {extra[1]}"}
+        forms["--set"] = "a key of the scenario as --set KEY=VALUE"
+        mend = "; ".join([f"Expected {names} alone", *(text for name, text in forms.items() if name in options)])
+        return click.UsageError(
+            f"{error.message.rstrip('.')}. {mend}; a value with blanks stands in quotes.", error.ctx
+        )
+    return error
 
 
 # The commands in the order of use; any other stands below.
@@ -96,6 +82,7 @@ GROUPS = {
     "The log": "verify state log fork append",
     "Reference": "table kinds",
 }
+OF_FILES = {".toml": "run", ".nc": "show", ".history": "log"}  # a command for a file that stands in place of one
 
 # A command in a source: its name if it differs from that of the function, the function, and its first paragraph.
 _COMMAND = r'^@click\.command\((?:"([\w-]+)")?.*?^def (\w+)\(.*?"""(.*?)(?:\n\n|""")'
@@ -115,31 +102,23 @@ class Commands(click.Group):
                 found[name or function] = path.stem, function, text
         return found
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Read what stands before the command."""
-        try:
-            return super().parse_args(ctx, args)
-        except click.NoSuchOption as error:
-            raise _with_mend(error) from None
-
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Return the command that is meant, or end with what to write instead."""
         word, *others = args
+        if word in self.found or word.startswith("-"):
+            if word == "log" and others and others[0] in GROUPS["The log"].split():
+                raise click.UsageError(f"Expected historysim {others[0]}, without log before it.", ctx)
+            return super().resolve_command(ctx, args)
         if word == "help":
-            raise click.UsageError(f"Expected historysim {others[0] if others else ''} --help".replace("  ", " "), ctx)
-        if word == "log" and others and others[0] in GROUPS["The log"].split():
-            raise click.UsageError(f"Expected historysim {others[0]}, without log before it.", ctx)
-        if word not in self.found and Path(word).is_file():
-            known = {".toml": "run", ".nc": "show", ".history": "log"}
-            command = known.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
+            raise click.UsageError(f"Expected historysim {' '.join([*others[:1], '--help'])}", ctx)
+        if Path(word).is_file():
+            command = OF_FILES.get(Path(word).suffix, "columns (a record) or historysim show (a height map)")
             raise click.UsageError(f"{word} is a file; expected a command before it: historysim {command}", ctx)
-        if word not in self.found and not word.startswith("-"):
-            near = nearest(word, self.found)
-            mend = near if near.startswith("did") else "expected one that historysim --help lists"
-            raise click.UsageError(f"No such command {word!r}; {mend}", ctx)
-        return super().resolve_command(ctx, args)
+        near = nearest(word, self.found)
+        mend = near if near.startswith("did") else "expected one that historysim --help lists"
+        raise click.UsageError(f"No such command {word!r}; {mend}", ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - as click calls it
         """Return the names of all commands."""
@@ -164,11 +143,18 @@ class Commands(click.Group):
                     formatter.write_dl(rows)
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
-        """Run the program; a terminal that does not know a sign gets another in its place."""
+        """Run the program; a terminal that does not know a sign gets ? in its place."""
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
-                stream.reconfigure(errors=PLAIN)
+                stream.reconfigure(errors="replace")
         return super().main(*args, **kwargs)
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read what stands before the command."""
+        try:
+            return super().parse_args(ctx, args)
+        except click.UsageError as error:
+            raise _with_mend(error) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run a command."""
@@ -178,21 +164,7 @@ class Commands(click.Group):
                 return super().invoke(ctx)
         except click.UsageError as error:
             raise _with_mend(error) from None
-        except InputError as error:
-            raise Ended(str(error), code=2) from error
-        except HistorySimError as error:
-            raise Ended(str(error), code=1) from error
-        except BrokenPipeError:
+        except (Exception, KeyboardInterrupt) as error:
+            if end := _ended(error):
+                raise end from error
             raise
-        except OSError as error:
-            place = f"{error.filename}: " if error.filename else ""
-            raise Ended(f"{place}{error.strerror or error}", code=1) from error
-        except MemoryError as error:
-            raise Ended("the memory does not suffice; record fewer asperities, or split the loads", code=1) from error
-        except Exception as error:
-            # an interrupt may leave something open that cannot be closed
-            if _after_interrupt(error):
-                raise Ended(INTERRUPTED, code=130) from error
-            raise
-        except KeyboardInterrupt as error:
-            raise Ended(str(error) or INTERRUPTED, code=130) from error

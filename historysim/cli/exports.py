@@ -5,31 +5,27 @@ from typing import Any
 
 import click
 
-from historysim.basics.targets import PICTURE, Output, check_outputs
+from historysim.basics import targets
+from historysim.basics.targets import PICTURE, Output
 from historysim.cli import options
-from historysim.cli.output import Answer, notice, save, write_answer
+from historysim.cli.output import notice, save, write_answer
 
 CONTROLS = click.Choice(["load", "displacement"])
 
 
+def _control(direction: str, default: str) -> Any:
+    text = f"The input that controls the {direction} direction."
+    return click.option(f"--{direction}", type=CONTROLS, default=default, show_default=True, help=text)
+
+
 @click.command()
-@options.scenario_argument
+@options.shared("scenario")
 @options.output_option("The unit (.fmu). [default: SCENARIO's name with .fmu, here]")
-@click.option(
-    "--at",
-    type=options.QuantityType("s"),
-    help='Start from the state at this time, as "12.5 s". [default: nothing has touched]',
+@options.quantity_option(
+    "--at", "s", help='Start from the state at this time, as "12.5 s". [default: nothing has touched]'
 )
-@click.option(
-    "--normal", type=CONTROLS, default="load", show_default=True, help="The input that controls the normal direction."
-)
-@click.option(
-    "--tangential",
-    type=CONTROLS,
-    default="displacement",
-    show_default=True,
-    help="The input that controls the tangential direction.",
-)
+@_control("normal", "load")
+@_control("tangential", "displacement")
 @click.option(
     "--saturate/--refuse",
     default=None,
@@ -47,19 +43,9 @@ CONTROLS = click.Choice(["load", "displacement"])
     help="Platforms to compile for, such as x86_64-linux,x86_64-windows; those other than this one need ziglang. "
     "[default: this one]",
 )
-@options.quiet_option
-@options.json_option
-@options.force_option
-@options.set_option
+@options.shared("quiet", "json", "force", "set")
 def fmu(
-    scenario: Path,
-    output: Path | None,
-    fmi: str,
-    platforms: str | None,
-    quiet: bool,
-    as_json: bool,
-    values: dict[str, Any],
-    **choices: Any,
+    scenario: Path, output: Path | None, fmi: str, platforms: str | None, values: dict[str, Any], **choices: Any
 ) -> None:
     """Write the contact of a scenario as a unit for co-simulation (FMU).
 
@@ -71,21 +57,19 @@ def fmu(
     source = source_of(scenario, values)
     from historysim.exchange.fmu.unit_file import write_fmu
 
-    names = None if platforms is None else [name.strip() for name in platforms.split(",")]
-    write_fmu(source, output, fmi=int(fmi), platforms=names, progress=not quiet, notify=notice, **choices)
-    if not quiet:
-        write_answer(Answer(files=[output]), as_json=as_json)
+    choices |= {"fmi": int(fmi), "platforms": platforms and [name.strip() for name in platforms.split(",")]}
+    choices |= {"force": options.given("force"), "progress": not options.given("quiet"), "notify": notice}
+    write_fmu(source, output, **choices)
+    write_answer(files=[output])
 
 
 @click.command()
-@options.scenario_argument
+@options.shared("scenario")
 @click.option(
     "-e", "--elements", type=click.IntRange(1, 1000), default=32, show_default=True, help="Number of springs."
 )
-@click.option(
-    "--normal-load",
-    type=options.QuantityType("N"),
-    help='The normal load at which the springs are placed, as "50 mN". [default: the largest]',
+@options.quantity_option(
+    "--normal-load", "N", help='The normal load at which the springs are placed, as "50 mN". [default: the largest]'
 )
 @options.path_option(
     "-o",
@@ -102,21 +86,15 @@ def fmu(
     type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
 )
 @options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
-@options.size_option
-@options.json_option
-@options.force_option
-@options.set_option
+@options.shared("size", "json", "force", "set")
 def reduce(
     scenario: Path,
-    elements: int,
-    normal_load: float | None,
     outputs: tuple[Path, ...],
     form: str | None,
     picture: Path | None,
     size: tuple[float, float] | None,
-    as_json: bool,
-    force: bool,
     values: dict[str, Any],
+    **choices: Any,
 ) -> None:
     """Reduce the contact of a scenario to a few sliding springs.
 
@@ -125,21 +103,17 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.reduced_model import form_of, output_of
+    from historysim.exchange.reduced.reduced_model import ReducedPicture, form_of, output_of
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
     options.check_drawn(size, [picture])
-    targets = [output_of(path, form) for path, form in forms.items()]
-    if picture is not None:
-        targets.append(Output(picture, (PICTURE,)))
-    check_outputs(targets, source.files, force=force)
-    model = carry_out(source, elements=elements, normal_load=normal_load, notify=notice)
+    drawn = [] if picture is None else [Output(picture, (PICTURE,))]
+    force = options.given("force")
+    targets.check_outputs([*(output_of(*one) for one in forms.items()), *drawn], source.files, force=force)
+    model = carry_out(source, notify=notice, **choices)
     for path, name in forms.items():
         model.write(path, form=name, force=force)
     if picture is not None:
-        from historysim.exchange.reduced.reduced_model import ReducedPicture
-
         save(ReducedPicture().figure(model, {"size": size}), picture)
-    files = [*outputs, *([] if picture is None else [picture])]
-    write_answer(Answer(model.summary(), files=files, data=model.dataset), as_json=as_json)
+    write_answer(model.summary(), files=[*outputs, picture], data=model.dataset)

@@ -2,21 +2,17 @@
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
 from historysim.basics.files import is_log, replacing
-from historysim.basics.targets import LOG, PICTURE, RESULT, Output, check_outputs, unmarked
+from historysim.basics.targets import LOG, PICTURE, RESULT, unmarked
 from historysim.basics.wording import counted
 from historysim.cli import options
 from historysim.cli.ending import Ended
-from historysim.cli.output import Answer, notice, save, write_answer
+from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
-
-if TYPE_CHECKING:
-    from historysim.tables import Format
-
 
 TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")  # tables of events are written by hand, too
 # What is shown of a state, by units.
@@ -28,53 +24,46 @@ TOTALS = {
 
 
 @click.command()
-@options.file_argument
+@options.shared("file")
 @options.path_option("--log", help="The log of a result. [default: NAME.history beside it]")
-@options.quiet_option
-@options.json_option
-def verify(file: Path, log: Path | None, quiet: bool, as_json: bool) -> None:
+@options.shared("quiet", "json")
+def verify(file: Path, log: Path | None) -> None:
     """Replay the log and check that the result is bit-identical.
 
     FILE is a result, or a log, which is checked with its snapshots.
     """
     from historysim.log.verification import verify as check
 
-    verification = check(file, log, progress=not quiet, notify=notice)
+    verification = check(file, log, progress=not options.given("quiet"), notify=notice)
     differences = "\n".join(f"  {difference.text}" for difference in verification.differences)
     if not verification:
         raise Ended(f"{file}: is not what its log gives:\n{differences}", code=1)
+    lines = [(str(file), "is what its log gives, bit for bit")]
     if is_log(file):
         lines = [
             ("events", f"{verification.events:,}, sound"),
             ("snapshots", f"{verification.snapshots:,}, as replayed"),
             ("digest", verification.digest),
         ]
-    elif verification.differences:
+    elif differences:
         lines = [(str(file), f"is what its log gives, up to rounding elsewhere:\n{differences}")]
-    else:
-        lines = [(str(file), "is what its log gives, bit for bit")]
-    if not quiet:
-        write_answer(Answer(lines), as_json=as_json)
+    write_answer(lines)
 
 
 @click.command()
-@options.log_argument
-@click.option(
-    "--at", type=options.QuantityType("s"), default=math.inf, help='The time, as "12.5 s". [default: the end]'
-)
+@options.shared("log")
+@options.quantity_option("--at", "s", help='The time, as "12.5 s". [default: the end]', default=math.inf)
 @click.option("--asperity", type=int, help="Show this asperity: its state, its reversal points.")
 @options.output_option("Write all asperities (netCDF); with --asperity a picture.")
-@options.json_option
-@options.force_option
-def state(log: Path, at: float, asperity: int | None, output: Path | None, as_json: bool, force: bool) -> None:
+@options.shared("json", "force")
+def state(log: Path, at: float, asperity: int | None, output: Path | None) -> None:
     """Show the state of the contact at a time in LOG (NAME.history)."""
-    if output is not None:
-        check_outputs([Output(output, (RESULT if asperity is None else PICTURE,))], [log], force=force)
+    files = check_outputs([log], (output, RESULT if asperity is None else PICTURE))
     from historysim.basics.units import duration_text, quantity_text
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events:
-        ensemble_state = events.state(at=at, notify=notice)
+        found = events.state(at=at, notify=notice)
         last = events.events(len(events) - 1)[0].time if len(events) else math.inf
         if last < at < math.inf:
             notice(f"{log.name}: its last event is at {duration_text(last)}; this is the state that it left")
@@ -82,31 +71,30 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None, as_js
             from historysim.asperities.asperity import reversal_table, summary
             from historysim.results.plots.tractions import AsperityPicture
 
-            one = events.ensemble.asperity(asperity, ensemble_state)
+            one = events.ensemble.asperity(asperity, found)
             if output is not None:
                 save(AsperityPicture().figure(one), output)
-            answer = Answer(summary(one), [reversal_table(one)])
-        else:
-            if output is not None:
-                with replacing(output) as unfinished:
-                    events.state_dataset(at=at).to_netcdf(unfinished)
-            lines = [
-                (name.replace("_", " "), quantity_text(getattr(ensemble_state, name), unit))
-                for unit, names in TOTALS.items()
-                for name in names
-            ]
-            answer = Answer(lines, data=lambda: events.state_dataset(at=at))
-        write_answer(answer._replace(files=[] if output is None else [output]), as_json=as_json)
+            write_answer(summary(one), [reversal_table(one)], files)
+            return
+        if output is not None:
+            with replacing(output) as unfinished:
+                events.state_dataset(at=at).to_netcdf(unfinished)
+        lines = [
+            (name.replace("_", " "), quantity_text(getattr(found, name), unit))
+            for unit, names in TOTALS.items()
+            for name in names
+        ]
+        write_answer(lines, files=files, data=lambda: events.state_dataset(at=at))
 
 
 @click.command()
-@options.log_argument
-@click.option("--at", type=options.QuantityType("s"), required=True, help='The time, as "12.5 s".')
+@options.shared("log")
+@options.quantity_option("--at", "s", help='The time, as "12.5 s".', required=True)
 @options.output_option("The new log.", required=True)
-@options.force_option
-def fork(log: Path, at: float, output: Path, force: bool) -> None:
+@options.shared("force")
+def fork(log: Path, at: float, output: Path) -> None:
     """Copy the past of LOG (NAME.history) up to a time to a new log."""
-    check_outputs([Output(output, (LOG,))], [log], force=force)
+    check_outputs([log], (output, LOG))
     from historysim.log.event_log import EventLog
 
     with EventLog(log) as events, events.fork(at, output, notify=notice) as made:
@@ -114,10 +102,10 @@ def fork(log: Path, at: float, output: Path, force: bool) -> None:
 
 
 @click.command()
-@options.log_argument
+@options.shared("log")
 @click.argument("table", type=options.path_type)
-@options.text_options
-def append(log: Path, table: Path, layout: "Format") -> None:
+@options.shared(*options.TEXT)
+def append(log: Path, table: Path, **text: Any) -> None:
     """Append the events in TABLE (CSV) to LOG (NAME.history).
 
     The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
@@ -127,6 +115,7 @@ def append(log: Path, table: Path, layout: "Format") -> None:
     from historysim.loads.event_table import read_events
     from historysim.log.event_log import EventLog
 
+    layout = options.layout_of(**text)
     with EventLog(log) as events:
         new = read_events(table, layout)
         try:
@@ -137,33 +126,21 @@ def append(log: Path, table: Path, layout: "Format") -> None:
 
 
 @click.command("log")
-@click.argument("file", metavar="LOG", type=options.path_type)
+@options.shared("log")
 @click.option(
     "--kind", multiple=True, help="Only events of this kind: normal_load, friction, …; may be given several times."
 )
-@click.option(
-    "--from", "begin", type=options.QuantityType("s"), default=-math.inf, help='Only from this time on, as "12.5 s".'
-)
-@click.option("--to", "end", type=options.QuantityType("s"), default=math.inf, help="Only up to this time.")
+@options.quantity_option("--from", "s", help='Only from this time on, as "12.5 s".', default=-math.inf)
+@options.quantity_option("--to", "s", help="Only up to this time.", default=math.inf)
 @click.option("--first", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
 @click.option("--last", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
 @options.path_option("--csv", "table", help="Write them to this file instead, a table that append reads.")
-@options.json_option
-@options.force_option
+@options.shared("json", "force")
 def list_log(
-    file: Path,
-    kind: tuple[str, ...],
-    begin: float,
-    end: float,
-    first: int | None,
-    last: int | None,
-    table: Path | None,
-    as_json: bool,
-    force: bool,
+    log: Path, kind: tuple[str, ...], first: int | None, last: int | None, table: Path | None, **between: float
 ) -> None:
     """List the events of LOG (NAME.history)."""
-    if table is not None:
-        check_outputs([Output(table, (TABLE_OF_EVENTS,))], [file], force=force)
+    check_outputs([log], (table, TABLE_OF_EVENTS))
     from historysim.loads.event_sequence import time_text
     from historysim.loads.event_table import write_events
     from historysim.loads.events import EVENTS
@@ -172,13 +149,12 @@ def list_log(
     for name in kind:
         if name not in EVENTS:
             raise InputError(f"--kind {name}: expected one of {', '.join(dict.fromkeys((*EVENTS.own(), *EVENTS)))}")
-    with EventLog(file) as log:
+    with EventLog(log) as events:
         chosen = [
             (number, event)
-            for number, event in enumerate(log.events())
-            if begin <= event.time <= end and (not kind or event.name in kind)
-        ]
-    chosen = chosen[:first]
+            for number, event in enumerate(events.events())
+            if between["from"] <= event.time <= between["to"] and (not kind or event.name in kind)
+        ][:first]
     chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
     if table is not None:
         write_events(table, [event for _, event in chosen])
@@ -188,4 +164,4 @@ def list_log(
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"
         rows.append((str(number), time_text(event.time), event.name, f"{event.cell}{unit}"))
-    write_answer(Answer(tables=[rows]), as_json=as_json)
+    write_answer(tables=[rows])

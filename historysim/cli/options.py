@@ -1,6 +1,5 @@
-"""What the commands take: files, the format of text files, and quantities with units."""
+"""What the commands take: files, quantities with units, and the options that several of them share."""
 
-import functools
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -13,9 +12,8 @@ from historysim.basics import system
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
-    import os
-
     from historysim.scenario.scenario import Scenario
+    from historysim.tables import Format
 
 # A key, in which what stands in quotes may hold any character, and a value.
 _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DOTALL)
@@ -24,20 +22,13 @@ _SETTING = re.compile(r"""((?:[^="']|"(?:[^"\\]|\\.)*"|'[^']*')*)=(.*)""", re.DO
 class PathType(click.Path):
     """The name of a file, in the encoding of the system: the libraries for SQLite and netCDF take no other."""
 
-    def convert(
-        self, value: "str | os.PathLike[str]", param: click.Parameter | None, ctx: click.Context | None
-    ) -> "str | bytes | os.PathLike[str]":
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path."""
-        path = super().convert(value, param, ctx)
+        path, encoding = super().convert(value, param, ctx), sys.getfilesystemencoding()
         try:
-            str(path).encode(sys.getfilesystemencoding())
+            str(path).encode(encoding)
         except UnicodeEncodeError:
-            self.fail(
-                f"{str(path)!r} is no name in {sys.getfilesystemencoding()}, the encoding of file names here; rename "
-                "it, or choose another locale, such as LC_ALL=C.UTF-8",
-                param,
-                ctx,
-            )
+            self.fail(f"{str(path)!r} is no name in {encoding}, the encoding of file names here; rename it", param, ctx)
         return path
 
 
@@ -63,88 +54,30 @@ class QuantityType(click.ParamType):  # type: ignore[type-arg]
             raise InputError(f"{param.opts[0] if param else ''}: {error}") from error
 
 
-class SizeType(click.ParamType):  # type: ignore[type-arg]
-    """Width and height of a picture in millimetres."""
-
-    name = "size"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[float, float]:  # noqa: ARG002 - as click calls it
-        """Return both [mm]."""
-        try:
-            width, height = map(float, str(value).lower().split("x"))
-        except ValueError as error:
-            raise InputError(f"--size {value}: expected width and height in millimetres, as 90x70") from error
-        return width, height
+def _size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tuple[float, float] | None:
+    """Return width and height of a picture [mm]."""
+    try:
+        width, height = map(float, text.lower().split("x")) if text else (0.0, 0.0)
+    except ValueError as error:
+        raise InputError(f"--size {text}: expected width and height in millimetres, as 90x70") from error
+    return (width, height) if text else None
 
 
-path_type = PathType(path_type=Path)
-scenario_argument = click.argument("scenario", type=path_type)
-file_argument = click.argument("file", type=path_type)
-log_argument = click.argument("log", type=path_type)
-
-force_option = click.option(
-    "--force",
-    is_flag=True,
-    help="Also replace files that are not earlier outputs of this kind; never a file that is read.",
-)
-size_option = click.option(
-    "--size",
-    type=SizeType(),
-    metavar="WIDTHxHEIGHT",
-    help="Of the picture, in millimetres, as 90x70; panels for which there is no room are left out, and named.",
-)
+def _keep(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    ctx.meta[f"{__name__}.{param.name}"] = value
 
 
-def check_drawn(size: object, drawn: Iterable[Path | None]) -> None:
-    """Check that something is drawn where a size is given for it."""
-    if size is not None and not any(path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in drawn):
-        raise InputError("--size: nothing is drawn; expected the file of a picture, as -o loops.pdf")
+def given(flag: str) -> bool:
+    """Return whether one of the flags that commands share is given: quiet, json, force."""
+    return bool(click.get_current_context().meta.get(f"{__name__}.{flag}"))
 
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one object of JSON, with numbers in SI.")
-quiet_option = click.option("-q", "--quiet", is_flag=True, help="Print nothing.")
-workers_option = click.option(
-    "--workers",
-    type=click.IntRange(1),
-    default=lambda: system.processors(),  # noqa: PLW0108 - looked up when it is needed
-    show_default="one for each processor",
-    help="Processes that compute.",
-)
+def _flag(*names: str, help: str) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    return click.option(*names, is_flag=True, expose_value=False, callback=_keep, help=help)
 
 
-def path_option(*names: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return an option that names a file."""
-    return click.option(*names, type=path_type, help=help, **options)
-
-
-def output_option(help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return the option ``-o``."""
-    return path_option("-o", "--output", help=help, **options)
-
-
-def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
-    """Return the files that a command reads for a scenario, or another file."""
-    if isinstance(what, Path) and what.suffix == ".toml":
-        from historysim.scenario.scenario import load
-
-        what = load(what)
-    return (what,) if isinstance(what, Path) else what.files
-
-
-def set_option(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the option that puts other values into a scenario; it takes them as ``values``, by key."""
-
-    @functools.wraps(command)
-    def with_values(*, settings: tuple[str, ...], **others: object) -> None:
-        command(values=dict(map(_setting, settings)), **others)
-
-    return click.option(
-        "--set",
-        "settings",
-        multiple=True,
-        metavar="KEY=VALUE",
-        help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
-    )(with_values)
+def _values(_ctx: click.Context, _param: click.Parameter, settings: tuple[str, ...]) -> dict[str, Any]:
+    return dict(map(_setting, settings))
 
 
 def _setting(text: str) -> tuple[str, Any]:
@@ -164,6 +97,101 @@ def _setting(text: str) -> tuple[str, Any]:
     return key, table["value"] if set(table) == {"value"} else value
 
 
+path_type = PathType(path_type=Path)
+
+# What several commands take, by the names with which `shared` adds it.
+SHARED = {
+    "scenario": click.argument("scenario", type=path_type),
+    "file": click.argument("file", type=path_type),
+    "log": click.argument("log", type=path_type),
+    "size": click.option(
+        "--size",
+        callback=_size,
+        metavar="WIDTHxHEIGHT",
+        help="Of the picture, in millimetres, as 90x70; panels for which there is no room are left out, and named.",
+    ),
+    "workers": click.option(
+        "--workers",
+        type=click.IntRange(1),
+        default=lambda: system.processors(),  # noqa: PLW0108 - looked up when it is needed
+        show_default="one for each processor",
+        help="Processes that compute.",
+    ),
+    "quiet": _flag("-q", "--quiet", help="Print nothing."),
+    "json": _flag("--json", help="Print one object of JSON, with numbers in SI."),
+    "force": _flag(
+        "--force", help="Also replace files that are not earlier outputs of this kind; never a file that is read."
+    ),
+    "set": click.option(
+        "--set",
+        "values",
+        multiple=True,
+        callback=_values,
+        metavar="KEY=VALUE",
+        help="Override a scenario key, such as friction.coefficient=0.3; may be given several times.",
+    ),
+    "sheet": click.option("--sheet", help="The sheet of an Excel file, by name or number. [default: the only one]"),
+    "encoding": click.option("--encoding", help="The encoding of a text file.  [default: found]"),
+    "header": click.option(
+        "--header", type=int, help="The line of a text file with the column names. [default: found]"
+    ),
+    "decimal": click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text file."),
+    "delimiter": click.option("--delimiter", help="The sign between two values of a text file. [default: found]"),
+}
+TEXT = "delimiter", "decimal", "header", "encoding", "sheet"  # how a text file is written
+
+
+def shared(*names: str) -> Callable[[Callable[..., Any]], Any]:
+    """Give a command arguments and options of `SHARED`."""
+
+    def add(command: Callable[..., Any]) -> Any:
+        for name in reversed(names):
+            command = SHARED[name](command)
+        return command
+
+    return add
+
+
+def path_option(*names: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return an option that names a file."""
+    return click.option(*names, type=path_type, help=help, **options)
+
+
+def output_option(help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return the option ``-o``."""
+    return path_option("-o", "--output", help=help, **options)
+
+
+def quantity_option(name: str, unit: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return an option with a unit."""
+    return click.option(name, type=QuantityType(unit), help=help, **options)
+
+
+def layout_of(sheet: str | None, **text: Any) -> "Format":
+    """Return how a text file is written, from the options `TEXT`."""
+    from historysim.tables import Format
+
+    try:
+        return Format(**text, sheet=int(sheet) if sheet and sheet.isdigit() else sheet)
+    except InputError as error:
+        raise InputError(f"--{error}") from error
+
+
+def check_drawn(size: object, drawn: Iterable[Path | None]) -> None:
+    """Check that something is drawn where a size is given for it."""
+    if size is not None and not any(path is not None and path.suffix.lower() not in {".nc", ".csv"} for path in drawn):
+        raise InputError("--size: nothing is drawn; expected the file of a picture, as -o loops.pdf")
+
+
+def files_read(what: "Scenario | Path") -> tuple[Path, ...]:
+    """Return the files that a command reads for a scenario, or another file."""
+    if isinstance(what, Path) and what.suffix == ".toml":
+        from historysim.scenario.scenario import load
+
+        what = load(what)
+    return (what,) if isinstance(what, Path) else what.files
+
+
 def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     """Return the scenario of a file with other values, or the file itself where there are none."""
     if not values:
@@ -173,29 +201,3 @@ def scenario_or_file(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     from historysim.scenario.scenario import load
 
     return load(file, values)
-
-
-def text_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options for the format of a text file; it takes them as one ``layout``."""
-
-    @functools.wraps(command)
-    def with_layout(**others: Any) -> None:
-        from historysim.tables import Format
-
-        sheet = others.pop("sheet")
-        try:
-            given = {name: others.pop(name) for name in ("delimiter", "decimal", "header", "encoding")}
-            layout = Format(**given, sheet=int(sheet) if sheet and sheet.isdigit() else sheet)
-        except InputError as error:
-            raise InputError(f"--{error}") from error
-        command(layout=layout, **others)
-
-    for option in (
-        click.option("--sheet", help="The sheet of an Excel file, by name or number. [default: the only one]"),
-        click.option("--encoding", help="The encoding of a text file.  [default: found]"),
-        click.option("--header", type=int, help="The line of a text file with the column names. [default: found]"),
-        click.option("--decimal", default=".", show_default=True, help="The decimal sign of a text file."),
-        click.option("--delimiter", help="The sign between two values of a text file. [default: found]"),
-    ):
-        with_layout = option(with_layout)
-    return with_layout

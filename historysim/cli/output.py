@@ -1,20 +1,24 @@
 """What the commands share: what they print, and the files that they write."""
 
-import math
+import json
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from historysim.basics import targets
 from historysim.basics.files import replacing
-from historysim.basics.targets import OutputFormat, csv_table, netcdf
+from historysim.basics.targets import Output, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import columns, printable, two_columns
+from historysim.cli.options import given
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.results.plots.printed import PrintedFigure
+
+    Lines = Sequence[tuple[str, str]]
 
 TABLES_OF_LOOPS = (
     netcdf("a table of friction loops", "friction loops"),
@@ -28,52 +32,46 @@ TABLES_OF_SLIDING = (
     netcdf("a table of friction", "friction over time or distance"),
     csv_table("a table of friction", "distance,coefficient", "time,coefficient"),
 )
-TABLE_OF_SWEEP = netcdf("a sweep", "sweep")  # what is written, and how an earlier one is known; see `targets`
 
 
-def csv_of_sweep(keys: Iterable[str]) -> OutputFormat:
-    """Return the form of the table of a sweep over keys, with a row for each cell."""
-    from historysim.scenario.grid import variable_name
+def check_outputs(reads: Iterable[Path], *outputs: tuple[Path | None, *tuple[OutputFormat, ...]]) -> list[Path]:
+    """Return the files that are to be written, each of one of some forms; InputError where one may not be.
 
-    return csv_table("a sweep over the same keys", *map(variable_name, keys))
-
-
-class Answer(NamedTuple):
-    """What a command has found."""
-
-    lines: Sequence[tuple[str, str]] = ()
-    tables: Sequence[Sequence[tuple[str, ...]]] = ()  #: rows of texts; the first row of each has the headings
-    files: Sequence[Path] = ()  #: what was written
-    data: "Callable[[], xr.Dataset] | None" = None  #: gives all numbers as a Dataset, with units
-    below: Sequence[tuple[str, str]] = ()  #: lines that stand below the tables
+    The path is None where it is not asked for; none of them is a file that the command reads.
+    """
+    asked = [Output(path, tuple(forms)) for path, *forms in outputs if path is not None]
+    targets.check_outputs(asked, reads, force=given("force"))
+    return [output.path for output in asked]
 
 
-def write_answer(answer: Answer, *, as_json: bool = False) -> None:
-    """Print what was found: lines, tables and the names of files, or one object of JSON."""
-    if as_json:
-        click.echo(_json(answer))
+def write_answer(
+    lines: "Lines" = (),
+    tables: Sequence[Sequence[tuple[str, ...]]] = (),
+    files: Iterable[Path | None] = (),
+    *,
+    data: "Callable[[], xr.Dataset] | None" = None,
+    below: "Lines" = (),
+) -> None:
+    """Print what a command has found, with --json as one object, with --quiet nothing.
+
+    The first row of each table has its headings; ``files`` were written, ``data`` gives all numbers as a Dataset with
+    units, and the lines ``below`` stand below the tables.
+    """
+    written = [str(path) for path in files if path is not None]
+    if given("quiet"):
         return
-    for text in (
-        two_columns(answer.lines),
-        *map(columns, answer.tables),
-        two_columns(answer.below),
-        *map(str, answer.files),
-    ):
+    if given("json"):
+        document: dict[str, Any] = {
+            "lines": [_line(label, text) for label, text in (*lines, *below) if label],
+            "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in tables if rows],
+            "files": written,
+            **({"data": data().to_dict()} if data else {}),
+        }
+        click.echo(_json(document))
+        return
+    for text in (two_columns(lines), *map(columns, tables), two_columns(below), *written):
         if text:
             click.echo(text)
-
-
-def _json(answer: Answer) -> str:
-    import json
-
-    document: dict[str, Any] = {
-        "lines": [_line(label, text) for label, text in (*answer.lines, *answer.below) if label],
-        "tables": [{"columns": rows[0], "rows": rows[1:]} for rows in answer.tables if rows],
-        "files": [str(path) for path in answer.files],
-    }
-    if answer.data is not None:
-        document["data"] = answer.data().to_dict()
-    return json.dumps(_plain(document), ensure_ascii=False, indent=1)
 
 
 def _line(label: str, text: str) -> dict[str, Any]:
@@ -81,18 +79,10 @@ def _line(label: str, text: str) -> dict[str, Any]:
     return {"label": label, "text": str(text), **quantity}
 
 
-def _plain(value: object) -> object:
-    """Return what JSON can hold: it has no number that is none."""
-    if isinstance(value, dict):
-        return {str(key): _plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(each) for each in value]
-    if hasattr(value, "tolist"):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not math.isfinite(value):
-        # JSON has no NaN
-        return None
-    return value if isinstance(value, str | int | float | bool | None) else str(value)
+def _json(document: dict[str, Any]) -> str:
+    """Return a document as JSON, which has no number that is none: null stands for it."""
+    text = json.dumps(document, default=lambda value: value.tolist() if hasattr(value, "tolist") else str(value))
+    return json.dumps(json.loads(text, parse_constant=lambda _: None), ensure_ascii=False, indent=1)
 
 
 def notice(text: str) -> None:
@@ -100,24 +90,20 @@ def notice(text: str) -> None:
     click.echo(f"Note: {printable(text)}", err=True)
 
 
-def save_dataset(dataset: "xr.Dataset", path: Path, *, measured: bool = False) -> None:
-    """Write a table with a first dimension, as netCDF or as CSV with one row for each of its members."""
-    if path.suffix.lower() == ".csv":
-        from historysim.results.tables import write_csv
-
-        write_csv(dataset, path)
-        return
-    from historysim.results.tables import CALCULATED, MEASURED, write_netcdf
-
-    write_netcdf(dataset, path, origin=MEASURED if measured else CALCULATED)
-
-
 def save_table(
-    dataset: "xr.Dataset", path: Path, picture: Callable[["xr.Dataset"], "PrintedFigure"], *, measured: bool
+    dataset: "xr.Dataset",
+    path: Path,
+    picture: "Callable[[xr.Dataset], PrintedFigure] | None" = None,
+    *,
+    measured: bool = False,
 ) -> None:
     """Write a table as its ending says: netCDF, CSV, or else a picture of it."""
-    if path.suffix.lower() in {".nc", ".csv"}:
-        save_dataset(dataset, path, measured=measured)
+    from historysim.results.tables import CALCULATED, MEASURED, write_csv, write_netcdf
+
+    if path.suffix.lower() == ".csv":
+        write_csv(dataset, path)
+    elif path.suffix.lower() == ".nc" or picture is None:
+        write_netcdf(dataset, path, origin=MEASURED if measured else CALCULATED)
     else:
         save(picture(dataset), path)
 

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.targets import Output, OutputFormat, check_outputs, csv_table, netcdf, unmarked
+from historysim.basics.targets import OutputFormat, csv_table, netcdf, unmarked
 from historysim.basics.wording import nearest
 from historysim.cli import options
-from historysim.cli.output import Answer, save_dataset, write_answer
+from historysim.cli.output import check_outputs, save_table, write_answer
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -67,8 +67,7 @@ def _tables() -> "dict[str, Question]":
     metavar="NAME=VALUE",
     help="Another parameter of the question, such as first=0; may be given several times.",
 )
-@options.json_option
-@options.force_option
+@options.shared("json", "force")
 def table(
     result: Path,
     question: str,
@@ -76,8 +75,6 @@ def table(
     asperity: int | None,
     step: int | None,
     parameters: tuple[str, ...],
-    as_json: bool,
-    force: bool,
 ) -> None:
     """Compute a QUESTION from RESULT and write CSV or netCDF.
 
@@ -85,8 +82,8 @@ def table(
     """
     asks, shown = _tables()[question], question.replace("_", "-")
     output = output or result.with_name(f"{result.stem}_{shown}.csv")
-    kinds = (VTU,) if question == "point_maps" and output.suffix.lower() == ".vtu" else _outputs()
-    check_outputs([Output(output, kinds)], [result], force=force)
+    mesh = question == "point_maps" and output.suffix.lower() == ".vtu"
+    files = check_outputs([result], (output, VTU) if mesh else (output, *_outputs()))
     given = dict(_parameter(text) for text in parameters)
     if asperity is not None:
         given["asperity"] = asperity
@@ -108,13 +105,13 @@ def table(
         if question == "profiles":
             # a row for each radius
             dataset = dataset.isel(step=0)
-        if kinds == (VTU,):
+        if mesh:
             from historysim.results.rebuilt import write_vtk
 
             write_vtk(dataset, output)
         else:
-            save_dataset(dataset, output)
-        write_answer(Answer(files=[output], data=lambda: dataset), as_json=as_json)
+            save_table(dataset, output)
+        write_answer(files=files, data=lambda: dataset)
 
 
 def _outputs() -> tuple[OutputFormat, ...]:
@@ -140,8 +137,8 @@ def _parameter(text: str) -> tuple[str, Any]:
 @click.command()
 @click.argument("what", required=False)
 @click.argument("name", required=False)
-@options.json_option
-def kinds(what: str | None, name: str | None, as_json: bool) -> None:
+@options.shared("json")
+def kinds(what: str | None, name: str | None) -> None:
     """List laws, surfaces and other kinds, and their keys.
 
     Without arguments the groups of kinds, with WHAT the kinds of one group, with NAME the keys of one kind. Kinds
@@ -149,4 +146,4 @@ def kinds(what: str | None, name: str | None, as_json: bool) -> None:
     """
     from historysim.scenario.kinds import kinds as listed
 
-    write_answer(Answer(listed(what, name)), as_json=as_json)
+    write_answer(listed(what, name))

@@ -5,23 +5,26 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.targets import PICTURE, Output, check_outputs
+from historysim.basics.targets import PICTURE, Output, OutputFormat, csv_table, netcdf
 from historysim.cli import options
-from historysim.cli.output import TABLE_OF_SWEEP, Answer, csv_of_sweep, notice, save, write_answer
+from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    import xarray as xr
+
+    from historysim.results.plots.printed import PrintedFigure
     from historysim.scenario.grid import Axis
 
 
 @click.command()
-@options.scenario_argument
+@options.shared("scenario")
 @options.output_option("The result (netCDF). [default: SCENARIO's name with .nc, here]")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
 @options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
-@options.quiet_option
+@options.shared("quiet")
 @click.option("--resume", is_flag=True, help="Go on where an earlier run stopped, from its log.")
 @click.option(
     "--snapshot-every",
@@ -35,17 +38,13 @@ if TYPE_CHECKING:
     type=click.IntRange(1),
     help="Threads that record many asperities; the result is the same. [default: one for each processor, up to 4]",
 )
-@options.json_option
-@options.force_option
-@options.set_option
+@options.shared("json", "force", "set")
 def run(
     scenario: Path,
     values: dict[str, Any],
     output: Path | None,
     with_picture: bool,
     picture: Path | None,
-    quiet: bool,
-    as_json: bool,
     **choices: Any,
 ) -> None:
     """Replay SCENARIO (TOML) and write the history (netCDF).
@@ -59,62 +58,51 @@ def run(
     from historysim.log.result import RunOptions
     from historysim.scenario.run import source_of, write
 
-    source = source_of(scenario, values)
+    source, quiet = source_of(scenario, values), options.given("quiet")
     outputs = [Output(path, (PICTURE,)) for path in pictures]
-    write(source, output, RunOptions(progress=not quiet, notify=notice, **choices), *outputs)
-    if pictures:
-        from historysim.results.result_files import open_result
-        from historysim.scenario.figure import drawable
-        from historysim.verbs import plot
+    chosen = RunOptions(progress=not quiet, notify=notice, force=options.given("force"), **choices)
+    write(source, output, chosen, *outputs)
+    if quiet and not pictures:
+        return
+    from historysim.results.result_files import open_result
 
-        with open_result(output) as history:
-            # what is drawn of the surface alone needs no result
-            own = getattr(source, "scenario", None)
-            drawn = plot(history if own is None or drawable(history) or not drawable(own) else own)
-            for path in pictures:
-                save(drawn, path)
-    if not quiet:
-        from historysim.results.analysis.history_summary import summary
-        from historysim.results.result_files import open_recorded
+    with open_result(output) as history:
+        drawn = _drawn(source, history) if pictures else None
+        for path in pictures:
+            save(drawn, path)
+        if not quiet:
+            from historysim.results.analysis.history_summary import summary
 
-        with open_recorded(output, own=True) as recorded:
-            lines = summary(recorded)
-        files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
-        write_answer(Answer([*lines, *files]), as_json=as_json)
+            files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
+            write_answer([*summary(history), *files])
+
+
+def _drawn(source: Any, history: "xr.Dataset") -> "PrintedFigure":
+    """Draw a result, or its scenario where what is drawn is of the surface alone."""
+    from historysim.scenario.figure import drawable
+    from historysim.verbs import plot
+
+    own = getattr(source, "scenario", None)
+    return plot(history if own is None or drawable(history) or not drawable(own) else own)
 
 
 @click.command()
-@options.scenario_argument
-@options.json_option
-@options.set_option
-def validate(scenario: Path, as_json: bool, values: dict[str, Any]) -> None:
+@options.shared("scenario", "json", "set")
+def validate(scenario: Path, values: dict[str, Any]) -> None:
     """Check SCENARIO (TOML) and the files that it names."""
     from historysim.studies.validation import validate as validated
 
-    write_answer(Answer(validated(scenario, values)), as_json=as_json)
-    if not as_json:
+    write_answer(validated(scenario, values))
+    if not options.given("json"):
         click.echo("valid")
 
 
 @click.command()
-@options.scenario_argument
+@options.shared("scenario")
 @options.output_option("The table (.nc or .csv). [default: SCENARIO's name with .nc, here]")
 @options.path_option("--store", help="The folder in which cells are kept as they end. [default: NAME.cells beside it]")
-@options.workers_option
-@options.quiet_option
-@options.json_option
-@options.force_option
-@options.set_option
-def sweep(
-    scenario: Path,
-    output: Path | None,
-    store: Path | None,
-    workers: int,
-    quiet: bool,
-    as_json: bool,
-    force: bool,
-    values: dict[str, Any],
-) -> None:
+@options.shared("workers", "quiet", "json", "force", "set")
+def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int, values: dict[str, Any]) -> None:
     """Replay SCENARIO (TOML) at all points of its [sweep].
 
     The outputs go to one file.
@@ -132,31 +120,18 @@ def sweep(
 
     loaded = load(scenario, values)
     grid, _ = sweep_of(loaded)
-    check_outputs([_table_over(output, grid.axes)], loaded.files, force=force)
-    table = carry_out(loaded, store=store, workers=workers, progress=not quiet, notify=notice)
+    check_outputs(loaded.files, (output, *_tables_over(grid.axes)))
+    table = carry_out(loaded, store=store, workers=workers, progress=not options.given("quiet"), notify=notice)
     write_sweep(table, output)
-    if not quiet:
-        files = [("cells kept in", str(store)), ("result", str(output))]
-        write_answer(Answer([*sweep_summary(table), *files], data=lambda: table), as_json=as_json)
+    files = [("cells kept in", str(store)), ("result", str(output))]
+    write_answer([*sweep_summary(table), *files], data=lambda: table)
 
 
 @click.command()
-@options.scenario_argument
+@options.shared("scenario")
 @options.output_option("Also write what was found at each point to this file (.nc or .csv).")
-@options.workers_option
-@options.quiet_option
-@options.json_option
-@options.force_option
-@options.set_option
-def design(
-    scenario: Path,
-    output: Path | None,
-    workers: int,
-    quiet: bool,
-    as_json: bool,
-    force: bool,
-    values: dict[str, Any],
-) -> None:
+@options.shared("workers", "quiet", "json", "force", "set")
+def design(scenario: Path, output: Path | None, workers: int, values: dict[str, Any]) -> None:
     """Find the value of a key that gives a wanted output.
 
     [design] of SCENARIO (TOML) names the key, its range, and the output.
@@ -167,18 +142,17 @@ def design(
     from historysim.studies.design import problem_of, summary
 
     loaded = load(scenario, values)
-    if output is not None:
-        problem, grid = problem_of(loaded)
-        check_outputs([_table_over(output, grid.axes, problem.key)], loaded.files, force=force)
-    table = carry_out(loaded, workers=workers, progress=not quiet, notify=notice)
-    if output is not None:
-        write_sweep(table, output)
-    if not quiet:
-        files = [("result", str(output))] if output else []
-        write_answer(Answer([*summary(table), *files], data=lambda: table), as_json=as_json)
+    problem, grid = problem_of(loaded)
+    written = check_outputs(loaded.files, (output, *_tables_over(grid.axes, problem.key)))
+    table = carry_out(loaded, workers=workers, progress=not options.given("quiet"), notify=notice)
+    for path in written:
+        write_sweep(table, path)
+    write_answer([*summary(table), *(("result", str(path)) for path in written)], data=lambda: table)
 
 
-def _table_over(output: Path, axes: "Iterable[Axis]", *others: str) -> Output:
-    """Return a table with a row for each point of some axes, and columns of other keys."""
-    keys = [key for axis in axes for key in axis.keys]
-    return Output(output, (TABLE_OF_SWEEP, csv_of_sweep([*keys, *others])))
+def _tables_over(axes: "Iterable[Axis]", *others: str) -> tuple[OutputFormat, ...]:
+    """Return the forms of a table with a row for each point of some axes, and columns of other keys."""
+    from historysim.scenario.grid import variable_name
+
+    keys = [variable_name(key) for key in (*(key for axis in axes for key in axis.keys), *others)]
+    return netcdf("a sweep", "sweep"), csv_table("a sweep over the same keys", *keys)

@@ -1,15 +1,14 @@
 """Commands that look at files: show, plot, report, gallery."""
 
-import functools
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.targets import MOVING, PAGE, PICTURE, Output, check_outputs
+from historysim.basics.targets import MOVING, PAGE, PICTURE
 from historysim.cli import options
-from historysim.cli.output import Answer, notice, save, write_answer
+from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -45,47 +44,40 @@ SHORT = {
     "asperity": "Of traction: which asperity; with --adhesion, the one to draw the equilibria of.",
     "panels": "Of the picture history: some of loop,loads,states,energy.",
 }
+# What the file of a height map does not say.
+HEIGHT_MAP = {
+    "pixel-size": 'As "0.5 µm", if it has none; twice for x and y.',
+    "height-unit": "Unit of its heights, if it names none.",
+    "lateral-unit": "Unit of its coordinates, if it has some without.",
+    "channel": "Channel of a height map, by its number from 0 or its name.",
+    "form": "What to take off a height map first. [default: plane]",
+}
 # Arguments of `hs.plot` that say what is drawn and where: the command has them itself, or Python alone.
 NO_OPTIONS = {"what", "name", "picture", "place", "size", "figure", "ax"}
 
 
-def picture_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Give a command the options of pictures; it takes the given ones as ``choices``."""
+def _options(texts: dict[str, str]) -> Callable[[Any], Any]:
+    """Give a command options by their names, each with its help."""
 
-    @functools.wraps(command)
-    def with_options(*, given: tuple[str, ...], adhesion: bool, **others: object) -> None:
-        choices: dict[str, object] = {name: others.pop(name) for name in SHORT}
-        choices = {name: value for name, value in choices.items() if value is not None}
-        for text in given:
-            name, equals, value = text.partition("=")
-            if not (name.strip() and equals):
-                raise InputError(f"--with {text!r}: expected OPTION=VALUE, such as steps=K,L")
-            if name.strip() in NO_OPTIONS:
-                raise InputError(f"--with {text!r}: is no option of a picture; see `historysim kinds plots`")
-            choices[name.strip().replace("-", "_")] = value.strip()
-        command(choices=choices | ({"adhesion": True} if adhesion else {}), **others)
+    def add(command: Any) -> Any:
+        for name, text in reversed(texts.items()):
+            command = click.option(f"--{name}", multiple=name == "pixel-size", help=text)(command)
+        return command
 
-    for option in (
-        click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it."),
-        *(click.option(f"--{name}", help=text) for name, text in reversed(SHORT.items())),
-        click.option("--with", "given", multiple=True, metavar="OPTION=VALUE", help="An option of the picture."),
-        click.option("--picture", cls=PictureOption),
-    ):
-        with_options = option(with_options)
-    return with_options
+    return add
 
 
-def height_map_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options for what the file of a height map does not say."""
-    for option in (
-        click.option("--form", help="What to take off a height map first. [default: plane]"),
-        click.option("--channel", help="Channel of a height map, by its number from 0 or its name."),
-        click.option("--lateral-unit", help="Unit of its coordinates, if it has some without."),
-        click.option("--height-unit", help="Unit of its heights, if it names none."),
-        click.option("--pixel-size", multiple=True, help='As "0.5 µm", if it has none; twice for x and y.'),
-    ):
-        command = option(command)
-    return command
+def _with(_ctx: click.Context, _param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    """Return options of a picture by their names."""
+    choices = {}
+    for text in texts:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        if not (name and equals):
+            raise InputError(f"--with {text!r}: expected OPTION=VALUE, such as steps=K,L")
+        if name in NO_OPTIONS:
+            raise InputError(f"--with {text!r}: is no option of a picture; see `historysim kinds plots`")
+        choices[name.replace("-", "_")] = value
+    return choices
 
 
 several_files = click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
@@ -94,10 +86,9 @@ several_files = click.argument("files", type=options.path_type, nargs=-1, requir
 @click.command()
 @several_files
 @click.option("-v", "--verbose", is_flag=True, help="Of a result: also its attributes, digests and versions.")
-@options.json_option
-@options.set_option
-@height_map_options
-def show(files: tuple[Path, ...], verbose: bool, as_json: bool, values: dict[str, Any], **height_map: object) -> None:
+@options.shared("json", "set")
+@_options(HEIGHT_MAP)
+def show(files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **height_map: object) -> None:
     """Summarise FILE: a scenario, result, log, sweep or height map.
 
     Also what `loops -o` and `sliding -o` have written. Two height maps of one place, before and after: what was lost
@@ -106,7 +97,7 @@ def show(files: tuple[Path, ...], verbose: bool, as_json: bool, values: dict[str
     from historysim.verbs import show as shown
 
     what = _one(files, values) if len(files) == 1 or values else list(files)
-    write_answer(Answer(shown(what, attributes=verbose, **_given(height_map))), as_json=as_json)
+    write_answer(shown(what, attributes=verbose, **_given(height_map)))
 
 
 @click.command()
@@ -115,20 +106,23 @@ def show(files: tuple[Path, ...], verbose: bool, as_json: bool, values: dict[str
     "The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
     "[default: FILE's name with .png]"
 )
-@picture_options
-@options.size_option
-@options.force_option
-@options.set_option
-@height_map_options
+@click.option("--picture", cls=PictureOption)
+@click.option(
+    "--with", "choices", multiple=True, callback=_with, metavar="OPTION=VALUE", help="An option of the picture."
+)
+@_options(SHORT)
+@click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
+@options.shared("size", "force", "set")
+@_options(HEIGHT_MAP)
 def plot(
     files: tuple[Path, ...],
     output: Path | None,
     picture: str | None,
     choices: dict[str, Any],
+    adhesion: bool,
     size: tuple[float, float] | None,
-    force: bool,
     values: dict[str, Any],
-    **height_map: object,
+    **others: Any,
 ) -> None:
     """Draw FILE, or several results in one picture.
 
@@ -140,6 +134,8 @@ def plot(
     next. Friction over time or distance: that. A sweep: a number over what was swept.
     """
     file = files[0]
+    choices = {name: others.pop(name) for name in SHORT} | choices | {"adhesion": adhesion or None}
+    choices = {name: value for name, value in choices.items() if value is not None}
     from historysim.results.result_files import kind_of
 
     kind = kind_of(file)
@@ -153,72 +149,19 @@ def plot(
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
     one = _one(files, values)
-    check_outputs([Output(output, (PICTURE, MOVING))], [*options.files_read(one), *files], force=force)
-    what = one if len(files) == 1 else list(files)
+    check_outputs([*options.files_read(one), *files], (output, PICTURE, MOVING))
     if output.suffix.lower() in MOVING.endings:
         if len(files) > 1:
             raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
         if unused := [f"--{name}" for name in ("picture" if picture else "", *choices) if name]:
             raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
         _animate(file, output, size)
-        return
-    from historysim.verbs import plot as drawn
+    else:
+        from historysim.verbs import plot as drawn
 
-    save(drawn(what, picture=picture, size=size, **choices, **_given(height_map)), output)
+        what = one if len(files) == 1 else list(files)
+        save(drawn(what, picture=picture, size=size, **choices, **_given(others)), output)
     click.echo(output)
-
-
-@click.command()
-@options.file_argument
-@options.output_option("The page (HTML). [default: FILE's name with _report.html]")
-@options.force_option
-def report(file: Path, output: Path | None, force: bool) -> None:
-    """Write a report of FILE, one HTML page that opens anywhere.
-
-    A result: summary, validity, pictures, provenance, and an interactive time slider for the loop and the contact
-    map. A sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario with measured loading,
-    which is fitted or compared.
-    """
-    output = output or file.with_name(f"{file.stem}_report.html")
-    check_outputs([Output(output, (PAGE,))], options.files_read(file), force=force)
-    from historysim.verbs import report as written
-
-    written(file, output)
-    click.echo(output)
-
-
-@click.command()
-@click.argument("folder", type=options.path_type, default="scenarios")
-@options.output_option("The page (HTML).", default="gallery.html", show_default=True)
-@options.workers_option
-@options.quiet_option
-@click.option(
-    "--scripts",
-    is_flag=True,
-    help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
-)
-@options.force_option
-def gallery(folder: Path, output: Path, workers: int, quiet: bool, scripts: bool, force: bool) -> None:
-    """Run all scenarios in FOLDER and draw them on one HTML page.
-
-    Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
-    as in the repository. Scripts are run with --scripts only, and only those that hold the line "# historysim gallery:
-    example".
-    """
-    from historysim.studies.gallery import files_of_gallery
-    from historysim.studies.gallery import gallery as written
-
-    check_outputs([Output(output, (PAGE,))], files_of_gallery(folder, scripts=scripts), force=force)
-    written(folder, output, workers=workers, scripts=scripts, progress=not quiet, notify=notice)
-    if not quiet:
-        click.echo(output)
-
-
-def _one(files: tuple[Path, ...], values: dict[str, Any]) -> "Scenario | Path":
-    """Return the first file, or its scenario with other values."""
-    if len(files) > 1 and values:
-        raise InputError("--set: belongs to one scenario; expected one FILE")
-    return options.scenario_or_file(files[0], values)
 
 
 def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
@@ -228,7 +171,58 @@ def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None
 
     with open_result(file) as history:
         save_animation(animate_contact_map(history, size=size), output)
+
+
+@click.command()
+@options.shared("file")
+@options.output_option("The page (HTML). [default: FILE's name with _report.html]")
+@options.shared("force")
+def report(file: Path, output: Path | None) -> None:
+    """Write a report of FILE, one HTML page that opens anywhere.
+
+    A result: summary, validity, pictures, provenance, and an interactive time slider for the loop and the contact
+    map. A sweep; what `loops -o`, `loops --levels` and `sliding -o` have written; a scenario with measured loading,
+    which is fitted or compared.
+    """
+    output = output or file.with_name(f"{file.stem}_report.html")
+    check_outputs(options.files_read(file), (output, PAGE))
+    from historysim.verbs import report as written
+
+    written(file, output)
     click.echo(output)
+
+
+@click.command()
+@click.argument("folder", type=options.path_type, default="scenarios")
+@options.output_option("The page (HTML).", default="gallery.html", show_default=True)
+@options.shared("workers", "quiet")
+@click.option(
+    "--scripts",
+    is_flag=True,
+    help="Also run the Python scripts in FOLDER that are marked as examples. Run only code of people you trust.",
+)
+@options.shared("force")
+def gallery(folder: Path, output: Path, workers: int, scripts: bool) -> None:
+    """Run all scenarios in FOLDER and draw them on one HTML page.
+
+    Scenarios with [sweep] are swept; hidden files and folders are left out. FOLDER is "scenarios" where none is named,
+    as in the repository. Scripts are run with --scripts only, and only those that hold the line "# historysim gallery:
+    example".
+    """
+    from historysim.studies.gallery import files_of_gallery
+    from historysim.studies.gallery import gallery as written
+
+    files = check_outputs(files_of_gallery(folder, scripts=scripts), (output, PAGE))
+    progress = not options.given("quiet")
+    written(folder, output, workers=workers, scripts=scripts, progress=progress, notify=notice)
+    write_answer(files=files)
+
+
+def _one(files: tuple[Path, ...], values: dict[str, Any]) -> "Scenario | Path":
+    """Return the first file, or its scenario with other values."""
+    if len(files) > 1 and values:
+        raise InputError("--set: belongs to one scenario; expected one FILE")
+    return options.scenario_or_file(files[0], values)
 
 
 def _given(height_map: dict[str, object]) -> dict[str, Any]:

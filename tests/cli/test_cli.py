@@ -381,7 +381,6 @@ def test_the_version_is_known(folder):
         # it is asked often, of files that are being written; the compiler alone takes longer than the check
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
         # importing them would take as long as a small run
-        (["run", "ball.toml"], {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}),
         (["run", "-q", "ball.toml"], {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}),
     ],
 )
