@@ -206,13 +206,10 @@ def show(what: "Showable", *, form: str | None = None, attributes: bool = False,
             raise InputError(f"form, pixel_size, …: {MAP_ALONE}")
         return Lines(_lines(what, attributes=attributes))
     kind = kind_of(Path(what))
-    if kind == "result" and form is None and not reading:
-        with open_result(Path(what)) as history:
-            return Lines(_lines_of_history(history, attributes=attributes))
     if kind == "height map":
         return Lines(_lines_of_map(Path(what), form or "plane", **reading))
     with opened(what, form=form, **reading) as content:
-        return Lines(_lines(content))
+        return Lines(_lines(content, attributes=attributes))
 
 
 def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  # noqa: ANN401 - as for `opened`

@@ -11,7 +11,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError, LoadError
 from historysim.results.asking import check_direction
-from historysim.results.result_files import open_recorded
+from historysim.results.result_files import open_result
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 HEIGHTS = np.random.default_rng(7).normal(0, 20e-9, 12)
@@ -372,5 +372,5 @@ def test_a_sweep_takes_the_size_of_vectors(scenario):
 
 def test_a_file_that_is_open_is_refused_as_its_dataset_is(tmp_path):
     hs.Replay(ENSEMBLE, MOVED).write(tmp_path / "a.nc")
-    with open_recorded(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
+    with open_result(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
         check_direction(file, "a question")

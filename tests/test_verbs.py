@@ -92,15 +92,6 @@ def test_what_cannot_be_shown_is_told(tmp_path):
         hs.show(tmp_path / "s.toml", form="plane")
 
 
-def test_a_result_is_shown_without_xarray(tmp_path):
-    hs.Replay(ROUGH, EVENTS).write(tmp_path / "r.nc")
-    show = "from historysim.verbs import show; print(show(sys.argv[1]), {'xarray', 'pandas'} & {*sys.modules})"
-    command = [sys.executable, "-c", f"import sys; {show}", str(tmp_path / "r.nc")]
-    printed = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    with xr.open_dataset(tmp_path / "r.nc") as history:
-        assert printed == f"{hs.show(history)} set()\n"
-
-
 @pytest.mark.parametrize(
     ("asked", "printed"),
     [

@@ -7,10 +7,11 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import attrs
 import numpy as np
+import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
@@ -22,23 +23,10 @@ from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
 from historysim.recording.provenance import MADE_BY, NAMED_STATES
 from historysim.replaying import Replay
-from historysim.results.analysis.recorded import Recorded
-
-if TYPE_CHECKING:
-    import xarray as xr
-
 
 Answer = TypeVar("Answer")
 # steps below which a history is replayed for a smooth picture, and how many there are to be then
 FEW_STEPS, SMOOTH_STEPS = 240, 480
-
-
-class Traceable(Recorded, Protocol):
-    """A history with its file, or its replay."""
-
-    @property
-    def encoding(self) -> Mapping[Any, Any]:
-        """With the file as ``source``."""
 
 
 @attrs.frozen(eq=False)
@@ -69,7 +57,7 @@ class Origin:
         return cls.of_replay(head.replay(content.events), head.surface, head.settings)
 
 
-def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answer | None:
+def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:
     """Return what the origin of a history answers; None where there is none, or it raises InputError."""
     if isinstance(job := history.encoding.get(MADE_BY), Replay):
         with suppress(InputError):
@@ -87,7 +75,7 @@ def ask_origin(history: Traceable, question: Callable[[Origin], Answer]) -> Answ
     return None
 
 
-def dense(history: "xr.Dataset") -> "xr.Dataset":
+def dense(history: xr.Dataset) -> xr.Dataset:
     """Return the totals of a history at so many steps that curves look smooth.
 
     It is replayed with more substeps, which change no result, where it has few steps and an origin.
@@ -96,7 +84,7 @@ def dense(history: "xr.Dataset") -> "xr.Dataset":
     if steps >= FEW_STEPS or steps < 2:
         return history
 
-    def again(origin: Origin) -> "xr.Dataset":
+    def again(origin: Origin) -> xr.Dataset:
         job = origin.replay()
         return attrs.evolve(job, substeps=job.substeps * -(-SMOOTH_STEPS // steps), record="totals").dataset()
 
@@ -108,7 +96,7 @@ def dense(history: "xr.Dataset") -> "xr.Dataset":
     return replayed.assign_attrs(history.attrs) if np.allclose(whole, own, rtol=1e-12, atol=0) else history
 
 
-def named_states(history: Recorded) -> dict[str, int]:
+def named_states(history: xr.Dataset) -> dict[str, int]:
     """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
     times = json.loads(str(history.attrs.get(NAMED_STATES, "{}")))
     rows = np.asarray(history["time"].values)
@@ -120,7 +108,7 @@ def named_states(history: Recorded) -> dict[str, int]:
     return steps
 
 
-def step_of(history: Recorded, state: int | str) -> int:
+def step_of(history: xr.Dataset, state: int | str) -> int:
     """Return the step of a state by its name, or by its number, negative ones counted from the end.
 
     Raises InputError: a name that the history does not have, or a step beyond its ends.
@@ -137,7 +125,7 @@ def step_of(history: Recorded, state: int | str) -> int:
     return step % steps
 
 
-def state_label(history: Recorded, step: int) -> str:
+def state_label(history: xr.Dataset, step: int) -> str:
     """Return what a step is called: its name, or else its number and time."""
     for name, place in named_states(history).items():
         if place == step:

@@ -5,22 +5,19 @@ import contextlib
 import json
 import math
 from collections.abc import Iterator, Mapping
-from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, final
+from typing import Any, ClassVar
 
+import netCDF4
 import numpy as np
+import xarray as xr
 
-from historysim.basics.arguments import DIRECTION, Array
+from historysim.basics.arguments import DIRECTION
 from historysim.basics.files import is_log, is_netcdf, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
 from historysim.recording.variables import COORDINATES, VARIABLES, Changes, recorded
-
-if TYPE_CHECKING:
-    import netCDF4
-    import xarray as xr
 
 # What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import.
 KINDS: Mapping[str, str] = {
@@ -92,8 +89,6 @@ def kind_of(path: Path) -> str:
 
 
 def _kind_of_netcdf(path: Path) -> str:
-    import netCDF4
-
     check_named(path)
     # height maps are netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with contextlib.suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
@@ -119,12 +114,11 @@ def open_result(path: Path) -> "Iterator[xr.Dataset]":
     with _opened(path) as history:
         if kind := KINDS.get(str(history.attrs.get("content", ""))):
             raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
-        layout = {str(name): (of.dims, of.dtype) for name, of in history.variables.items()}
-        _check_history(history.attrs, layout, history.sizes.get("step", 0), path)
+        _check_history(history, path)
         yield history
 
 
-def read_table(path: Path) -> "xr.Dataset":
+def read_table(path: Path) -> xr.Dataset:
     """Read a sweep, friction loops, a table of them, or friction over time or distance, as it was written."""
     with _opened(path) as found:
         return found.load()
@@ -136,86 +130,22 @@ def _check_exists(path: Path, expected: str) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> "Iterator[xr.Dataset]":
-    import xarray as xr
-
+def _opened(path: Path) -> Iterator[xr.Dataset]:
     check_named(path)
     try:
         # elapsed time in s is no date
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error
-    with found, _damage_reported(path):
-        yield found
-
-
-@contextlib.contextmanager
-def _damage_reported(path: Path) -> Iterator[None]:
-    """Turn what the netCDF library raises for a damaged file into an InputError."""
-    try:
-        yield
-    except (OSError, RuntimeError, AttributeError) as error:
-        # AttributeError where an attribute cannot be read, OSError where a file does not open
-        text = error.strerror if isinstance(error, OSError) else str(error)
-        if not str(text).startswith("NetCDF: "):
-            raise
-        raise InputError(f"{path}: is damaged ({error}); make it again") from error
-
-
-@final
-class RecordedFile:
-    """A result in its file, as far as `results.analysis.recorded.Recorded`, for the summary that a run ends with.
-
-    Importing xarray would take longer than the run.
-    """
-
-    def __init__(self, file: "netCDF4.Dataset") -> None:
-        file.set_auto_maskandscale(False)
-        self.attrs = {name: file.getncattr(name) for name in file.ncattrs()}
-        self.encoding = {"source": file.filepath()}
-        self.sizes = {name: len(dimension) for name, dimension in file.dimensions.items()}
-        self._variables = {name: _VariableInFile(variable) for name, variable in file.variables.items()}
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._variables
-
-    def __getitem__(self, name: str) -> "_VariableInFile":
-        return self._variables[name]
-
-
-@final
-class _VariableInFile:
-    def __init__(self, variable: Any, step: Any = ...) -> None:
-        self._variable, self._step = variable, step
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        gone = self._variable.dimensions[0] if isinstance(self._step, int | np.integer) else None
-        return tuple(name for name in self._variable.dimensions if name != gone)
-
-    @cached_property
-    def values(self) -> Array:
-        return np.asarray(self._variable[self._step])
-
-    def isel(self, *, step: Any) -> "_VariableInFile":
-        return _VariableInFile(self._variable, step)
-
-
-@contextlib.contextmanager
-def open_recorded(path: Path, *, own: bool = False) -> Iterator[RecordedFile]:
-    """Open a result without xarray, and close it when the block ends; InputError where it is damaged.
-
-    What this process has just written (`own`) is not looked at by another process first.
-    """
-    import netCDF4
-
-    if not own:
-        check_named(path)
-    with _damage_reported(path), netCDF4.Dataset(path) as file:
-        recorded = RecordedFile(file)
-        layout = {name: (of.dimensions, of.dtype) for name, of in file.variables.items()}
-        _check_history(recorded.attrs, layout, recorded.sizes.get("step", 0), path)
-        yield recorded
+    with found:
+        try:
+            yield found
+        except (OSError, RuntimeError, AttributeError) as error:
+            # AttributeError where an attribute cannot be read
+            text = error.strerror if isinstance(error, OSError) else str(error)
+            if not str(text).startswith("NetCDF: "):
+                raise
+            raise InputError(f"{path}: is damaged ({error}); make it again") from error
 
 
 STRINGS = (
@@ -227,41 +157,38 @@ KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
 # variables that every result has; a contact that is given by its loads alone has no area
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
 
-Layout = Mapping[str, tuple[tuple[Any, ...], Any]]  # the dimensions and the type of each variable
 
-
-def _check_history(attributes: Mapping[Any, Any], found: Layout, steps: int, path: Path) -> None:
+def _check_history(history: xr.Dataset, path: Path) -> None:
     """Check that a result is finished, and that attributes and variables are of the kind that this program writes."""
-    if not attributes.get("complete"):
+    if not history.attrs.get("complete"):
         raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
-    problems = [*_wrong_attributes(attributes), *_wrong_variables(found), *([] if steps else ["it has no steps"])]
-    if problems:
-        raise InputError(f"{path}: is no result of historysim run, or damaged: {problems[0]}; run the scenario again")
+    if problem := next(_wrong(history), ""):
+        raise InputError(f"{path}: is no result of historysim run, or damaged: {problem}; run the scenario again")
 
 
-def _wrong_attributes(attributes: Mapping[Any, Any]) -> Iterator[str]:
+def _wrong(history: xr.Dataset) -> Iterator[str]:
+    """Yield what is wrong with the attributes and variables of a result."""
     for name in STRINGS:
-        if name in attributes and not isinstance(attributes[name], str):
+        if not isinstance(history.attrs.get(name, ""), str):
             yield f"its attribute {name} is no string"
     for name in MODULI:
-        value = attributes.get(name)
+        value = history.attrs.get(name)
         if not (isinstance(value, float | int | np.number) and math.isfinite(value) and value > 0):
             yield f"its attribute {name} is no positive number"
     findings = None
-    with contextlib.suppress(ValueError, RecursionError, TypeError):
-        findings = json.loads(attributes.get("validity", "[]"))
+    with contextlib.suppress(ValueError, RecursionError):
+        findings = json.loads(history.attrs.get("validity", "[]"))
     if not isinstance(findings, list):
         yield "its attribute validity is no list in JSON"
-
-
-def _wrong_variables(found: Layout) -> Iterator[str]:
-    for name in sorted(NEEDED - found.keys()):
+    for name in sorted(NEEDED - history.variables.keys()):
         yield f"it has no variable {name}"
-    for name, (dimensions, dtype) in found.items():
-        if name in KNOWN and getattr(dtype, "kind", "") not in "iuf":
+    for name, variable in history.variables.items():
+        if name in KNOWN and variable.dtype.kind not in "iuf":
             yield f"its variable {name} holds no numbers"
-        own = tuple(each for each in dimensions if each != DIRECTION)
+        own = tuple(each for each in variable.dims if each != DIRECTION)
         if name in KNOWN and own != KNOWN[name].dimensions and name != "present_friction":
-            yield f"its variable {name} goes along {', '.join(map(str, dimensions)) or 'nothing'}"
-    if any("asperity" in dimensions for dimensions, _ in found.values()) and "asperity" not in found:
+            yield f"its variable {name} goes along {', '.join(map(str, variable.dims)) or 'nothing'}"
+    if "asperity" in history.sizes and "asperity" not in history.variables:
         yield "it has no labels of its asperities"
+    if not history.sizes.get("step"):
+        yield "it has no steps"

@@ -1,16 +1,14 @@
 """A history along its time: its friction loops with their energy, and a table with a row for each time."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+import xarray as xr
 
 from historysim.errors import InputError
 from historysim.measured.branches import DEFAULT, Definitions
+from historysim.measured.loops import Loops, loops_of_history
 from historysim.results.analysis.recorded import check_any, check_recorded, column_of
 from historysim.results.asking import question
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from historysim.measured.loops import Loops
 
 FORMS = ("wide", "long", "totals")
 CONTENT = "history over time"  # the attribute content of a history over time
@@ -19,8 +17,8 @@ OF_THE_RESULT = ("complete", "id", "log_digest")  # attributes that hold for the
 
 @question(table="loop,start_time")
 def friction_loops(
-    history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
-) -> "Loops":
+    history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0, definitions: Definitions = DEFAULT
+) -> Loops:
     """Return the friction loops of a history, and their quantities.
 
     Those of a measured record are found in the same way, so the two can be compared. How finely the history is recorded
@@ -42,13 +40,11 @@ def friction_loops(
     InputError
         A history without a whole loop.
     """
-    from historysim.measured.loops import loops_of_history
-
     return loops_of_history(history, dead_band=dead_band, skip=skip, definitions=definitions)
 
 
 @question(table="loop,start_time")
-def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, skip: int = 0) -> "xr.Dataset":
+def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, skip: int = 0) -> xr.Dataset:
     """Return the energy that friction dissipates in each loop, of every asperity and of all of them.
 
     It is the rise of the dissipated energy from the beginning of a friction loop to its end. ∮ T dU of `friction_loops`
@@ -57,10 +53,6 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
     ``total_energy`` (loop) [J], ``energy`` (loop, asperity) [J] where it is recorded, and the times of beginning and
     end [s] as coordinates. ``dead_band`` [m], ``skip`` and errors: `friction_loops`.
     """
-    import xarray as xr
-
-    from historysim.measured.loops import loops_of_history
-
     check_recorded(history)
     loops = loops_of_history(history, dead_band=dead_band, skip=skip)
     ends = loops.ends[:, [0, 2]]
@@ -84,7 +76,7 @@ def energy_per_cycle(history: "xr.Dataset", *, dead_band: float | None = None, s
 
 
 @question(per_step=True, table="elapsed_time,total_normal_load", planar=True)
-def time_series(history: "xr.Dataset", asperity: int | None = None, form: str = "wide") -> "xr.Dataset":
+def time_series(history: xr.Dataset, asperity: int | None = None, form: str = "wide") -> xr.Dataset:
     """Return a history along its time in place of ``step``: all of it, or of one asperity.
 
     CDO and other tools take for the axis of time what is a dimension. It is called ``elapsed_time`` here, since what CF

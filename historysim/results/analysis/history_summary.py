@@ -1,9 +1,9 @@
 """A history in a few lines, and what the model assumes that did not hold."""
 
 from contextlib import suppress
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import duration_text, quantity_text
@@ -13,7 +13,6 @@ from historysim.results.analysis.preliminary import capacity, friction_of
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     SLOPE,
-    Recorded,
     is_complete,
     of_patches,
     present_friction,
@@ -22,15 +21,12 @@ from historysim.results.analysis.recorded import (
 from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
 from historysim.results.asking import question
 
-if TYPE_CHECKING:
-    from historysim.results.origin import Traceable
-
 MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
 NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
 @question(per_step=True, table="name,value", planar=True)
-def validity(history: Recorded) -> tuple[Finding, ...]:
+def validity(history: xr.Dataset) -> tuple[Finding, ...]:
     """Return which assumptions of the model did not hold where the asperities were pressed most.
 
     Each has name, value, limit and text; see `historysim.asperities.validity.findings`.
@@ -39,7 +35,7 @@ def validity(history: Recorded) -> tuple[Finding, ...]:
 
 
 @question(table="label,text", planar=True)
-def summary(history: "Traceable") -> list[tuple[str, str]]:
+def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
@@ -89,7 +85,7 @@ def summary(history: "Traceable") -> list[tuple[str, str]]:
     return [*lines, ("note", note)] if note else lines
 
 
-def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperity: Integers) -> str:
+def _preliminary(history: xr.Dataset, normal: Floats, displacement: Floats, asperity: Integers) -> str:
     """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
     touches = displacement > 0
     if not touches.any():
@@ -111,7 +107,7 @@ def _preliminary(history: Recorded, normal: Floats, displacement: Floats, asperi
     return f"{', '.join(lines)}, loaded from rest"
 
 
-def _evolved(history: Recorded) -> list[tuple[str, str]]:
+def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
     """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
@@ -133,7 +129,7 @@ def _evolved(history: Recorded) -> list[tuple[str, str]]:
     return lines
 
 
-def _touched(history: Recorded) -> str:
+def _touched(history: xr.Dataset) -> str:
     most = int(history["contact_count"].values.max())
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
     if not is_complete(history) or SLOPE in history:
@@ -147,7 +143,7 @@ def _touched(history: Recorded) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: Recorded) -> str:
+def _first_to_slide(history: xr.Dataset) -> str:
     times = slide_times(history)
     order = order_of_sliding(history, times)
     if not order.size:
@@ -173,7 +169,7 @@ UNITS = {
 }
 
 
-def readable_attributes(history: Recorded) -> dict[str, str]:
+def readable_attributes(history: xr.Dataset) -> dict[str, str]:
     """Return the attributes of a history as texts, quantities with their units."""
     return {
         str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)

@@ -5,16 +5,16 @@ T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin)
 """
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Self
 
 import attrs
 import numpy as np
+import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers, scalar
+from historysim.contact import hertz
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
-    Friction,
-    Recorded,
     check_all_recorded,
     check_recorded,
     displacement_ratio,
@@ -25,9 +25,6 @@ from historysim.results.analysis.recorded import (
 )
 from historysim.results.asking import question
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 DISPLACEMENTS = {
     "virgin": "from rest until the last asperity slides",
     "reversal_to_slip": "from a reversal out of sliding until all slides the other way",
@@ -37,7 +34,7 @@ DISPLACEMENTS = {
 
 
 @question(per_step=True, planar=True)
-def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
+def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
     δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from the virgin
@@ -49,7 +46,7 @@ def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
 
 
 @question(per_step=True, planar=True)
-def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
+def critical_asperity(history: xr.Dataset) -> xr.DataArray:
     """Return the label of the asperity that slides last, with the greatest μ_i δ_i, at each step; -1 without contact.
 
     InputError: as for `preliminary_displacement`.
@@ -60,7 +57,7 @@ def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
 
 
 @question(unit="m")
-def drift(history: "xr.Dataset", first: int, second: int) -> float:
+def drift(history: xr.Dataset, first: int, second: int) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
     Steps are positions; negative ones count from the end. InputError: a step that the history does not have, or as for
@@ -72,7 +69,7 @@ def drift(history: "xr.Dataset", first: int, second: int) -> float:
 
 
 @question(per_step=True, table="time,virgin", planar=True)
-def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
+def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
 
     Along ``step``, 0 where nothing touches:
@@ -84,7 +81,6 @@ def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
 
     InputError: a history without some or all of the asperities that touch, or of patches.
     """
-    import xarray as xr
 
     def displacements(virgin: _Virgin) -> tuple[float, ...]:
         reach = float(virgin.reach.max())
@@ -103,7 +99,7 @@ def preliminary_displacements(history: "xr.Dataset") -> "xr.Dataset":
 
 
 @question(per_step=True, planar=True)
-def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
+def presliding_work(history: xr.Dataset) -> xr.DataArray:
     """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
 
     The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no flat parts. Its area
@@ -119,24 +115,40 @@ def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     return _along_steps(history, values, "presliding_work", text, "J")
 
 
-def _along_steps(
-    history: "xr.Dataset", values: Floats | Integers, name: str, text: str, unit: str = ""
-) -> "xr.DataArray":
-    import xarray as xr
-
+def _along_steps(history: xr.Dataset, values: Floats | Integers, name: str, text: str, unit: str = "") -> xr.DataArray:
     attributes = {**({"units": unit} if unit else {}), "long_name": text}
     return xr.DataArray(values, dims="step", coords={"time": history["time"]}, name=name, attrs=attributes)
 
 
-def capacity(history: Recorded) -> tuple[Floats, Integers]:
+def capacity(history: xr.Dataset) -> tuple[Floats, Integers]:
     """Return the greatest θ μ_i δ_i of each step [m], and the label of the asperity that has it."""
     check_all_recorded(history)
-    friction = present_friction(history)
-    changes = friction.changes or CHANGING_HEIGHT in history
-    return _changing_capacity(history, friction) if changes else _steady_capacity(history, friction.of(0))
+    friction, ratio = present_friction(history), displacement_ratio(history)
+    separation, labels = history["separation"].values, history["asperity"].values
+    greatest, label = np.zeros(separation.size), np.full(separation.size, -1)
+    steady = not friction.changes and CHANGING_HEIGHT not in history
+    columns = _leading(history, friction.of(0)) if steady else np.arange(labels.size)
+    if not columns.size:
+        return greatest, label
+    for rows in parts(history, columns.size):
+        height = shape_of(history, "summit_height", rows)[..., columns]
+        coefficient = np.broadcast_to(friction.of(rows), (*friction.of(rows).shape[:-1], labels.size))[..., columns]
+        own = ratio * coefficient * (height - separation[rows, np.newaxis])
+        label[rows] = labels[columns[own.argmax(axis=1)]]
+        greatest[rows] = np.maximum(own.max(axis=1), 0.0)
+    return greatest, label
 
 
-def friction_of(history: Recorded, label: Integers) -> Floats:
+def _leading(history: xr.Dataset, friction: Floats) -> Integers:
+    """Return the few asperities one of which slides last at any approach, where neither friction nor shape changes."""
+    height = history["summit_height"].values
+    # none that never touches, or is no higher than another one with more friction
+    touching = np.flatnonzero(height > history["separation"].values.min(initial=np.inf))
+    order = touching[np.lexsort((-friction[touching], -height[touching]))]
+    return order[friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1]]
+
+
+def friction_of(history: xr.Dataset, label: Integers) -> Floats:
     """Return the friction coefficient of one asperity at each step [1], of which there is a label each."""
     friction = present_friction(history)
     position = {int(name): place for place, name in enumerate(history["asperity"].values)}
@@ -146,38 +158,6 @@ def friction_of(history: Recorded, label: Integers) -> Floats:
         values = np.broadcast_to(friction.of(rows), (places[rows].size, len(position)))
         coefficients[rows] = values[np.arange(len(values)), places[rows]]
     return coefficients
-
-
-def _steady_capacity(history: Recorded, friction: Floats) -> tuple[Floats, Integers]:
-    separation, height = history["separation"].values, history["summit_height"].values
-    # no asperity is the last to slide that never touches, or where another one is as high or higher and has more
-    # friction; few are left
-    touching = np.flatnonzero(height > separation.min(initial=np.inf))
-    order = touching[np.lexsort((-friction[touching], -height[touching]))]
-    leading = np.flatnonzero(friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1])
-    order = order[leading]
-    ratio = displacement_ratio(history)
-    greatest = np.zeros(separation.size)
-    label = np.full(separation.size, -1)
-    for index in order:
-        own = ratio * friction[index] * (height[index] - separation)
-        label = np.where(own > greatest, history["asperity"].values[index], label)
-        greatest = np.maximum(own, greatest)
-    return greatest, label
-
-
-def _changing_capacity(history: Recorded, friction: Friction) -> tuple[Floats, Integers]:
-    separation = history["separation"].values
-    greatest, label = np.zeros(separation.size), np.full(separation.size, -1)
-    if not history.sizes["asperity"]:
-        return greatest, label
-    ratio = displacement_ratio(history)
-    for rows in parts(history):
-        height = shape_of(history, "summit_height", rows)
-        own = ratio * friction.of(rows) * (height - separation[rows, np.newaxis])
-        label[rows] = history["asperity"].values[own.argmax(axis=1)]
-        greatest[rows] = np.maximum(own.max(axis=1), 0.0)
-    return greatest, label
 
 
 @attrs.frozen
@@ -200,63 +180,58 @@ class _Virgin:
             u += step
         return u
 
+    @classmethod
+    def of(cls, history: xr.Dataset, step: int, separation: float) -> Self:
+        """Return that of the asperities of a step, with the friction that they have there."""
+        height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
+        coefficient = np.broadcast_to(present_friction(history).of(step), height.shape)
+        holds = (height > separation) & (coefficient > 0)
+        approach, own = height[holds] - separation, coefficient[holds]
+        modulus = float(history.attrs["contact_modulus"])
+        load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
+        return cls(own * load, displacement_ratio(history) * own * approach)
 
-def first_loading(history: "xr.Dataset", normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
+
+def first_loading(history: xr.Dataset, normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
     """Return u [m] and F(u) [N] of first loading at a normal load [N], from rest until the last asperity slides.
 
     The asperities are those of the first step, with the friction that they have there; a load that more asperities
     would carry than are recorded needs ``record = "all"``.
     """
+    from scipy import optimize
+
     wanted = scalar("normal_load", normal_load, above=0)
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
-    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
     height, radius = (shape_of(history, f"summit_{name}", 0) for name in ("height", "radius"))
-    coefficient = np.broadcast_to(present_friction(history).of(0), height.shape)
+    modulus, highest = float(history.attrs["contact_modulus"]), int(height.argmax())
 
-    def loads(depth: float) -> Floats:
-        total_load: Floats = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height.max() + depth, 0) ** 1.5
-        return total_load
+    def missing(depth: float) -> float:
+        loads = 4 / 3 * modulus * np.sqrt(radius) * np.maximum(height - height[highest] + depth, 0) ** 1.5
+        return float(loads.sum()) - wanted
 
-    depth = _root(lambda depth: float(loads(depth).sum()), wanted)
-    virgin = _Virgin(coefficient * loads(depth), ratio * coefficient * np.maximum(height - height.max() + depth, 0))
-    holds = virgin.limit > 0
+    # alone the highest one would be pressed most
+    alone = float(hertz.approach(2 * wanted, summit_radius=radius[highest], contact_modulus=modulus))
+    depth = optimize.brentq(missing, 0.0, alone, xtol=1e-300, rtol=1e-15)
+    virgin = _Virgin.of(history, 0, height[highest] - depth)
     # dense where the curve bends most, at its end
     u = float(virgin.reach.max(initial=0.0)) * (1 - np.linspace(1, 0, points) ** 2)
-    left = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach[holds], 0.0, None))
-    return u, (virgin.limit[holds] * (1 - left**3)).sum(axis=1)
+    left = np.sqrt(np.clip(1 - u[:, np.newaxis] / virgin.reach, 0.0, None))
+    return u, (virgin.limit * (1 - left**3)).sum(axis=1)
 
 
-def _root(load_at: Callable[[float], float], wanted: float) -> float:
-    """Return the approach at which a load that rises from 0 is reached: bisection."""
-    low, high = 0.0, 1e-12
-    while load_at(high) < wanted:
-        low, high = high, 2 * high
-    # until no number is left between the ends: no tolerance is to be chosen
-    while (middle := (low + high) / 2) not in {low, high}:
-        low, high = (middle, high) if load_at(middle) < wanted else (low, middle)
-    return high
-
-
-def _of_each_load(history: "xr.Dataset", of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+def _of_each_load(history: xr.Dataset, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
     """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)
-    ratio, modulus = displacement_ratio(history), float(history.attrs["contact_modulus"])
-    changing = CHANGING_HEIGHT in history
-    separation, friction = history["separation"].values, present_friction(history)
-    known: dict[bytes, tuple[float, ...]] = {}
-    values = np.zeros((separation.size, count))
-    for step, distance in enumerate(separation):
-        coefficient = friction.of(step)
-        height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
-        # steps of one separation and one friction have one curve
-        key = distance.tobytes() + (coefficient.tobytes() if friction.changes else b"")
-        key += height.tobytes() + radius.tobytes() if changing else b""
-        if key not in known:
-            holds = (height > distance) & (coefficient > 0)
-            approach, own = height[holds] - distance, np.broadcast_to(coefficient, height.shape)[holds]
-            load = 4 / 3 * modulus * np.sqrt(radius[holds]) * approach**1.5
-            known[key] = of_curve(_Virgin(own * load, ratio * own * approach)) if holds.any() else (0.0,) * count
-        values[step] = known[key]
-    return values
+    separation, changes = history["separation"].values, present_friction(history).changes
+    # steps of one separation have one curve, where neither friction nor shape changes
+    steady = not changes and CHANGING_HEIGHT not in history
+    _, first, place = np.unique(separation, return_index=True, return_inverse=True)
+    chosen = first if steady else np.arange(separation.size)
+    values = np.zeros((chosen.size, count))
+    for row, step in enumerate(chosen):
+        virgin = _Virgin.of(history, int(step), separation[step])
+        if virgin.limit.size:
+            values[row] = of_curve(virgin)
+    return values[place] if steady else values

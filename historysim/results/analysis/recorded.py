@@ -1,59 +1,25 @@
 """What a history must hold for a question, the messages where it does not, and how it is read in blocks of steps."""
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from collections.abc import Iterator
 
 import attrs
 import numpy as np
+import xarray as xr
 
-from historysim.basics.arguments import DIRECTION, Array, Floats
+from historysim.basics.arguments import DIRECTION, Floats
 from historysim.basics.wording import brief
 from historysim.errors import InputError
-
-
-class VariableView(Protocol):
-    """A variable of a history."""
-
-    @property
-    def dims(self) -> tuple[Any, ...]:
-        """The names of its dimensions."""
-
-    @property
-    def values(self) -> Array:
-        """What stands in it."""
-
-    def isel(self, *, step: Any) -> "VariableView":
-        """Return it at a step, or at a slice of steps."""
-
-
-class Recorded(Protocol):
-    """As much of a Dataset as the simplest questions need; an open file has it, too, without xarray."""
-
-    @property
-    def attrs(self) -> Mapping[Any, Any]:
-        """Attributes."""
-
-    @property
-    def sizes(self) -> Mapping[Any, int]:
-        """How many steps there are, and asperities."""
-
-    def __contains__(self, name: object, /) -> bool:
-        """Return whether there is a variable of this name."""
-
-    def __getitem__(self, name: str, /) -> VariableView:
-        """Return a variable."""
-
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of slip_state
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
 
 
-def of_patches(history: Recorded) -> bool:
+def of_patches(history: xr.Dataset) -> bool:
     """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
     return bool(history.sizes.get("asperity")) and "summit_radius" not in history
 
 
-def check_recorded(history: Recorded, *names: str) -> None:
+def check_recorded(history: xr.Dataset, *names: str) -> None:
     """Check that a history holds variables of its asperities; an InputError says why it does not."""
     if not hasattr(history, "sizes"):
         raise InputError(f"{brief(history)} is no history; expected a Dataset from historysim, as hs.open gives")
@@ -73,13 +39,13 @@ def check_recorded(history: Recorded, *names: str) -> None:
     )
 
 
-def check_any(history: Recorded) -> None:
+def check_any(history: xr.Dataset) -> None:
     """Check that there is an asperity to show; InputError where none ever touches."""
     if not history.sizes.get("asperity"):
         raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
-def check_all_recorded(history: Recorded) -> None:
+def check_all_recorded(history: xr.Dataset) -> None:
     """Check that all asperities that touch are recorded, and level; InputError where not."""
     if SLOPE in history:
         raise InputError(
@@ -93,7 +59,7 @@ def check_all_recorded(history: Recorded) -> None:
         )
 
 
-def is_complete(history: Recorded) -> bool:
+def is_complete(history: xr.Dataset) -> bool:
     """Return whether all asperities that touch are recorded."""
     if SLOPE in history:
         touching = (history["slip_state"].values != SEPARATED).sum(axis=1)
@@ -118,14 +84,14 @@ SLOPE = "slope"  # coordinate of a history of inclined asperities
 CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
 
 
-def shape_of(history: Recorded, name: str, steps: object) -> Floats:
+def shape_of(history: xr.Dataset, name: str, steps: object) -> Floats:
     """Return ``summit_height`` or ``summit_radius`` [m] at a step (asperity), or where they change at steps, too."""
     changing = f"present_{name}"
     values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
     return values
 
 
-def sizes(history: Recorded, name: str, steps: object = ...) -> Floats:
+def sizes(history: xr.Dataset, name: str, steps: object = ...) -> Floats:
     """Return the sizes of a load or displacement at steps, of numbers or of vectors in two directions."""
     found = history[name]
     values = (found if steps is ... else found.isel(step=steps)).values
@@ -133,7 +99,7 @@ def sizes(history: Recorded, name: str, steps: object = ...) -> Floats:
     return size
 
 
-def position_of(step: object, history: Recorded) -> int:
+def position_of(step: object, history: xr.Dataset) -> int:
     """Return a step of a history as a number from 0; negative ones count from the end; InputError for another."""
     steps = history.sizes["step"]
     if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -steps <= step < steps:
@@ -141,7 +107,7 @@ def position_of(step: object, history: Recorded) -> int:
     return int(step) % steps
 
 
-def column_of(asperity: int, history: Recorded) -> int:
+def column_of(asperity: int, history: xr.Dataset) -> int:
     """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
     there = np.flatnonzero(history["asperity"].values == asperity)
     if isinstance(asperity, bool) or there.size != 1:
@@ -153,7 +119,7 @@ def column_of(asperity: int, history: Recorded) -> int:
     return int(there[0])
 
 
-def displacement_ratio(history: Recorded) -> float:
+def displacement_ratio(history: xr.Dataset) -> float:
     """Return θ = E*/(4 G*) of the pair of a history."""
     return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))
 
@@ -163,7 +129,7 @@ class Friction:
     """The friction coefficients of a history, also where they change."""
 
     changes: bool  #: whether they change from step to step
-    source: VariableView  #: along ``asperity``, ``step`` or both
+    source: xr.DataArray  #: along ``asperity``, ``step`` or both
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
@@ -171,7 +137,7 @@ class Friction:
         return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
 
-def present_friction(history: Recorded) -> Friction:
+def present_friction(history: xr.Dataset) -> Friction:
     """Return the friction coefficients of the recorded asperities at each step."""
     if "present_friction" in history:
         return Friction(changes=True, source=history["present_friction"])
@@ -181,9 +147,9 @@ def present_friction(history: Recorded) -> Friction:
 CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time
 
 
-def parts(history: Recorded) -> Iterator[slice]:
-    """Yield the steps of a history in blocks, so that memory holds a variable of all asperities."""
-    steps, asperities = history.sizes["step"], history.sizes.get("asperity", 1)
-    at_once = max(1, CELLS_AT_ONCE // max(asperities, 1))
+def parts(history: xr.Dataset, asperities: int | None = None) -> Iterator[slice]:
+    """Yield the steps of a history in blocks, so that memory holds a variable of all asperities, or of some."""
+    steps = history.sizes["step"]
+    at_once = max(1, CELLS_AT_ONCE // max(asperities or history.sizes.get("asperity", 1), 1))
     for first in range(0, steps, at_once):
         yield slice(first, min(first + at_once, steps))

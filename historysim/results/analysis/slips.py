@@ -2,24 +2,18 @@
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
+import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, Recorded, check_recorded, parts, sizes
+from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, parts, sizes
 from historysim.results.asking import question
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from historysim.results.origin import Traceable
-
 
 NEVER = -1
 BEGINNINGS = {"slip": "first slips", "slide": "first slides"}
@@ -32,7 +26,7 @@ SHARES = {
 
 
 @question(table="asperity,summit_height", planar=True)
-def first_slips(history: "xr.Dataset") -> "xr.Dataset":
+def first_slips(history: xr.Dataset) -> xr.Dataset:
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
     A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load;
@@ -43,8 +37,6 @@ def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that come
     first, 1 more for every asperity before, -1 for never. InputError: a history without asperities.
     """
-    import xarray as xr
-
     time = history["time"].values
     moments = {"slide": slide_times(history), "slip": _first_rows(history)}
     variables: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
@@ -60,7 +52,7 @@ def first_slips(history: "xr.Dataset") -> "xr.Dataset":
     return xr.Dataset(variables, beside)
 
 
-def slide_times(history: Recorded) -> Floats:
+def slide_times(history: xr.Dataset) -> Floats:
     """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state", "slide_time")
     found, last = history["slide_time"].values, history["time"].values[-1]
@@ -68,7 +60,7 @@ def slide_times(history: Recorded) -> Floats:
 
 
 @question(table="rank,asperity", planar=True)
-def slides_first(history: "xr.Dataset") -> Integers:
+def slides_first(history: xr.Dataset) -> Integers:
     """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
     Empty where none slides. InputError: as for `first_slips`.
@@ -76,14 +68,14 @@ def slides_first(history: "xr.Dataset") -> Integers:
     return order_of_sliding(history, slide_times(history))
 
 
-def order_of_sliding(history: Recorded, times: Floats) -> Integers:
+def order_of_sliding(history: xr.Dataset, times: Floats) -> Integers:
     """Return the labels of asperities in the order of their instants (asperity) [s]."""
     sliding = np.flatnonzero(~np.isnan(times))
     labels: Integers = history["asperity"].values[sliding[np.argsort(times[sliding], kind="stable")]]
     return labels
 
 
-def _first_rows(history: Recorded) -> Floats:
+def _first_rows(history: xr.Dataset) -> Floats:
     """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
     found = np.full(history.sizes["asperity"], np.nan)
     for rows in parts(history):
@@ -102,7 +94,7 @@ def _ranks(moment: Floats) -> Integers:
 
 
 @question(per_step=True, table="time,share_of_contacts", planar=True)
-def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
+def slip_shares(history: xr.Dataset) -> xr.Dataset:
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
     Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0 where
@@ -111,8 +103,6 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     the fraction of the contact area outside the stick radii, also inside contacts in partial slip. Where only some
     asperities are recorded, the fractions are of those. InputError: no asperities, or patches without areas.
     """
-    import xarray as xr
-
     patches = "contact_area" in history
     areas = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
     names = ("slip_state", *areas, "normal_load", "tangential_load")
@@ -143,7 +133,7 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
 
 
 @question(planar=True)
-def representative_step(history: "xr.Dataset") -> int:
+def representative_step(history: xr.Dataset) -> int:
     """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
 
     It is that of the greatest normal load where no contact ever slips in part. InputError: as for `slip_shares`.
@@ -159,52 +149,27 @@ SLIDES = 0.99  # tangential load over the friction limit from which on a contact
 SWING = 0.1  # part of the range of the displacement by which it turns round
 
 
-def slip_note(history: "Traceable") -> str:
-    """Return that slip begins and ends between recorded steps, with the substeps that show it; see `unseen_slip`."""
-    # the log is opened only where there is something to say
-    if not unseen_slip(history):
-        return ""
-    from historysim.results.origin import ask_origin
-
-    return unseen_slip(history, ask_origin(history, lambda origin: origin.replay().substeps))
-
-
-def unseen_slip(history: Recorded, substeps: int | None = None) -> str:
-    """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not.
-
-    With the substeps that it was recorded with the text says how many would show it, else how many times as many.
-    """
+def slip_note(history: xr.Dataset) -> str:
+    """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not."""
     names = ("tangential_displacement", "total_tangential_load", "friction_limit")
-    if not all(name in history for name in names):
-        return ""
-    moved, load, limit = (history[name].values for name in names)
-    if moved.ndim > 1:
+    if not all(name in history for name in names) or history[names[0]].ndim > 1:
         # a path in the plane has no reversals to look between
         return ""
-    coarse = _coarse(moved, load, limit)
-    if not coarse:
-        return ""
+    coarse = _coarse(*(history[name].values for name in names))
     try:
-        displacement, _ = capacity(history)
+        displacement, _ = capacity(history) if coarse else ([], [])
     except InputError:
         return ""
     # what a swing takes to slide: twice the displacement of virgin loading from the other limit on
-    each = [
-        (spacing, float(displacement[step]) * (1 - begins))
-        for step, spacing, begins in coarse
-        if displacement[step] > 0
-    ]
-    if not each:
+    swings = [(spacing, float(displacement[step]) * (1 - begins)) for step, spacing, begins in coarse]
+    swings = [(spacing, reach) for spacing, reach in swings if reach > 0]
+    if not swings:
         return ""
-    spacing, reach = max(each, key=lambda pair: pair[0] / pair[1])
-    finer = SHOWN * spacing / reach
-    needed = f"{_rounded_up(finer)} times as many substeps"
-    if substeps is not None:
-        needed = f"substeps = {_rounded_up(finer * substeps)} (they are {substeps})"
+    spacing, reach = max(swings, key=lambda pair: pair[0] / pair[1])
     apart, length = quantity_text(spacing, "m", 3), quantity_text(reach, "m", 3)
     return (
         f"recorded steps are {apart} apart, from a reversal to sliding it is {length}: too few to show how "
-        f"slip spreads. What shows it: {needed}"
+        f"slip spreads. What shows it: {math.ceil(SHOWN * spacing / reach)} times as many substeps"
     )
 
 
@@ -222,9 +187,3 @@ def _coarse(moved: Floats, load: Floats, limit: Floats) -> list[tuple[int, float
             spacing = abs(float(moved[start + slid] - moved[start])) / slid
             found.append((start + slid, spacing, max(float(share[0]), -1.0)))
     return found
-
-
-def _rounded_up(number: float) -> int:
-    """Return a whole number with two digits that is no less."""
-    unit = 10 ** max(math.floor(math.log10(number)) - 1, 0)
-    return int(math.ceil(number / unit) * unit)
