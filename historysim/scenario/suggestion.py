@@ -94,7 +94,7 @@ parameters = ["friction"]  # and "lateral_stiffness", with [instrument]
 def _values(path: Path, listing: Listing, layout: Format, unit: str) -> Floats:
     """Return the finite values of a column in a unit, which stands for one that is open; none if it cannot be read."""
     column = column_from_toml(tomllib.loads(f"column = {_reference(listing)}")["column"])
-    column = attrs.evolve(column, unit=_unit_of(listing, unit) or unit)
+    column = attrs.evolve(column, unit=listing.unit or _unit_in_name(listing) or unit)
     try:
         values = read_table(path, {"read": column}, {"read": unit}, layout, missing=True).columns["read"]
     except InputError:
@@ -133,9 +133,9 @@ def _key(key: str, listing: Listing | None, unit: str, more: str = "", why: str 
         return f'{key} = "?"  # fill in: one of the columns above'
     reference, extra = _reference(listing), [more]
     if not listing.unit:
-        known = _unit_of(listing, unit)
+        known = _unit_in_name(listing)
         extra.insert(0, f'unit = "{known or "?"}"')
-        why = "; ".join(filter(None, [why, "as the file says: check it" if known else f'fill in, as in "{unit}"']))
+        why = "; ".join(filter(None, [why, "as its name ends: check it" if known else f'fill in, as in "{unit}"']))
     comment = f"  # {why}" if why else ""
     if not any(extra):
         return f"{key} = {reference}{comment}"
@@ -156,14 +156,6 @@ def _name(listing: Listing) -> str:
 def _unit_in_name(listing: Listing) -> str:
     match = _UNIT_IN_NAME.fullmatch(_name(listing))
     return match[1] if match else ""
-
-
-def _unit_of(listing: Listing, like: str) -> str:
-    """Return the unit of a column: by the file, the end of its name, or the only one that texts above say for it."""
-    fitting = [(of.split(), unit) for of, unit in listing.stated if _is_of(unit, like)]
-    named = {unit for words, unit in fitting if any(word in _name(listing).lower() for word in words)}
-    stated = named or {unit for _, unit in fitting}
-    return listing.unit or _unit_in_name(listing) or (stated.pop() if len(stated) == 1 else "")
 
 
 def _is_of(unit: str, like: str) -> bool:

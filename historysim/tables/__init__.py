@@ -1,7 +1,7 @@
 """Files of numbers: named columns of measured records and lists → SI numbers."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,9 +28,6 @@ from historysim.tables.columns import (
 from historysim.tables.readers import LineReader, TableReader, reader_of
 
 if TYPE_CHECKING:
-    from historysim.basics.arguments import Floats
-    from historysim.tables.arrays import Contents
-    from historysim.tables.from_text import Opened
     from historysim.tables.head import Heading
 
 __all__ = [
@@ -70,34 +67,46 @@ def read_table(
     path = Path(path)
     wanted = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
     for key, column in columns.items():
-        _check_unit(key, column, wanted[key])
+        if column.unit is not None:
+            with at("columns", key, "unit"):
+                fitting(column.unit, wanted[key])
     with _file(path):
         pieces, notices = _pieces(path, columns, format or Format(), missing)
-    tables = [_table(path, columns, piece, wanted) for piece in pieces]
+        joined = join_tables([_table(columns, piece, wanted) for piece in pieces])
     for key, column in columns.items():
-        if column.unit is not None:
-            overriding = [
-                (piece.columns[key], overridden(column.unit, piece.columns[key].units, wanted[key])) for piece in pieces
-            ]
-            notices += dict.fromkeys(
-                f"column {file_column.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
-                for file_column, unit in overriding
-                if unit is not None
-            )
-        elif not (first := pieces[0].columns[key]).units and (meant := unit_in_name(first.name, wanted[key][0])):
-            notices.append(f"column {first.name}: taken in {wanted[key][0]}; did you mean unit = {meant!r}?")
-    with _file(path):
-        joined = join_tables(tables)
+        notices += _on_unit(column, [piece.columns[key] for piece in pieces], wanted[key])
     return attrs.evolve(joined, notices=tuple(notices))
 
 
-def _table(path: Path, columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, tuple[str, ...]]) -> Table:
+def _table(columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, Sequence[str]]) -> Table:
+    """Return the columns of one table in SI."""
+    import numpy as np
+
     table = Table({}, {}, piece.lines, (piece.part,))
-    for key, measured in piece.columns.items():
-        unit, factor = _settled(path, key, columns[key], measured, wanted[key])
-        with _file(path):
-            table.columns[key], table.units[key] = _scaled(measured, factor, table), unit
+    for key, column in piece.columns.items():
+        name = f"column {column.name}"
+        table.units[key], factor = settled(columns[key].unit, column.units, wanted[key], name)
+        with np.errstate(over="ignore", invalid="ignore"):
+            table.columns[key] = values = column.values * factor
+        if np.isinf(values).any():
+            row = int(np.argmax(np.isinf(values)))
+            raise InputError(f"{table.place(row)}, {name}: {column.values[row]:g} is beyond the largest float in SI")
     return table
+
+
+def _on_unit(column: Column, in_file: Sequence[FileColumn], wanted: Sequence[str]) -> list[str]:
+    """Return what a user has to know of the unit of a column in one or more tables."""
+    if column.unit is None:
+        first = in_file[0]
+        if first.units or not (meant := unit_in_name(first.name, wanted[0])):
+            return []
+        return [f"column {first.name}: taken in {wanted[0]}; did you mean unit = {meant!r}?"]
+    notices = [
+        f"column {each.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
+        for each in in_file
+        if (unit := overridden(column.unit, each.units, wanted)) is not None
+    ]
+    return [*dict.fromkeys(notices)]
 
 
 def join_tables(tables: Sequence[Table]) -> Table:
@@ -132,13 +141,13 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
     """
     path, layout = Path(path), format or Format()
     with _file(path):
-        if lines := _lines(path, layout):
+        if (text := _lines(path, layout)) is not None:
             from historysim.tables import from_text
 
-            return from_text.describe(*lines)
+            return from_text.describe(*text)
         from historysim.tables import arrays
 
-        with _opened(path, layout) as contents:
+        with reader_of(path, TableReader).opened(path, layout) as contents:
             return arrays.describe(contents, layout)
 
 
@@ -147,14 +156,13 @@ def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tup
 
     A file that is no text has no such lines. Errors as for `describe`.
     """
-    path, layout = Path(path), format or Format()
+    path = Path(path)
     with _file(path):
-        lines = _lines(path, layout)
-        if lines is None:
+        if (text := _lines(path, format or Format())) is None:
             return [], 1
         from historysim.tables import from_text
 
-        return from_text.picture(*lines)
+        return from_text.picture(*text)
 
 
 @contextmanager
@@ -168,12 +176,12 @@ def opened_rows(
     The header is the line that has the most of the known names; units may stand beside them. Raises InputError: a file
     that cannot be read, without such a header, or with rows of another width. Errors from inside name the file.
     """
-    path = Path(path)
+    path, layout = Path(path), format or Format()
     with _file(path):
         from historysim.tables import from_text
 
-        with from_text.opened_rows(path, known, format or Format()) as opened:
-            yield opened
+        lines = from_text.lines_of(path, layout.encoding or from_text.encoding_of(path), MOST_ROWS)
+        yield from_text.with_heading(lines, known, layout)
 
 
 @contextmanager
@@ -196,13 +204,14 @@ def _file(path: Path) -> Iterator[None]:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
-def _lines(path: Path, layout: Format) -> "tuple[Opened, Format] | None":
-    """Return what opens the lines of a file, and how they are written; None of a file of arrays."""
+def _lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
+    """Return the lines of a file, and how they are written; None of a file of arrays."""
     from historysim.tables import from_text
 
     reader = reader_of(path, TableReader, LineReader)
     if isinstance(reader, LineReader):
-        return lambda: reader.opened(path, layout), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
+        with reader.opened(path, layout) as lines:
+            return list(lines), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
     if reader is not None:
         return None
     if is_netcdf(path):
@@ -211,57 +220,24 @@ def _lines(path: Path, layout: Format) -> "tuple[Opened, Format] | None":
         raise InputError(f"{kind}; expected a file of numbers")
     if layout.sheet is not None:
         raise misfit("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
-    written = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
-    return lambda: from_text.opened(path, written), written
-
-
-def _opened(path: Path, layout: Format) -> "AbstractContextManager[Contents]":
-    opened: AbstractContextManager[Contents] = reader_of(path, TableReader).opened(path, layout)
-    return opened
+    layout = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
+    return from_text.lines_of(path, str(layout.encoding), MOST_ROWS), layout
 
 
 def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: bool) -> tuple[list[Piece], list[str]]:
-    if lines := _lines(path, layout):
+    """Return the tables of a file that are read, and notices."""
+    if (text := _lines(path, layout)) is not None:
         from historysim.tables import from_text
 
-        opened, written = lines
-        pieces, notices = from_text.read(opened, columns, written, missing=missing, most_rows=MOST_ROWS)
+        lines, written = text
+        pieces, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
             notice = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"
             notices = [*notices, notice]
         return pieces, notices
     from historysim.tables import arrays
 
-    with _opened(path, layout) as contents:
-        file_columns = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
-    rows = max((len(column.values) for column in file_columns.values()), default=0)
-    return [Piece(file_columns, Part("the table", rows))], []
-
-
-def _check_unit(key: str, column: Column, wanted: Sequence[str]) -> None:
-    if column.unit is not None:
-        with at("columns", key, "unit"):
-            fitting(column.unit, wanted)
-
-
-def _settled(path: Path, key: str, column: Column, file_column: FileColumn, wanted: Sequence[str]) -> tuple[str, float]:
-    name = f"column {file_column.name}"
-    if column.unit is None:
-        with _file(path):
-            return settled(None, file_column.units, wanted, name)
-    with at("columns", key, "unit"):
-        return settled(column.unit, file_column.units, wanted, f"{path.name}: {name}")
-
-
-def _scaled(column: FileColumn, factor: float, table: Table) -> "Floats":
-    import numpy as np
-
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = column.values * factor
-    beyond = np.isinf(values)
-    if beyond.any():
-        row = int(np.argmax(beyond))
-        raise InputError(
-            f"{table.place(row)}, column {column.name}: {column.values[row]:g} is beyond the largest float in SI"
-        )
-    return values
+    with reader_of(path, TableReader).opened(path, layout) as contents:
+        found = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
+    rows = max((len(column.values) for column in found.values()), default=0)
+    return [Piece(found, Part("the table", rows))], []

@@ -1,48 +1,51 @@
-"""Files of named arrays: HDF5, netCDF, MATLAB, TDMS of LabVIEW and JSON; names are paths, units stand beside them.
+"""Readers of files that are no text: HDF5, netCDF, MATLAB, TDMS of LabVIEW, JSON, and sheets of Excel."""
 
-HDF5 is read by h5py: netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset
-without a space, and ends the process at a group that holds itself. MATLAB of version 7.3 is HDF5. Its version 5 is read
-here, and not through scipy: its reader ends the process at files that are damaged in one of many ways. The format is
-that of "MAT-File Format", The MathWorks, R2023b. The time of a TDMS channel that was sampled evenly is listed as
-``group/channel/time``. JSON has matrices as lists of lists, and lists of records.
-"""
-
+import importlib
 import json
 import logging
 import math
 import struct
 import threading
 import zlib
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.limits import check_unpacked
+from historysim.basics.limits import check_archive, check_unpacked, most
+from historysim.basics.system import ends_well, limit_memory
 from historysim.errors import InputError
 from historysim.tables.arrays import Array, Contents, Selection, readable
 from historysim.tables.columns import Format
 from historysim.tables.from_text import decoded
-from historysim.tables.readers import READERS, TableReader
+from historysim.tables.readers import READERS, LineReader, TableReader
 
 if TYPE_CHECKING:
     import h5py
 
 
-# -- HDF5 ------------------------------------------------------------------------------------------
+def _library(module: str, name: str, extra: str) -> Any:
+    """Return a library that is there on request; without it an InputError."""
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        raise InputError(f'is read by {name}, which is not installed; pip install "historysim[{extra}]"') from error
+
+
+# -- HDF5, through h5py ----------------------------------------------------------------------------
+# netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset without a space, and
+# ends the process at a group that holds itself.
 
 
 @contextmanager
-def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
+def _datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
     """Yield all datasets of a file by their paths; a damaged file, or another, is an InputError."""
-    try:
-        import h5py
-    except ImportError as error:
-        raise InputError('is read by h5py, which is not installed; pip install "historysim[hdf5]"') from error
-
+    h5py = _library("h5py", "h5py", "hdf5")
     check_contained(path, by_h5py=True)
     with readable(kind), h5py.File(path, "r") as file:
         by_path: dict[str, h5py.Dataset] = {}
@@ -55,7 +58,7 @@ def datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
         yield by_path
 
 
-def attribute(dataset: "h5py.Dataset", name: str) -> str:
+def _attribute(dataset: "h5py.Dataset", name: str) -> str:
     """Return a text among the attributes, empty if there is none."""
     value = dataset.attrs.get(name, "")
     if isinstance(value, np.ndarray):
@@ -68,16 +71,12 @@ def attribute(dataset: "h5py.Dataset", name: str) -> str:
 def _arrays_of_dataset(name: str, dataset: "h5py.Dataset") -> Iterator[Array]:
     if dataset.shape is None:
         return
-    unit = attribute(dataset, "units") or attribute(dataset, "unit")
+    unit = _attribute(dataset, "units") or _attribute(dataset, "unit")
     if dataset.dtype.names is None:
         yield Array(name, dataset.shape, lambda selection: _read(dataset, selection), unit)
-        return
-    for field in dataset.dtype.names:
-        yield Array(f"{name}/{field}", dataset.shape, _field(dataset, field))
-
-
-def _field(dataset: "h5py.Dataset", field: str) -> Any:
-    return lambda selection: dataset.fields(field)[selection]
+    for field in dataset.dtype.names or ():
+        of_field = dataset.fields(field)
+        yield Array(f"{name}/{field}", dataset.shape, of_field.__getitem__)
 
 
 def _read(dataset: "h5py.Dataset", selection: Selection) -> Any:
@@ -100,7 +99,7 @@ class Hdf5Reader(TableReader):
     @contextmanager
     def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
-        with datasets(path, "HDF5") as by_path, readable("HDF5"):
+        with _datasets(path, "HDF5") as by_path, readable("HDF5"):
             yield Contents([array for name, dataset in by_path.items() for array in _arrays_of_dataset(name, dataset)])
 
 
@@ -139,6 +138,10 @@ class NetCDFReader(TableReader):
                 yield Contents(list(_variables(dataset, "")))
 
 
+# -- MATLAB, version 5 -----------------------------------------------------------------------------
+# Its own reader, and not that of scipy, which ends the process at files that are damaged in many ways. The format
+# is that of "MAT-File Format", The MathWorks, R2023b.
+
 _HEADER = 128
 # types of elements
 _MATRIX, _COMPRESSED = 14, 15
@@ -147,9 +150,6 @@ _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18
 # classes of matrices, and flags beside them
 _STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
 _LOGICAL, _COMPLEX = 0x200, 0x800
-
-
-# -- MATLAB, version 5 -----------------------------------------------------------------------------
 
 
 def _contents_5(content: bytes, order: str) -> Contents:
@@ -244,22 +244,19 @@ def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
         if (
             path.startswith("#")
             or dataset.shape is None
-            or attribute(dataset.parent, "MATLAB_class") not in {"", "struct"}
+            or _attribute(dataset.parent, "MATLAB_class") not in {"", "struct"}
         ):
             continue
-        kind = attribute(dataset, "MATLAB_class")
+        kind = _attribute(dataset, "MATLAB_class")
         if "MATLAB_empty" in dataset.attrs:
             contents.arrays.append(Array(name, (0,), lambda _: []))
         elif kind == "char":
             contents.texts[name] = "".join(map(chr, dataset[()].ravel()))
         elif dataset.dtype.kind in "fiu" and kind != "logical":
-            contents.arrays.append(Array(name, dataset.shape[::-1], _reader(dataset)))
+            # HDF5 has the dimensions in the other order
+            read = partial(lambda data, selection: data[selection[::-1]], dataset)
+            contents.arrays.append(Array(name, dataset.shape[::-1], read))
     return contents
-
-
-def _reader(dataset: "h5py.Dataset") -> Callable[[Selection], Any]:
-    # HDF5 has the dimensions in the other order
-    return lambda selection: dataset[selection[::-1]]
 
 
 @READERS.register
@@ -276,7 +273,7 @@ class MatlabReader(TableReader):
         order = {b"IM": "<", b"MI": ">"}.get(header[126:])
         version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
         if version == 0x0200:
-            with datasets(path, "MATLAB") as by_path, readable("MATLAB"):
+            with _datasets(path, "MATLAB") as by_path, readable("MATLAB"):
                 yield _contents_7(by_path)
         elif order and version == 0x0100:
             with readable("MATLAB"):
@@ -325,21 +322,12 @@ class TdmsReader(TableReader):
     @contextmanager
     def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
         """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
-        try:
-            from nptdms import TdmsFile
-        except ImportError as error:
-            raise InputError('is read by npTDMS, which is not installed; pip install "historysim[tdms]"') from error
-        with readable("TDMS"), path.open("rb") as stream, _strict(), TdmsFile.open(stream) as file:
+        nptdms = _library("nptdms", "npTDMS", "tdms")
+        with readable("TDMS"), path.open("rb") as stream, _strict(), nptdms.TdmsFile.open(stream) as file:
             if file.file_status.incomplete_final_segment:
                 raise InputError("is cut short: its last segment is not complete; save the file again without it")
-            yield Contents(
-                [
-                    array
-                    for group in file.groups()
-                    for channel in group.channels()
-                    for array in _arrays_of_channel(channel)
-                ]
-            )
+            channels = (channel for group in file.groups() for channel in group.channels())
+            yield Contents([array for channel in channels for array in _arrays_of_channel(channel)])
 
 
 # -- JSON ------------------------------------------------------------------------------------------
@@ -348,77 +336,43 @@ class TdmsReader(TableReader):
 def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
-        seen: set[str] = set()
-        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        ((twice, _),) = Counter(key for key, _ in pairs).most_common(1)
         raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
     return table
 
 
 def _gather_json(contents: Contents, name: str, value: object) -> None:
     """Add the arrays and texts below a name to the contents."""
+    above = f"{name}." if name else ""
     if isinstance(value, dict):
         for key, item in value.items():
-            _gather_json(contents, f"{name}.{key}" if name else key, item)
+            _gather_json(contents, above + key, item)
     elif isinstance(value, str):
         contents.texts[name] = value
     elif not isinstance(value, list):
         contents.arrays.append(Array(name, (), lambda _: [value]))
     elif value and all(isinstance(item, dict) for item in value):
-        for key, values in _by_key(value).items():
-            contents.arrays.append(_of_records(f"{name}.{key}" if name else key, values, len(value)))
+        by_key: dict[str, dict[int, Any]] = {}
+        for number, record in enumerate(value):
+            for key, item in record.items():
+                by_key.setdefault(key, {})[number] = item
+        contents.arrays.extend(_of_records(above + key, items, len(value)) for key, items in by_key.items())
     else:
-        contents.arrays.append(_array_of_lists(name, value))
-
-
-def _by_key(records: list[dict[str, Any]]) -> dict[str, dict[int, Any]]:
-    """Return the values of each key by the number of their record, in a time that grows with the values alone."""
-    by_key: dict[str, dict[int, Any]] = {}
-    for number, record in enumerate(records):
-        for key, value in record.items():
-            by_key.setdefault(key, {})[number] = value
-    return by_key
+        contents.arrays.append(_of_lists(name, value))
 
 
 def _of_records(name: str, values: dict[int, Any], count: int) -> Array:
-    """Return the values of one key; a record that has none misses it."""
+    """Return the values of one key by the number of their record; a record that has none misses it."""
     if len(values) == count:
-        return _array_of_lists(name, [*values.values()])
-
-    def read(selection: Selection) -> list[Any]:
-        rows: Any = selection[0]
-        # of a part, as long as the part alone takes
-        chosen: list[Any] = [values.get(number) for number in range(count)[rows]]
-        return chosen
-
-    return Array(name, (count,), read)
+        return _of_lists(name, [*values.values()])
+    # of each part, in a time that grows with the part alone
+    return Array(name, (count,), lambda selection: [*map(values.get, np.arange(count)[selection[0]].tolist())])
 
 
-def _array_of_lists(name: str, values: list[Any]) -> Array:
-    kinds = set(map(type, values))
-    if kinds != {list}:
-        return Array(name, (len(values),), lambda selection: values[selection[0]])
-    width = len(values[0])
-    if set(map(len, values)) != {width}:
-        return Array(name, (len(values),), lambda _: _refuse(name, values))
-
-    def read(selection: Selection) -> list[Any]:
-        rows, columns = selection
-        if isinstance(rows, int):
-            chosen: list[Any] = values[rows][columns]
-            return chosen
-        if isinstance(columns, int):
-            return [row[columns] for row in values[rows]]
-        return [item for row in values[rows] for item in row[columns]]
-
-    return Array(name, (len(values), width), read)
-
-
-def _refuse(name: str, rows: list[list[Any]]) -> None:
-    row = next(row for row, values in enumerate(rows) if len(values) != len(rows[0]))
-    raise InputError(
-        f"column {name!r}: its lists have different lengths: {len(rows[0])} in the first, {len(rows[row])} in number "
-        f"{row + 1}; expected a matrix"
-    )
+def _of_lists(name: str, values: list[Any]) -> Array:
+    # numbers stay what they are: integers may be beyond the largest float
+    array = np.array(values, dtype=object)
+    return Array(name, array.shape, lambda selection: array[selection].ravel().tolist())
 
 
 @READERS.register
@@ -431,11 +385,76 @@ class JsonReader(TableReader):
     def opened(self, path: Path, layout: Format) -> Iterator[Contents]:
         """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
         text = decoded(path, layout.encoding or "utf-8")
+        contents = Contents([])
         with readable("JSON"):
             try:
-                document = json.loads(text, object_pairs_hook=_object)
+                _gather_json(contents, "", json.loads(text, object_pairs_hook=_object))
             except RecursionError:
                 raise InputError("is nested too deeply; expected arrays by their keys") from None
-        contents = Contents([])
-        _gather_json(contents, "", document)
         yield contents
+
+
+# -- Excel: the rows of a sheet as lines with tabs between values; all else is as in texts ---------
+
+_MOST_MEMORY = 1 << 32  # bytes that the sheets of a workbook take
+
+
+def read_sheets(path: Path) -> None:
+    """Read all sheets as the library does, which makes a table of all cells between those that hold something."""
+    from python_calamine import CalamineWorkbook
+
+    limit_memory(_MOST_MEMORY)
+    book = CalamineWorkbook.from_path(str(path))
+    for name in book.sheet_names:
+        book.get_sheet_by_name(name)
+
+
+def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
+    """Return the name of the sheet that is read, out of those with their numbers of rows."""
+    names = [*heights]
+    seen = ", ".join(f"{name!r} ({rows} rows)" for name, rows in heights.items())
+    if sheet is not None:
+        chosen = names[sheet - 1 : sheet] if isinstance(sheet, int) else [name for name in names if name == sheet]
+        if not chosen:
+            raise InputError(f"there is no sheet {sheet!r}; seen: {seen}")
+        return chosen[0]
+    filled = [name for name, rows in heights.items() if rows]
+    if len(filled) != 1:
+        raise InputError(
+            f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1 (or --sheet 1); seen: {seen}"
+        )
+    return filled[0]
+
+
+def _cell(value: object) -> str:
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e15:
+        return str(int(value))
+    return " ".join(str(value).replace('"', "'").split())
+
+
+@READERS.register
+class ExcelReader(LineReader):
+    """Sheets of Excel and OpenDocument, through python-calamine."""
+
+    kind, endings = "excel", (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
+
+    @contextmanager
+    def opened(self, path: Path, layout: Format) -> Iterator[Iterator[str]]:
+        """Yield the rows of a sheet as lines.
+
+        A damaged file, no such sheet, several with something in them, or no python-calamine is an InputError.
+        """
+        python_calamine = _library("python_calamine", "python-calamine", "excel")
+        with readable("Excel"):
+            check_archive(path, trusted=False)
+        if not ends_well(read_sheets, path, most("HDF5_SECONDS") * 12):
+            raise InputError(
+                "has cells so far apart that its sheets take more than "
+                f"{_MOST_MEMORY:,} bytes, or cannot be read in time; take out what stands far from the columns, or "
+                "export it as CSV"
+            )
+        with readable("Excel"), path.open("rb") as stream:
+            book = python_calamine.CalamineWorkbook.from_filelike(stream)
+            heights = {name: book.get_sheet_by_name(name).height for name in book.sheet_names}
+            rows = book.get_sheet_by_name(_sheet(heights, layout.sheet)).to_python(skip_empty_area=False)
+        yield ("\t".join(map(_cell, row)) + "\n" for row in rows)

@@ -7,8 +7,7 @@ is a row, broken or not.
 
 import datetime as dt
 import re
-from collections.abc import Iterable, Sequence
-from itertools import islice
+from collections.abc import Sequence
 
 import attrs
 import numpy as np
@@ -20,8 +19,7 @@ from historysim.tables.columns import Format, Part, factor_or_none
 from historysim.tables.head import SEARCHED, Head, Heading
 from historysim.tables.lines import AT_ONCE, brief, fields, like_a_number
 
-# so many lines of what stands above a table are kept
-_KEPT = 30
+_KEPT = 30  # lines of what stands above a table that are kept
 _NO_NUMBERS = re.compile(r"[^\d.,;|\t+\-eE \r\n]")
 _START = re.compile(
     r"^\W*(?:(?:block|step|segment|cycle|test)\W+)?start(?:ed|ing|s)?(?:[\s_]*(?:time|at))?"
@@ -36,9 +34,9 @@ _TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])
 class Block:
     """One table of a text."""
 
-    begin: int  #: the line at which what belongs to it begins, counted from 1: its preamble, header, or first row
+    begin: int  #: how many lines stand above what belongs to it: its preamble, its header, or its first row
     first: int
-    last: int  #: first and last: the lines of its first and last row
+    last: int  #: first and last: the lines of its first and last row, counted from 1
     rows: int  #: how many rows it has, broken ones among them
     preamble: tuple[str, ...]  #: what stands above its header, and the first lines of it alone where there is much
     heading: Heading  #: its names and units, as far as they are found without being asked for
@@ -50,32 +48,10 @@ class Block:
         times = [time for time in map(start_time, self.preamble) if time is not None]
         return times[-1] if times else None
 
-
-@attrs.frozen
-class Survey:
-    """All tables of a text."""
-
-    blocks: tuple[Block, ...]  #: the tables, in order
-    footer: tuple[str, ...] = ()  #: what stands below the last one
-
-
-class _Lines:
-    """The lines of a text, some of which may be looked at before they are taken."""
-
-    def __init__(self, lines: Iterable[str]) -> None:
-        self._lines = iter(lines)
-        self._waiting: list[str] = []
-        self.passed = 0
-
-    def peek(self, count: int) -> list[str]:
-        self._waiting += islice(self._lines, max(count - len(self._waiting), 0))
-        return self._waiting[:count]
-
-    def take(self, count: int) -> list[str]:
-        taken = self.peek(count)
-        self._waiting = self._waiting[count:]
-        self.passed += len(taken)
-        return taken
+    def described(self) -> tuple[str, str]:
+        """Return its names with units, and the values of its first row."""
+        names = ", ".join(map(self.heading.title, range(self.heading.width)))
+        return names, ", ".join(brief(field)[1:-1] for field in self.row)
 
 
 @attrs.frozen
@@ -115,41 +91,40 @@ class _Look:
         return not apart and len(row) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
 
 
-def survey(lines: Iterable[str], layout: Format) -> Survey:
-    """Return the tables of a text, written as far as known in a format; none, or too many, are an InputError."""
-    text = _Lines(lines)
+def survey(text: Sequence[str], layout: Format) -> tuple[list[Block], list[str]]:
+    """Return the tables of a text, and what stands below the last one; none, or too many, are an InputError."""
     blocks: list[Block] = []
     below: list[str] = []
-    begin = 1
-    delimiter = layout.delimiter
-    while window := text.peek(SEARCHED):
-        known = attrs.evolve(layout, delimiter=delimiter, header=layout.header if layout.header == 0 else None)
-        next_table = _next_table(window, known, text.passed)
-        if next_table is None:
-            if len(window) < SEARCHED:
-                below += [line.strip() for line in text.take(len(window)) if line.strip()]
-                break
-            below += [line.strip() for line in text.take(SEARCHED // 2) if line.strip()]
+    passed = begin = 0
+    layout = attrs.evolve(layout, header=layout.header if layout.header == 0 else None)
+    while passed < len(text):
+        found = _next_table(text, layout, passed)
+        if found is None:
+            # what the last half of the lines begins is seen with those behind them
+            searched = SEARCHED if passed + SEARCHED > len(text) else SEARCHED // 2
+            below += _filled(text[passed : passed + searched])
+            passed += searched
             continue
-        heading, look, row = next_table
-        delimiter = look.delimiter
-        preamble = [line.strip() for line in text.take(heading.above - text.passed) if line.strip()]
-        preamble = [*below, *preamble]
-        below = []
-        first, last, rows = _pass_rows(text, look)
+        heading, look, row = found
+        layout = attrs.evolve(layout, delimiter=look.delimiter)
+        below += _filled(text[passed : heading.above])
+        first, last, rows, passed = _pass_rows(text, heading.above, look)
         if not first:
-            below = [*preamble, *(line.strip() for line in text.take(1))]
+            below += _filled(text[heading.above : passed])
             continue
-        names = 1 if heading.names else 0
-        above = tuple(preamble[: len(preamble) - names - (1 if heading.brackets else 0)])
         if len(blocks) >= most("BLOCKS"):
             raise InputError(f"has {len(blocks) + 1:,} blocks or more; {at_most('BLOCKS')}")
-        blocks.append(Block(begin, first, last, rows, above[:_KEPT], heading, row))
-        begin = last + 1
+        preamble = below[: len(below) - bool(heading.names) - bool(heading.brackets)]
+        blocks.append(Block(begin, first, last, rows, tuple(preamble[:_KEPT]), heading, row))
+        below, begin = [], last
     if not blocks:
-        seen = next((f"the first line is {brief(line)}" for line in below if line), "it is empty")
+        seen = f"the first line is {brief(below[0])}" if below else "it is empty"
         raise InputError(f"has no rows of numbers; expected one line for each sample; {seen}")
-    return Survey(tuple(blocks), tuple(below))
+    return blocks, below
+
+
+def _filled(lines: Sequence[str]) -> list[str]:
+    return [line.strip() for line in lines if line.strip()]
 
 
 def start_time(line: str) -> float | None:
@@ -167,13 +142,12 @@ def start_time(line: str) -> float | None:
     return None
 
 
-def _next_table(window: list[str], layout: Format, passed: int) -> tuple[Heading, _Look, tuple[str, ...]] | None:
-    """Return heading, look and first row of the first table among some lines."""
+def _next_table(text: Sequence[str], layout: Format, passed: int) -> tuple[Heading, _Look, tuple[str, ...]] | None:
+    """Return heading, look and first row of the first table behind so many lines."""
     try:
-        head = Head.of(window, layout, passed)
+        table = Head.of(text, layout, passed).first_table()
     except InputError:
         return None
-    table = head.first_table()
     if table is None:
         return None
     heading, row = table
@@ -181,28 +155,27 @@ def _next_table(window: list[str], layout: Format, passed: int) -> tuple[Heading
     return heading, _Look(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
 
 
-def _pass_rows(text: _Lines, look: _Look) -> tuple[int, int, int]:
-    """Take the rows of a table, broken ones among them; return the lines of the first and the last, and how many."""
+def _pass_rows(text: Sequence[str], above: int, look: _Look) -> tuple[int, int, int, int]:
+    """Return the lines of the first and the last row of a table, how many rows it has, and what line it ends at.
+
+    Broken rows are among them; a table without rows ends at its first line.
+    """
     first = last = rows = 0
     apart = False
-    while lines := text.peek(AT_ONCE):
+    for begin in range(above, len(text), AT_ONCE):
+        lines = text[begin : begin + AT_ONCE]
         if look.are_rows(lines):
-            first = first or text.passed + 1
-            text.take(len(lines))
-            rows += len(lines)
-            last, apart = text.passed, False
+            first, last, rows, apart = first or begin + 1, begin + len(lines), rows + len(lines), False
             continue
-        for line_number, line in enumerate(lines, text.passed + 1):
+        for line_number, line in enumerate(lines, begin + 1):
             if look.is_passed_over(line):
                 apart = apart or not line.strip()
                 continue
             values = fields(line, look.delimiter)
             if not look.is_row(values) and not look.is_broken_row(values, apart=apart):
-                text.take(max(last - text.passed, 0))
-                return first, last, rows
+                return first, last, rows, last or above + 1
             first, last, rows, apart = first or line_number, line_number, rows + 1, False
-        text.take(len(lines))
-    return first, last, rows
+    return first, last, rows, len(text)
 
 
 # -- clocks: times of day and dates in seconds, and one clock out of those of several tables --

@@ -195,14 +195,12 @@ class Table:
 
 @attrs.frozen
 class Listing:
-    """One column in texts: how TOML asks for it, the unit that the file names, how many values, and the first."""
+    """One column as texts: how TOML asks for it, the unit that the file names, how many values, and the first."""
 
     column: str
     unit: str
     values: str
     first: str
-    #: What lines above the table say of units: (whose, unit), as ``("displacement", "in")``.
-    stated: tuple[tuple[str, str], ...] = ()
 
 
 @attrs.frozen(eq=False)

@@ -2,8 +2,7 @@
 
 import json
 import re
-from collections.abc import Collection, Iterable, Sequence
-from itertools import islice
+from collections.abc import Collection, Sequence
 
 import attrs
 
@@ -18,7 +17,6 @@ from historysim.tables.lines import (
     longest_run,
     namings,
     number,
-    numeric_places,
     places_of,
     runs,
     units_in_line,
@@ -26,10 +24,9 @@ from historysim.tables.lines import (
     without_blank_end,
 )
 
-# the header is looked for in so many lines
-SEARCHED = 1000
+SEARCHED = 1000  # lines in which a header is looked for
 
-_DELIMITERS = ("\t", ";", "|", ",", " ")
+_DELIMITERS = ("\t", ";", "|", ",", " ")  # in the order of preference
 _BRACKETED_LINE = re.compile(r"\s*[\[(]")
 _TWO_NUMBERS = re.compile(r"\d([;,\t| ])\s*(?=[+-]?[.\d])")
 
@@ -55,30 +52,25 @@ class Heading:
                 f"index = {column.index} counts the columns of a matrix, but this is a text; expected the name of the "
                 "column, or its position as in { column = 3 }"
             )
-        if isinstance(column.column, int):
-            return self._place_of_position(column.column, column.unit)
-        places = places_of(column.column, self.names, self.brackets)
+        name = column.column
+        if isinstance(name, int):
+            if name > self.width:
+                raise InputError(f"there is no column {name}; the rows have {self.width} values")
+            if self.mismatch and column.unit is None and any(map(unit_in, self.names)):
+                raise InputError(f'{self.mismatch}; and say the unit of column {name}, as in unit = "N"')
+            return name - 1
+        places = places_of(name, self.names, self.brackets)
         if len(places) < (column.occurrence or 1):
             raise no_such_column(column, self.names, self.brackets)
         if self.mismatch:
             raise InputError(self.mismatch)
         if column.occurrence is None and len(places) > 1:
-            if len({self.names[place] for place in places}) > 1:
-                full = ", ".join(repr(self.names[place]) for place in places)
-                raise InputError(f"{column.column!r} may be any of the columns {full}; expected the whole name of one")
+            full = ", ".join(f"{self.names[place]!r} at position {place + 1}" for place in places)
             raise InputError(
-                f"the header names column {column.column!r} {len(places)} times, at positions "
-                f"{', '.join(str(place + 1) for place in places)}; say which, as in "
-                f"{_written(column.column, len(places))} or {{ column = {places[-1] + 1} }}"
+                f"{name!r} may be any of the columns {full}; expected the whole name of one, or its position, as in "
+                f"{{ column = {places[-1] + 1} }}"
             )
         return places[(column.occurrence or 1) - 1]
-
-    def _place_of_position(self, position: int, unit: str | None) -> int:
-        if position > self.width:
-            raise InputError(f"there is no column {position}; the rows have {self.width} values")
-        if self.mismatch and unit is None and any(map(unit_in, self.names)):
-            raise InputError(f'{self.mismatch}; and say the unit of column {position}, as in unit = "N"')
-        return position - 1
 
     def label(self, place: int) -> str:
         """Return what a message calls a column."""
@@ -104,30 +96,27 @@ class Heading:
         if self.mismatch or not name:
             under = f" # under {name!r}" if name else ""
             return f"{{ column = {place + 1} }}{under}"
-        several = self.names.count(name) > 1
-        return _written(name, self.names[: place + 1].count(name) if several else None)
+        quoted, before = json.dumps(name, ensure_ascii=False), self.names[:place].count(name)
+        alone = self.names.count(name) == 1
+        return quoted if alone else f"{{ column = {quoted}, occurrence = {before + 1} }}"
 
 
-def is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> bool:
-    """Return whether a header names a column, as often as it takes."""
+def _is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> bool:
     return len(places_of(str(column.column), names, brackets)) >= (column.occurrence or 1)
 
 
 def no_such_column(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> InputError:
     """Return the error that a header does not name a column."""
     name = str(column.column)
-    count = len(places_of(name, names, brackets))
-    if not count:
-        known = [known for known in dict.fromkeys(names) if known]
-        if problem := _no_names(name, known):
-            return InputError(f"there is no column {name!r}; {problem}")
-        # a name in other letters, or without its unit, is near
-        plain = {split_unit(each)[0].casefold(): each for each in reversed(known)}
-        meant = plain.get(split_unit(name)[0].casefold())
-        hint = f"did you mean {meant!r}?" if meant is not None else nearest(name, known)
-        return InputError(f"there is no column {name!r}; {hint}")
-    times = "once" if count == 1 else f"{count} times"
-    return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+    if count := len(places_of(name, names, brackets)):
+        times = "once" if count == 1 else f"{count} times"
+        return InputError(f"there is no occurrence {column.occurrence} of column {name!r}; the header names it {times}")
+    known = [known for known in dict.fromkeys(names) if known]
+    # a name in other letters, or without its unit, is near
+    plain = {split_unit(each)[0].casefold(): each for each in reversed(known)}
+    meant = plain.get(split_unit(name)[0].casefold())
+    near = nearest(name, known) if meant is None else f"did you mean {meant!r}?"
+    return InputError(f"there is no column {name!r}; {_no_names(name, known) or near}")
 
 
 def _no_names(name: str, known: Sequence[str]) -> str:
@@ -150,37 +139,26 @@ def _no_names(name: str, known: Sequence[str]) -> str:
     return ""
 
 
-def _written(name: str, occurrence: int | None) -> str:
-    quoted = json.dumps(name, ensure_ascii=False)
-    return quoted if occurrence is None else f"{{ column = {quoted}, occurrence = {occurrence} }}"
-
-
 @attrs.frozen
 class Head:
-    """The first lines of a text."""
+    """The first lines of a text, or of a part of it."""
 
-    physical: list[str]  #: all of them
-    lines: list[Line]  #: those that are not blank, without the mark of a comment
+    lines: list[Line]  #: those that are not blank
     layout: Format  #: what is known of the text
-    before: int = 0  #: how many lines of the text stand above them
 
     @classmethod
-    def of(cls, stream: Iterable[str], layout: Format, before: int = 0) -> "Head":
-        """Return the first lines of a text, or of a part below so many lines; an InputError where all are blank."""
-        physical = list(islice(stream, SEARCHED))
-        if physical and not before:
-            physical[0] = physical[0].removeprefix("\ufeff")
+    def of(cls, text: Sequence[str], layout: Format, begin: int = 0, end: int | None = None) -> "Head":
+        """Return the first lines of a text, or of a part between two lines; an InputError where all are blank."""
         lines = []
-        for line_number, text in enumerate(physical, before + 1):
-            bare = text.lstrip()
+        for line_number, line in enumerate(text[begin : min(begin + SEARCHED, end or len(text))], begin + 1):
+            bare = line.lstrip()
             is_comment = bool(layout.comment) and bare.startswith(layout.comment)
-            if is_comment:
-                bare = bare.removeprefix(layout.comment)
+            bare = bare.removeprefix(layout.comment) if is_comment else bare
             if bare.strip():
-                lines.append(Line(line_number, bare if is_comment else text, is_comment))
+                lines.append(Line(line_number, bare if is_comment else line, is_comment))
         if not lines:
             raise InputError("is empty; expected a header line with the names of the columns")
-        return cls(physical, lines, layout, before)
+        return cls(lines, layout)
 
     def heading(self, columns: Sequence[Column]) -> Heading:
         """Return the heading of the table that holds some columns; without any, of what looks most like a table.
@@ -223,8 +201,7 @@ class Head:
             )
         heading = self._below(*header)
         if heading.mismatch:
-            row = self._rows(heading.above)[0]
-            raise InputError(_ragged_below(heading, row))
+            raise InputError(_ragged_below(heading, self._rows(heading.above)[0]))
         return heading
 
     @property
@@ -247,31 +224,31 @@ class Head:
                 return line
         raise InputError(
             f"line {self.layout.header} is no header; expected the number of a line that is not blank, among the first "
-            f"{len(self.physical)}"
+            f"{SEARCHED:,}"
         )
 
     def _below_names(self, columns: Sequence[Column]) -> Heading:
         """Return the heading in the first line that holds all names; comments come last."""
         headings = []
         nearly: list[str] = []
-        wanted = _with_stems(columns)
+        stems = {stem for column in columns for stem in (str(column.column), split_unit(str(column.column))[0])}
         # most lines are rows of numbers, which have no such letters
-        letters = [{letter for letter in name if not letter.isspace()} for name in wanted]
+        letters = [{letter for letter in stem if not letter.isspace()} for stem in stems]
         candidates = [line for line in self._candidates() if any(each.issubset(line.text) for each in letters)]
         for delimiter in self._delimiters:
             for line in candidates:
                 for names in namings(line.text, line.fields(delimiter), delimiter):
-                    if not _any_may_be(wanted, names):
+                    if stems.isdisjoint([*names, *filter(None, (split_unit(name)[0] for name in names))]):
                         continue
                     heading = self._below(line, delimiter, names)
-                    absent = [column for column in columns if not is_named(column, heading.names, heading.brackets)]
+                    absent = [column for column in columns if not _is_named(column, heading.names, heading.brackets)]
                     if not absent:
                         headings.append(heading)
                     elif len(absent) < len(columns):
                         nearly = nearly or names
         if not headings:
             names = nearly or self._likely_names()
-            raise next(no_such_column(column, names) for column in columns if not is_named(column, names))
+            raise next(no_such_column(column, names) for column in columns if not _is_named(column, names))
         return next((heading for heading in headings if self._fits(heading, columns)), headings[0])
 
     def _likely_names(self) -> list[str]:
@@ -334,15 +311,16 @@ class Head:
         run = longest_run(self._rows(), delimiter) or longest_run(self._rows(), delimiter, least=1)
         if not run:
             raise InputError("has no rows of numbers; expected one line for each sample")
-        width = len(run[0].fields(delimiter))
-        numeric = numeric_places(run, delimiter)
-        first = None
-        for line in self._rows():
-            fields = line.fields(delimiter)
-            if len(fields) == width and numeric and all(not fields[i] or like_a_number(fields[i]) for i in numeric):
-                first = line
-                break
-        return self._above(first or run[0], delimiter, width)
+        values = [line.fields(delimiter) for line in run]
+        width = len(values[0])
+        # where at least half of the lines have numbers
+        numeric = [i for i in range(width) if 2 * sum(like_a_number(row[i]) for row in values) >= len(values)]
+
+        def is_first(line: Line) -> bool:
+            row = line.fields(delimiter)
+            return len(row) == width and numeric != [] and all(not row[i] or like_a_number(row[i]) for i in numeric)
+
+        return self._above(next(filter(is_first, self._rows()), run[0]), delimiter, width)
 
     def first_table(self) -> tuple[Heading, list[str]] | None:
         """Return the heading and the first row of the first table, found by the looks of its lines; None without one.
@@ -414,17 +392,6 @@ class Head:
                     f"line {line.number} looks like a row of numbers, but the table begins below line {heading.above}; "
                     f"if so, say header = {heading.above}"
                 )
-
-
-def _with_stems(columns: Iterable[Column]) -> set[str]:
-    """Return what columns are called, with their units and without."""
-    names = [str(column.column) for column in columns]
-    return {*names, *(split_unit(name)[0] for name in names)}
-
-
-def _any_may_be(wanted: Collection[str], names: Iterable[str]) -> bool:
-    """Return whether one of these names may be wanted, whatever units stand in the line below them."""
-    return any(name in wanted or ((stem := split_unit(name)[0]) and stem in wanted) for name in names)
 
 
 def ragged(line_number: int, count: int, expected: str) -> str:

@@ -11,10 +11,8 @@ import attrs
 from historysim.basics.units import is_common
 from historysim.tables.columns import split_unit
 
-# what stands for a value that is missing, in any case of letters
-MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}
-
-AT_ONCE = 2000  # lines that are held as texts at once: few enough for the cache
+MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}  # what stands for a missing value, in any case of letters
+AT_ONCE = 2000  # lines that are read at once: few enough for the cache
 
 _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 
@@ -74,13 +72,10 @@ def decimal_hint(text: str, decimal: str) -> str:
         return '; it has a decimal point, although decimal is ","'
     if re.fullmatch(r"[+-]?\d{1,3}(?:[,'\s]\d{3})+(?:\.\d*)?", text.strip()):
         return "; export it without separators between thousands"
-    bare = re.fullmatch(r"(\S*\d)\s*([^\W\d]\S*|[%°])", text.strip())
-    if bare and number(bare[1], decimal) is not None and is_common(bare[2]):
-        return f"; export it without {bare[2]!r}: a unit stands in the header, or as unit of the column"
     return ""
 
 
-# ---- rows ----
+# -- rows ------------------------------------------------------------------------------------------
 
 _LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|na|null", re.IGNORECASE)
 
@@ -90,7 +85,7 @@ class Line:
     """A line that is not blank."""
 
     number: int
-    text: str
+    text: str  #: without the mark of a comment
     is_comment: bool
 
     def fields(self, delimiter: str) -> list[str]:
@@ -139,16 +134,6 @@ def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int
         yield begin, len(rows)
 
 
-def numeric_places(run: Sequence[Line], delimiter: str) -> list[int]:
-    """Return the places at which at least half of some lines of equally many values have numbers."""
-    rows = [line.fields(delimiter) for line in run]
-    return [
-        place
-        for place, column in enumerate(zip(*rows, strict=True))
-        if 2 * sum(map(like_a_number, column)) >= len(rows)
-    ]
-
-
 def width_of(rows: Sequence[Line], delimiter: str, usual: int) -> int:
     """Return the number of columns, without blank ones that delimiters at the ends of the lines make."""
     values = [line.fields(delimiter) for line in rows]
@@ -162,10 +147,13 @@ def without_blank_end(values: list[str]) -> list[str]:
     return values
 
 
-# ---- names and units ----
+# -- names and units -------------------------------------------------------------------------------
 
-_WIDE = re.compile(r"\t+|\s{2,}")
 BRACKETED = re.compile(r"\(.*\)|\[.*\]")
+# Names between white space: two blanks or a tab apart, a word with units behind it, and all words up to a unit.
+_WIDE = re.compile(r"\S+(?: \S+)*")
+_WITH_UNIT = re.compile(r"\S+(?:\s+(?:\(\S*\)|\[\S*\])(?!\S))*")
+_UP_TO_UNIT = re.compile(r"\S.*?[)\]](?!\S)|\S.*\S|\S")
 
 
 def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
@@ -175,9 +163,8 @@ def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]
     """
     ways = [list(fields)]
     if delimiter == " " and len(fields) > 1:
-        ways.append([name.strip() for name in _WIDE.split(line.strip())])
-        ways.append(_with_units(fields))
-        ways.append(_up_to_units(fields))
+        patterns = _WIDE, _WITH_UNIT, _UP_TO_UNIT
+        ways += [[" ".join(name.split()) for name in pattern.findall(line)] for pattern in patterns]
     return [way for index, way in enumerate(ways) if way not in ways[:index]]
 
 
@@ -193,28 +180,6 @@ def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> 
         if split_unit(known)[0] == name or (unit is not None and (known, below) == (stem, unit)):
             places.append(place)
     return places
-
-
-def _with_units(words: Sequence[str]) -> list[str]:
-    names: list[str] = []
-    for word in words:
-        if names and BRACKETED.fullmatch(word):
-            names[-1] += f" {word}"
-        else:
-            names.append(word)
-    return names
-
-
-def _up_to_units(words: Sequence[str]) -> list[str]:
-    names: list[str] = []
-    is_open = False
-    for word in words:
-        if is_open:
-            names[-1] += f" {word}"
-        else:
-            names.append(word)
-        is_open = not re.search(r"[)\]]$", word)
-    return names
 
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")

@@ -144,7 +144,7 @@ def test_files_that_are_no_tables_are_refused_as_what_they_are(tmp_path):
     (tmp_path / "a.toml").write_text("[materials]\n", encoding="utf-8")
     assert "a.toml: is a scenario; " in refusal("a.toml")
     (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(hs.InputError, match=r"binary.csv: is not UTF-8 text"):
+    with pytest.raises(hs.InputError, match=r"binary.csv: is not utf-16 text"):
         read_events(tmp_path / "binary.csv")
 
 

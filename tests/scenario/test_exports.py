@@ -255,20 +255,3 @@ def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypa
     again = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])
     assert again.exit_code == 2
     assert "is there already" in again.output
-
-
-@pytest.mark.parametrize(
-    ("above", "unit"),
-    [
-        ("Displacement units: in\nForce units: lbf\n", "in"),
-        ("Units,s,mm,mN\n", "mm"),
-        ("Displacement unit = um\nStage units = mm\n", "um"),
-        ("Displacement unit = um\nDisplacement units = mm\n", "?"),
-    ],
-)
-def test_units_of_the_text_are_offered(tmp_path, above, unit):
-    path = tmp_path / "rig.csv"
-    rows = "".join(f"{row},12.5,{row % 3},{4},{(row % 3) / 2}\n" for row in range(8))
-    path.write_text(f"Rig 2\n{above}Time,Stage position,Displacement,Normal,Kraft [mN]\n{rows}", encoding="utf-8")
-    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
-    assert loading["columns"]["tangential_displacement"] == {"column": "Displacement", "unit": unit}

@@ -17,8 +17,8 @@ import atheris
 with atheris.instrument_imports(include=["historysim.tables", "nptdms", "scipy.io"]):
     from number_files import WRITERS, columns_of, read_or_refuse
 
-    for reader in ("hdf5", "json", "matlab", "netcdf", "tdms", "text"):
-        import_module(f"historysim.tables.from_{reader}")
+    for reader in ("array_files", "from_text"):
+        import_module(f"historysim.tables.{reader}")
 
 
 def main(name: str, arguments: list[str]) -> None:

@@ -1,7 +1,7 @@
 """Files that hold named arrays: JSON, MATLAB, HDF5, netCDF, TDMS."""
 
-import builtins
 import json
+import sys
 import tracemalloc
 
 import attrs
@@ -44,7 +44,7 @@ def refusal(path, *columns, **arguments):
 
 
 def listed(path, **layout):
-    return [attrs.astuple(listing)[:4] for listing in describe(path, Format(**layout))]
+    return [attrs.astuple(listing) for listing in describe(path, Format(**layout))]
 
 
 # -- JSON ------------------------------------------------------------------------------------------
@@ -99,7 +99,8 @@ def test_missing_values_of_json(file):
             Column("m", index=1),
             "is a matrix of 2 × 2, and its samples may be its rows or",
         ),
-        ('{"m": [[[1]], [[2]]]}', "m", "row 1, column 'm': an array; expected a number"),
+        ('{"m": [[[1, 2], [3, 4]], [[5, 6], [7, 8]]]}', "m", "column 'm' has 3 dimensions (2 × 2 × 2)"),
+        ('{"m": [[1, 2], [3]]}', "m", "row 1, column 'm': an array; expected a number"),
         ('{"t": []}', "t", "column 't' has no values"),
         ('{"t": [1, true]}', "t", "row 2, column 't': true; expected a number"),
         ('{"t": [1, 1e999]}', "t", "row 2, column 't': inf; expected a finite number"),
@@ -570,15 +571,8 @@ def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
     [("nptdms", "tdms", "f.tdms", b"TDSm"), ("h5py", "hdf5", "f.h5", b"\x89HDF\r\n\x1a\n")],
 )
 def test_without_the_library_the_message_says_how_to_install_it(tmp_path, monkeypatch, library, extra, name, content):
-    importing = builtins.__import__
-
-    def without(module, *arguments, **more):
-        if module.partition(".")[0] == library:
-            raise ImportError(module)
-        return importing(module, *arguments, **more)
-
     (tmp_path / name).write_bytes(content)
-    monkeypatch.setattr(builtins, "__import__", without)
+    monkeypatch.setitem(sys.modules, library, None)
     assert refusal(tmp_path / name, "t").endswith(f'is not installed; pip install "historysim[{extra}]"')
 
 

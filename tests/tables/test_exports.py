@@ -139,7 +139,7 @@ def test_grams_are_forces_when_it_is_said(file):
     [
         ("Zeit [s],F", "zeit", "did you mean 'Zeit [s]'?"),
         ("Zeit [s],F", "Time", "expected one of Zeit [s], F"),
-        ("F [N],F [V]", "F", "'F' may be any of the columns 'F [N]', 'F [V]'; expected the whole name of one"),
+        ("F [N],F [V]", "F", "'F' may be any of the columns 'F [N]' at position 1, 'F [V]' at position 2; expected"),
     ],
 )
 def test_a_name_that_is_not_there_or_not_alone(file, header, wanted, said):

@@ -172,7 +172,7 @@ def test_missing_values_are_nan_when_asked_for_and_errors_otherwise(file, word):
         ("1.5.2", ""),
         ("1,5", '; if it has a decimal comma, say decimal = ","'),
         ("1,500.2", "; export it without separators between thousands"),
-        ("1.5 mN", "; export it without 'mN': a unit stands in the header, or as unit of the column"),
+        ("1.5 mN", ""),
         (
             "1/2/2024 10:00",
             ', or a clock: hh:mm:ss, alone or behind yyyy-mm-dd or dd.mm.yyyy; broken = "drop" leaves such rows out',
@@ -449,7 +449,7 @@ def test_what_is_no_file_of_numbers_is_named(tmp_path):
 )
 def test_listings(file, content, expected):
     file.write_text(content, encoding="utf-8")
-    assert [attrs.astuple(listing) for listing in describe(file)] == [(*each, ()) for each in expected]
+    assert [attrs.astuple(listing) for listing in describe(file)] == expected
 
 
 def test_importing_the_package_loads_nothing_heavy():
@@ -489,7 +489,7 @@ def test_the_triaxial_record_with_the_missing_name_is_read_by_names(tmp_path):
     # both clocks of the recorder
     np.testing.assert_allclose(table.columns["t"], table.columns["again"], atol=1.0)
     assert table.columns["F"].min() == pytest.approx(-412.337)
-    with pytest.raises(InputError, match=r"names column 'Time.\(s\)' 2 times, at positions 1, 12"):
+    with pytest.raises(InputError, match=r"'Time.\(s\)' may be any of .* at position 1, .* at position 12"):
         read_table(path, {"t": Column("Time.(s)")}, {"t": "s"})
     with pytest.raises(InputError, match="'V' is not a unit of a force"):
         read_table(path, {"F": Column("Force.(V)")}, {"F": "N"})
