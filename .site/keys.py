@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Union, get_args, get_origin
 import attrs
 from numpydoc.docscrape import NumpyDocString
 
-from historysim.asperities.instrument import Instrument
+from historysim.asperities.instrument import Instrument, Rings
 from historysim.asperities.laws import LAWS
-from historysim.asperities.rings import Rings
 from historysim.asperities.wear import WEAR_LAWS
 from historysim.asperities.yielding import YIELDING_LAWS
 from historysim.basics.fields import OneOf, Quantity, markdown

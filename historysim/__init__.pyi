@@ -13,9 +13,9 @@ from historysim.asperities.contact_batch import ContactBatch as ContactBatch
 from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
-from historysim.asperities.planar import PlanarState as PlanarState
-from historysim.asperities.rings import Rings as Rings
+from historysim.asperities.instrument import Rings as Rings
 from historysim.asperities.state import EnsembleState as EnsembleState
+from historysim.asperities.state import PlanarState as PlanarState
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair
 from historysim.contact.materials import material as material

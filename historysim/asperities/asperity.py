@@ -9,25 +9,24 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.planar import nodes_of
 from historysim.basics.arguments import Array, Floats, checked
-from historysim.basics.library import lib
+from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import FULL_STICK, GROSS_SLIP, PARTIAL_SLIP, SEPARATED, TIE, Memory, check, view
+from historysim.memory.binding import TIE, Memory, check, view
 from historysim.memory.rows import blank_rows
 
 
 class SlipState(enum.IntEnum):
     """What the springs of a contact do at its edge and inside; the flag values of ``slip_state``."""
 
-    SEPARATED = SEPARATED
-    FULL_STICK = FULL_STICK
-    PARTIAL_SLIP = PARTIAL_SLIP
-    GROSS_SLIP = GROSS_SLIP
+    SEPARATED = lib.HS_SEPARATED
+    FULL_STICK = lib.HS_FULL_STICK
+    PARTIAL_SLIP = lib.HS_PARTIAL_SLIP
+    GROSS_SLIP = lib.HS_GROSS_SLIP
 
 
 def _recorded(name: str, text: str) -> float:
@@ -265,7 +264,10 @@ class PlanarAsperity(Asperity):
     @cached_property
     def superposition(self) -> tuple[Floats, Floats]:
         """Radii [m] and vectors (radius, direction) of Hertz pressures whose sum is the traction, the edge first."""
-        nodes = nodes_of(self.planar, self.index)
+        # (node, 3): label and deflection in x and y, the edge first
+        nodes = np.zeros((max(lib.hs_planar_nodes(self.planar, self.index, 0, ffi.NULL), 0), 3))
+        if lib.hs_planar_nodes(self.planar, self.index, len(nodes), pointer(nodes)) != len(nodes):
+            raise MemoryError("there is not enough memory for the nodes of an asperity")
         slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
         depth = np.maximum(nodes[: len(slopes), 0] - self._gap, 0.0)
         radii: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius

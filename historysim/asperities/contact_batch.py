@@ -5,13 +5,13 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.friction import coulomb
+from historysim.asperities.law import coulomb
 from historysim.basics.arguments import Floats, checked, one_per, workable
 from historysim.basics.library import OneAtATime, ffi, lib, pointer
 from historysim.basics.limits import LARGEST, SMALLEST
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import check
+from historysim.memory.binding import check, owned
 
 # what a step need not look up
 _FLOAT, _DOUBLES, _row_of = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
@@ -75,7 +75,7 @@ class ContactBatch:
         made = lib.hs_batch_new(
             count, coefficients.size, pointer(coefficients), scale.size, pointer(scale), pair.displacement_ratio
         )
-        self._batch = _owned(made)
+        self._batch = owned(made, lib.hs_batch_free)
 
     def __len__(self) -> int:
         """Return the number of contacts."""
@@ -158,7 +158,7 @@ class ContactBatch:
 
     def _copied(self) -> dict[str, Any]:
         with self._place:
-            return _held(self._loads.copy()) | {"_batch": _owned(lib.hs_batch_copy(self._batch))}
+            return _held(self._loads.copy()) | {"_batch": owned(lib.hs_batch_copy(self._batch), lib.hs_batch_free)}
 
     def _each(self, name: str, values: npt.ArrayLike) -> Floats:
         array = workable(name, checked(name, values))
@@ -170,9 +170,3 @@ class ContactBatch:
 def _held(loads: Floats) -> dict[str, Any]:
     """Return the loads of a batch, and where they stand, as the library takes it."""
     return {"_loads": loads, "_rows": tuple(map(pointer, loads))}
-
-
-def _owned(batch: Any) -> Any:
-    if not batch:
-        raise MemoryError("there is not enough memory for the contacts")
-    return ffi.gc(batch, lib.hs_batch_free)

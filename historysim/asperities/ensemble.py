@@ -1,57 +1,29 @@
 """`Ensemble`: bodies that share one approach and one tangential displacement; `Patches`: those of normal curves."""
 
 import json
-import math
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar, overload
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.curves import NormalCurves, Superposition
-from historysim.asperities.evolution import evolution_of
-from historysim.asperities.friction import FrictionGoal, FrictionLaw, at_start, coulomb
-from historysim.asperities.instrument import RIGID, Instrument, as_instrument
-from historysim.asperities.law import Law
-from historysim.asperities.planar import (
-    PlanarState,
-    compliances,
-    is_planar,
-    planar_memory,
-    walked,
-    with_planar_friction,
-)
-from historysim.asperities.rings import RINGS, Rings
-from historysim.asperities.state import EnsembleState
-from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, goals_of, path_to
+from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
+from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, at_start, coulomb, evolution_of
+from historysim.asperities.state import EnsembleState, PlanarState
+from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
-from historysim.basics.arguments import Floats, Integers, checked, one_per, scalar, workable
+from historysim.basics.arguments import ArrayLike, Floats, Integers, checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import (
-    DISPLACED,
-    LOAD,
-    PLANAR_PATH,
-    Memory,
-    advanced,
-    check,
-    check_belongs,
-    copied,
-    drive,
-    new_contact,
-    new_memory,
-    owned,
-    slide_times,
-    stack,
-    view,
-)
+from historysim.memory import binding
+from historysim.memory.binding import DISPLACED, LOAD, PLANAR_PATH, Memory, advanced, check, copied, owned, view
 from historysim.memory.paths import Goals, Paths, in_plane, paths_to, unrecorded
 from historysim.memory.rows import PROJECTED, Rows, blank_rows
 
@@ -59,9 +31,8 @@ if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity
     from historysim.interaction.solutions import NormalSolutions
 
-
-_ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 AnyState = TypeVar("AnyState", EnsembleState, PlanarState, EnsembleState | PlanarState)
+_ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 # What is recorded of asperities that evolve, beside what always is.
 EVOLVED = {name for name, _ in ffi.typeof("hs_rows").fields} - _ALWAYS
 
@@ -71,6 +42,15 @@ def check_pair(pair: MaterialPair) -> MaterialPair:
     if not isinstance(pair, MaterialPair):
         raise InputError(f"pair is {pair!r}; expected a MaterialPair")
     return pair
+
+
+def refused(text: str) -> Any:
+    """Return a method that a kind of ensemble does not have: it raises an InputError."""
+
+    def method(*_: Any, **__: Any) -> NoReturn:
+        raise InputError(text)
+
+    return method
 
 
 # slots would leave no place for what is computed once
@@ -135,20 +115,23 @@ class Ensemble:
     yielding: YieldingLaw | None
     rings: Rings
 
+    nouns: ClassVar[tuple[str, str]] = "asperity", "asperities"  #: what one of its bodies is called, and several
+    shown: ClassVar[dict[str, str]] = {"summit_height": "m", "summit_radius": "m", "friction": ""}
+
     def __init__(
         self,
         pair: MaterialPair,
-        summit_height: "npt.ArrayLike",
-        summit_radius: "npt.ArrayLike",
-        friction: "npt.ArrayLike | FrictionLaw",
+        summit_height: ArrayLike,
+        summit_radius: ArrayLike,
+        friction: ArrayLike | FrictionLaw,
         *,
-        x: "npt.ArrayLike | None" = None,
-        y: "npt.ArrayLike | None" = None,
+        x: ArrayLike | None = None,
+        y: ArrayLike | None = None,
         nominal_area: float | None = None,
         tolerance: float = 1e-6,
         wear: WearLaw | None = None,
         follow_sliding: bool = False,
-        yielding: "YieldingLaw | str | None" = None,
+        yielding: YieldingLaw | str | None = None,
         rings: Rings = RINGS,
     ) -> None:
         check_pair(pair)
@@ -189,9 +172,7 @@ class Ensemble:
             )
 
     @classmethod
-    def from_summits(
-        cls, pair: MaterialPair, summits: Any, friction: "npt.ArrayLike | FrictionLaw", **options: Any
-    ) -> Self:
+    def from_summits(cls, pair: MaterialPair, summits: Any, friction: ArrayLike | FrictionLaw, **options: Any) -> Self:
         """Make an ensemble of summits, which have ``height``, ``radius``, ``x`` and ``y`` [m]; options as above.
 
         Those with a ``slope`` are for `InclinedEnsemble`, else an InputError.
@@ -208,15 +189,15 @@ class Ensemble:
     @staticmethod
     def from_normal_curves(
         pair: MaterialPair,
-        approach: "npt.ArrayLike",
-        load: "npt.ArrayLike",
-        area: "npt.ArrayLike | None" = None,
+        approach: ArrayLike,
+        load: ArrayLike,
+        area: ArrayLike | None = None,
         friction: float = 0.2,
         *,
-        noise: "npt.ArrayLike | None" = None,
+        noise: ArrayLike | None = None,
         highest_summit: float = 0.0,
-        x: "npt.ArrayLike | None" = None,
-        y: "npt.ArrayLike | None" = None,
+        x: ArrayLike | None = None,
+        y: ArrayLike | None = None,
         tolerance: float = 1e-6,
         rings: Rings = RINGS,
     ) -> "Ensemble":
@@ -225,7 +206,7 @@ class Ensemble:
         Tangential loads are superpositions of normal ones, whatever the shape of the contact and however its
         patches interact (Jäger 1998; Ciavarella 1998): exact for similar materials (Dundurs' β = 0), one direction
         of the tangential load, and ν = 0; for other ν a small transverse slip is neglected. In two directions all
-        patches share rings of traction, which is within 1 % of μN.
+        patches share one class of rings of traction, which is within 1 % of μN.
 
         Parameters
         ----------
@@ -234,10 +215,9 @@ class Ensemble:
         approach : array_like (row)
             Of the whole contact, from first touch at 0, ascending [m].
         load : array_like (row) or (row, patch)
-            Normal load of each patch at that approach [N]; one column alone is the whole contact, as an
-            indentation measures it. Their sum has to rise ever faster, or in proportion. A sum that does is met
-            exactly; of another one the nearest that does is taken (see `NormalCurves.residual` and
-            `NormalCurves.error`).
+            Normal load of each patch at that approach [N]; one column alone is the whole contact. Their sum has to
+            rise ever faster, or in proportion: then it is met exactly, else the nearest that does is taken (see
+            `NormalCurves.residual` and `NormalCurves.error`).
         area : array_like, of the shape of ``load``, optional
             Contact areas [m²]; without them there are no areas in the history.
         friction : float
@@ -249,10 +229,8 @@ class Ensemble:
             Height of the flat at first touch [m].
         x, y : array_like (patch), optional
             Positions of the patches [m].
-        tolerance : float
+        tolerance, rings
             As for `Ensemble`.
-        rings : Rings
-            In two tangential directions; patches share one class of rings, whatever it says of height classes.
 
         Raises
         ------
@@ -264,51 +242,29 @@ class Ensemble:
 
     @staticmethod
     def from_solutions(
-        pair: MaterialPair,
-        solutions: "NormalSolutions",
-        friction: float = 0.2,
-        *,
-        tolerance: float = 1e-6,
-        rings: Rings = RINGS,
+        pair: MaterialPair, solutions: "NormalSolutions", friction: float = 0.2, **options: Any
     ) -> "Ensemble":
-        """Make an ensemble of the patches of a rough contact; see `from_normal_curves`, which raises its errors."""
+        """Make an ensemble of the patches of a rough contact; options and errors as of `from_normal_curves`."""
         x, y = solutions.position
         load, stiffness = (each * check_pair(pair).contact_modulus for each in (solutions.load, solutions.stiffness))
         curves = NormalCurves.from_exact(solutions.approach, load, solutions.area, stiffness, x=x, y=y)
-        top = solutions.highest_summit
-        return Patches(pair, curves, friction, highest_summit=top, tolerance=tolerance, rings=rings)
+        return Patches(pair, curves, friction, highest_summit=solutions.highest_summit, **options)
 
     def __repr__(self) -> str:
-        name, friction, *more = self._lines
-        texts = [" ".join(line) for line in (*self._summit_ranges, friction, *more)]
-        return f"<Ensemble: {', '.join([counted(len(self), *name), *texts])}>"
+        texts = [" ".join(line) for line in self._lines]
+        return f"<Ensemble: {', '.join([counted(len(self), *self.nouns), *texts])}>"
 
     def _repr_html_(self) -> str:
-        (_, noun), *more = self._lines
         moduli = ("contact modulus E*", self.pair.contact_modulus), ("shear modulus G*", self.pair.shear_modulus)
         texts = [(name, quantity_text(value, "Pa")) for name, value in moduli]
-        return html_table([(noun, f"{len(self):,}"), *self._summit_ranges, *more, *texts])
+        return html_table([(self.nouns[1], f"{len(self):,}"), *self._lines, *texts])
 
     @property
     def _lines(self) -> list[tuple[str, str]]:
-        """What one and several of its bodies are called, then friction, wear and yielding, each in a line."""
-        least, most = self.friction.min(), self.friction.max()
-        friction = f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
-        laws = ("wear", self.wear), ("yielding", self.yielding)
-        return [
-            self._nouns,
-            ("friction", friction if self.law is None else self.law.text),
-            *((name, law.text) for name, law in laws if law is not None),
-        ]
-
-    @property
-    def _nouns(self) -> tuple[str, str]:
-        return "asperity", "asperities"
-
-    @property
-    def _summit_ranges(self) -> list[tuple[str, str]]:
-        each = ("summit height", self.summit_height), ("summit radius", self.summit_radius)
-        return [(name, range_text(values.min(), values.max(), "m")) for name, values in each]
+        """Its summits, friction, wear and yielding, each in a line."""
+        texts = {name.replace("_", " "): _span(getattr(self, name), unit) for name, unit in self.shown.items()}
+        laws = {"friction": self.law, "wear": self.wear, "yielding": self.yielding}
+        return list((texts | {name: law.text for name, law in laws.items() if law is not None}).items())
 
     def __len__(self) -> int:
         """Return the number of asperities, or of patches."""
@@ -370,26 +326,15 @@ class Ensemble:
         normal_displacement: float | None = None,
         tangential_load: float | None = None,
         tangential_displacement: float | None = None,
-        friction: "npt.ArrayLike | None" = None,
+        friction: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState: ...
 
     @overload
-    def advance(
-        self,
-        state: EnsembleState | PlanarState,
-        *,
-        normal_load: float | None = None,
-        normal_displacement: float | None = None,
-        tangential_load: tuple[float, float] | None = None,
-        tangential_displacement: tuple[float, float] | None = None,
-        friction: "npt.ArrayLike | None" = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-    ) -> PlanarState: ...
+    def advance(self, state: EnsembleState | PlanarState, **targets: Any) -> PlanarState: ...
 
-    def advance(
+    def advance(  # type: ignore[misc] # other names than these are a TypeError
         self,
         state: EnsembleState | PlanarState,
         *,
@@ -397,7 +342,7 @@ class Ensemble:
         normal_displacement: float | None = None,
         tangential_load: float | tuple[float, float] | None = None,
         tangential_displacement: float | tuple[float, float] | None = None,
-        friction: "npt.ArrayLike | None" = None,
+        friction: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState | PlanarState:
@@ -439,19 +384,17 @@ class Ensemble:
         # a tight loop gets by with one comparison: what is like the start is of one direction
         start = self._beginning
         known = getattr(state, "like", None) is start
-        memory = state.memory if known else self._line_of(state)
+        memory = state.memory if known else self._memory_of(state, planar=True)
         moved: EnsembleState | PlanarState
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        if tangential[1].__class__ is tuple or (not known and isinstance(state, PlanarState)):
-            _check_pair_of(tangential)
-            moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
-        elif memory.evolved:
+        planar = tangential[1].__class__ is tuple or (not known and isinstance(state, PlanarState))
+        if planar or memory.evolved:
             moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         else:
             if self.curves is not None:
                 self.curves.check_reach(path_to(normal, tangential))
-            driven = self._drive if instrument is RIGID and not saturate else self._driven(saturate, instrument)
+            driven = self._drive if instrument is RIGID and not saturate else self.driven(saturate, instrument)
             moved = EnsembleState(advanced(memory, *normal, *tangential, driven), start)
         if friction is None:
             return moved
@@ -473,17 +416,21 @@ class Ensemble:
         """
         if self.confined:
             raise InputError(f"one tangential direction goes with {self.confined}; expected one number, not a pair")
-        memory = self._line_of(state)
-        return state if isinstance(state, PlanarState) else PlanarState(planar_memory(memory, self.rings))
+        memory = self._memory_of(state, planar=True)
+        if isinstance(state, PlanarState):
+            return state
+        rings = self.rings
+        made = lib.hs_planar_new(memory, rings.height_classes, rings.rings, rings.tolerance)
+        return PlanarState(binding.owned_planar(made))
 
     def advance_many(
         self,
         state: EnsembleState,
         *,
-        normal_load: "npt.ArrayLike | None" = None,
-        normal_displacement: "npt.ArrayLike | None" = None,
-        tangential_load: "npt.ArrayLike | None" = None,
-        tangential_displacement: "npt.ArrayLike | None" = None,
+        normal_load: ArrayLike | None = None,
+        normal_displacement: ArrayLike | None = None,
+        tangential_load: ArrayLike | None = None,
+        tangential_displacement: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> tuple[EnsembleState, Totals]:
@@ -493,14 +440,15 @@ class Ensemble:
         for each path, or one number for all of them; an error has the position of its path.
         """
         memory = self._memory_of(state)
-        controls = memory.normal_control, memory.tangential_control
-        normal = goals_of("normal", normal_load, normal_displacement, controls[0], least=0.0)
-        tangential = goals_of("tangential", tangential_load, tangential_displacement, controls[1])
-        counts = {np.size(goals.target) for goals in (normal, tangential)} - {1}
+        normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0, several=True)
+        tangential = channel(
+            "tangential", tangential_load, tangential_displacement, memory.tangential_control, several=True
+        )
+        counts = {np.size(target) for _, target in (normal, tangential)} - {1}
         if len(counts) > 1 or 0 in counts:
             numbers = " and ".join(map(str, sorted(counts)))
             raise InputError(f"the channels have {numbers} values; expected as many, one or more, or one number")
-        paths = paths_to(normal, tangential)
+        paths = path_to(normal, tangential)
         rows = blank_rows(paths.size, None)
         state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
         return state, Totals.of(rows.totals)
@@ -526,14 +474,11 @@ class Ensemble:
 
         Of a `PlanarState`, such as ``in_plane(initial_state())``, it moves in two tangential directions.
         """
-        if isinstance(state, PlanarState):
-            self._line_of(state)
-            return PlanarStepper(state, partial(self.advance, saturate=saturate, instrument=instrument))
-        walk = partial(self.walk, saturate=saturate, instrument=instrument)
         state = self.initial_state() if state is None else state
-        self._memory_of(state)
-        # it steps in place: what a signal stopped in the midst would be of no use
-        return Stepper(state, self._driven(saturate, instrument, heeds=False), self.curves, walk)
+        self._memory_of(state, planar=True)
+        if isinstance(state, PlanarState):
+            return PlanarStepper(state, partial(self.advance, saturate=saturate, instrument=instrument))
+        return Stepper(self, state, {"saturate": saturate, "instrument": instrument})
 
     def load_state(self, path: str | Path) -> Any:
         """Return a state of this ensemble from a file of `save` of either kind; any other one is an InputError."""
@@ -545,16 +490,16 @@ class Ensemble:
     def state_from(self, content: bytes) -> Any:
         """Return the `EnsembleState` or `PlanarState` of its bytes; those of another ensemble are an InputError."""
         start = self.initial_state()
-        if is_planar(content):
+        if content.startswith(b"hsplanar"):
             return PlanarState.from_bytes(content, self.in_plane(start))
         return type(start).from_bytes(content, start)
 
     def with_friction(
         self,
         state: AnyState,
-        friction: "npt.ArrayLike",
+        friction: ArrayLike,
         *,
-        asperities: "npt.ArrayLike | None" = None,
+        asperities: ArrayLike | None = None,
         instrument: Instrument = RIGID,
     ) -> AnyState:
         """Return the state with other friction coefficients from now on.
@@ -579,25 +524,33 @@ class Ensemble:
         InputError
             Numbers out of range, or indices that the ensemble does not have.
         """
-        line, chosen = self._line_of(state), self._chosen(asperities)
+        line, chosen = self._memory_of(state, planar=True), self._chosen(asperities)
         coefficients = state.friction
         coefficients[chosen] = coulomb(friction, chosen.size)
         if isinstance(state, PlanarState):
-            driven = self._driven(False, RIGID)
-            return PlanarState(with_planar_friction(state.memory, coefficients, driven, compliances(instrument)))
+            planar = binding.owned_planar(lib.hs_planar_copy(state.planar))
+            yields, driven = _compliances(instrument), self.driven(False, RIGID)
+            status = lib.hs_planar_set_friction(planar, pointer(coefficients), yields, driven)
+            if status == lib.HS_FOREIGN:
+                raise InputError(
+                    "friction differs between asperities that share rings of traction; expected one coefficient for "
+                    "those that had one at the start"
+                )
+            check(status)
+            return PlanarState(planar)
         memory = copied(line)
         if memory.evolved:
             view(memory.evolved.given, self.elements)[chosen] = 1
-        check(lib.hs_set_friction(memory, pointer(coefficients), self._driven(False, instrument)))
+        check(lib.hs_set_friction(memory, pointer(coefficients), self.driven(False, instrument)))
         return EnsembleState(memory, self._beginning)
 
     def with_geometry(
         self,
         state: EnsembleState,
         *,
-        summit_height: "npt.ArrayLike | None" = None,
-        summit_radius: "npt.ArrayLike | None" = None,
-        asperities: "npt.ArrayLike | None" = None,
+        summit_height: ArrayLike | None = None,
+        summit_radius: ArrayLike | None = None,
+        asperities: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
     ) -> EnsembleState:
@@ -654,7 +607,7 @@ class Ensemble:
         paths: Paths,
         *,
         rows: Rows | None = None,
-        asperities: "npt.ArrayLike" = (),
+        asperities: ArrayLike = (),
         saturate: bool = False,
         instrument: Instrument = RIGID,
         until: float = 1.0,
@@ -672,39 +625,35 @@ class Ensemble:
         Raises FrictionLimitError, CurveEndError: with the position of the path that cannot be walked. InputError: a
         state of another ensemble, or friction of patches that changes along a path.
         """
-        columns = np.asarray(asperities, dtype=np.int64)
-        if isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or (rows is not None and rows.vectors):
-            if friction is not None:
-                raise InputError(
-                    "friction that runs along goes with one tangential direction; expected a change at a time"
-                )
-            written = ffi.NULL if rows is None else rows.as_struct(columns)
-            planar = in_plane(paths if rows is not None else unrecorded(paths))
-            driven = self._driven(saturate, RIGID, threads)
-            return PlanarState(
-                walked(self.in_plane(state).memory, planar, written, driven, compliances(instrument), until)
-            )
-        memory = copied(self._memory_of(state))
-        if friction is not None or (rows is not None and EVOLVED & rows.each.keys()):
+        planar = isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or bool(rows and rows.vectors)
+        if planar and friction is not None:
+            raise InputError("friction that runs along goes with one tangential direction; expected a change at a time")
+        paths = in_plane(paths) if planar else paths
+        start = self.in_plane(state).planar if planar else self._memory_of(state)
+        memory = binding.owned_planar(lib.hs_planar_copy(start)) if planar else copied(start)
+        if not planar and (friction is not None or (rows is not None and EVOLVED & rows.each.keys())):
             self._follow(memory)
         if rows is None:
-            rows, paths = blank_rows(0, None), unrecorded(paths)
+            rows, paths = blank_rows(0, None, planar=planar), unrecorded(paths)
+        path = ffi.cast("hs_planar_path *" if planar else "hs_path *", ffi.from_buffer(paths))
+        way = memory, path, paths.size, rows.as_struct(np.asarray(asperities, dtype=np.int64))
         refusal = ffi.new("hs_refusal *")
-        path, written = ffi.cast("hs_path *", ffi.from_buffer(paths)), rows.as_struct(columns)
-        way = memory, path, paths.size, written, self._driven(saturate, instrument, threads), until
-        if memory.evolved:
+        driven = self.driven(saturate, RIGID if planar else instrument, threads)
+        if planar:
+            status = lib.hs_planar_walk(*way, _compliances(instrument), driven, until, refusal)
+        elif memory.evolved:
             if friction is not None:
                 view(memory.evolved.given, self.elements)[:] = 1
             with self._evolution(self._virgin_radius(memory), friction) as evolution:
-                status = lib.hs_walk_evolving(*way, evolution, refusal)
+                status = lib.hs_walk_evolving(*way, driven, until, evolution, refusal)
         else:
-            status = lib.hs_walk(*way, refusal)
+            status = lib.hs_walk(*way, driven, until, refusal)
         check(status, refusal)
-        return EnsembleState(memory, self._beginning)
+        return PlanarState(memory) if planar else EnsembleState(memory, self._beginning)
 
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
-        return slide_times(self._line_of(state))
+        return binding.slide_times(self._memory_of(state, planar=True))
 
     def approach_at(self, normal_load: float) -> float:
         """Return the approach of the highest summit [m] at which the asperities carry a total normal load ≥ 0 [N]."""
@@ -714,10 +663,10 @@ class Ensemble:
             return self.advance(self.initial_state(), normal_load=load).approach
         return float(lib.hs_approach_at(self._contact, load))
 
-    def superposition(self, state: EnsembleState) -> Superposition:
-        """Return pressures and tractions of `Patches`; an ensemble of summits raises InputError."""
-        del state
-        raise InputError("the ensemble has no normal curves; expected one from normal curves: see asperity")
+    #: Pressures and tractions of `Patches`.
+    superposition: ClassVar[Any] = refused(
+        "the ensemble has no normal curves; expected one from normal curves: see asperity"
+    )
 
     def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError.
@@ -728,7 +677,7 @@ class Ensemble:
 
         if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
             raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
-        memory, evolved = self._line_of(state), getattr(state, "evolved", None) or self
+        memory, evolved = self._memory_of(state, planar=True), getattr(state, "evolved", None) or self
         own = {
             "index": int(index),
             "pair": self.pair,
@@ -736,12 +685,11 @@ class Ensemble:
             "summit_radius": float(evolved.summit_radius[index]),
             "memory": owned(lib.hs_memory_of_one(memory, index)),
         }
-        return PlanarAsperity(**own, planar=state.memory) if isinstance(state, PlanarState) else Asperity(**own)
+        return PlanarAsperity(**own, planar=state.planar) if isinstance(state, PlanarState) else Asperity(**own)
 
     def _evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Any:
-        laws = self.law, self.wear, self.yielding
         follow = self.follow_sliding
-        return evolution_of(self.pair, *laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
+        return evolution_of(self.pair, self.laws, follow_sliding=follow, virgin_radius=virgin_radius, goal=goal)
 
     @cached_property
     def _contact(self) -> Any:
@@ -751,12 +699,12 @@ class Ensemble:
             # where friction depends on each asperity itself, those that are alike share what they remember
             keys += [self.summit_height, self.summit_radius]
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
-        return new_contact(self.summit_height, self.summit_radius, None, _alike(*keys), *moduli)
+        return binding.new_contact(self.summit_height, self.summit_radius, None, _alike(*keys), *moduli)
 
     @cached_property
     def _beginning(self) -> Memory:
         """The memory at the start, which is never changed."""
-        memory: Memory = new_memory(self._contact, self.friction, self._more)
+        memory: Memory = binding.new_memory(self._contact, self.friction, self._more)
         if self.evolves:
             self._follow(memory)
         return memory
@@ -771,23 +719,14 @@ class Ensemble:
         text = json.dumps([numbers, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
         return text.encode()
 
-    def _line_of(self, state: EnsembleState | PlanarState) -> Memory:
-        """Return the memory of a state, or what one of two directions has of one."""
-        if not isinstance(state, PlanarState):
-            return self._memory_of(state)
-        check_belongs(state.memory.line, self._beginning)
-        line: Memory = state.memory.line
-        return line
-
-    def _memory_of(self, state: EnsembleState) -> Memory:
-        """Return the memory of a state, which has to be of this ensemble."""
-        given: Any = state
-        if isinstance(given, PlanarState):
+    def _memory_of(self, state: Any, *, planar: bool = False) -> Memory:
+        """Return the memory of a state, which has to be of this ensemble, and of one direction unless it may not be."""
+        if isinstance(state, PlanarState) and not planar:
             raise InputError("the state is of two tangential directions; expected one of one direction, or `advance`")
-        if not isinstance(state, EnsembleState):
+        if not isinstance(state, EnsembleState | PlanarState):
             raise InputError(f"state is {state!r}; expected an EnsembleState, such as initial_state() returns")
         if state.like is not self._beginning:
-            check_belongs(state.memory, self._beginning)
+            binding.check_belongs(state.memory, self._beginning)
         return state.memory
 
     def __getstate__(self) -> dict[str, Any]:
@@ -817,13 +756,14 @@ class Ensemble:
 
     @cached_property
     def _drive(self) -> Any:
-        return drive(self.tolerance, 0.0, False)
+        return self.driven(False, RIGID)
 
-    def _driven(self, saturate: bool, instrument: Instrument, threads: int = 1, *, heeds: bool = True) -> Any:
+    def driven(self, saturate: bool, instrument: Instrument, threads: int = 1, *, heeds: bool = True) -> Any:
+        """Return how its contact is driven, for the library; see ``hs_drive``."""
         compliance = 1.0 / as_instrument(instrument).stiffness
-        return drive(self.tolerance, compliance, saturate, threads, heeds=heeds)
+        return binding.drive(self.tolerance, compliance, saturate, threads, heeds=heeds)
 
-    def _chosen(self, asperities: "npt.ArrayLike | None") -> Integers:
+    def _chosen(self, asperities: ArrayLike | None) -> Integers:
         if asperities is None:
             return np.arange(self.elements)
         chosen = np.atleast_1d(np.asarray(asperities))
@@ -835,10 +775,16 @@ class Ensemble:
         return chosen.astype(np.int64)
 
 
-def _check_pair_of(tangential: tuple[int, Any]) -> None:
-    if not isinstance(tangential[1], tuple) and not math.isnan(tangential[1]):
-        name = "tangential_load" if tangential[0] == LOAD else "tangential_displacement"
-        raise InputError(f"{name} is {tangential[1]!r}, and the state is of two directions; expected two numbers")
+def _span(values: Floats, unit: str) -> str:
+    least, most = values.min(), values.max()
+    if unit:
+        return range_text(least, most, unit)
+    return f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
+
+
+def _compliances(instrument: Instrument) -> Any:
+    """Return by how much an instrument yields in x and y [m/N], for the library."""
+    return ffi.new("double[2]", as_instrument(instrument).compliances)
 
 
 def _alike(*keys: Floats) -> Integers | None:
@@ -877,6 +823,14 @@ class Patches(Ensemble):
 
     curves: NormalCurves
 
+    nouns = "patch", "patches"
+    shown = {"friction": ""}  # noqa: RUF012 - as of every ensemble
+    with_geometry = refused("patches have no height and radius to change; expected an ensemble of summits")
+    asperity = refused(
+        "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. A replay "
+        "records the loads and areas of the patches"
+    )
+
     def __init__(
         self,
         pair: MaterialPair,
@@ -902,14 +856,6 @@ class Patches(Ensemble):
         return len(self.curves)
 
     @property
-    def _nouns(self) -> tuple[str, str]:
-        return "patch", "patches"
-
-    @property
-    def _summit_ranges(self) -> list[tuple[str, str]]:
-        return []
-
-    @property
     def first_touch(self) -> Floats:
         """Approach at which each patch first touches [m]."""
         return self.curves.first_touch
@@ -928,9 +874,9 @@ class Patches(Ensemble):
     def with_friction(
         self,
         state: AnyState,
-        friction: "npt.ArrayLike",
+        friction: ArrayLike,
         *,
-        asperities: "npt.ArrayLike | None" = None,
+        asperities: ArrayLike | None = None,
         instrument: Instrument = RIGID,
     ) -> AnyState:
         """Return the state with another coefficient from now on; see `Ensemble.with_friction`."""
@@ -939,18 +885,13 @@ class Patches(Ensemble):
         coefficient = scalar("friction of patches that share a contact", friction)
         return super().with_friction(state, coefficient, instrument=instrument)
 
-    def with_geometry(self, state: EnsembleState, **_: Any) -> EnsembleState:
-        """Patches cannot be changed: raises InputError."""
-        del state
-        raise InputError("patches have no height and radius to change; expected an ensemble of summits")
-
     def walk(
         self,
         state: EnsembleState | PlanarState,
         paths: Paths,
         *,
         rows: Rows | None = None,
-        asperities: "npt.ArrayLike" = (),
+        asperities: ArrayLike = (),
         friction: FrictionGoal | None = None,
         **how: Any,
     ) -> Any:
@@ -973,15 +914,7 @@ class Patches(Ensemble):
         memory, rows = self._memory_of(state), blank_rows(1, 1)
         check(lib.hs_read(memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
         stick = float(self.curves.stick_approach(rows)[0])
-        return self.curves.superposed(stack(memory), memory.contact.units, stick)
-
-    def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
-        """Patches are no asperities: raises InputError."""
-        del index, state
-        raise InputError(
-            "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. "
-            "A replay records the loads and areas of the patches"
-        )
+        return self.curves.superposed(binding.stack(memory), memory.contact.units, stick)
 
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each patch first slid as a whole in a replay [s] (patch); NaN where it has not."""
@@ -993,7 +926,9 @@ class Patches(Ensemble):
         """The contact of the elements of the curve, which watches when patches first slide."""
         moduli = self.pair.contact_modulus, self.pair.displacement_ratio
         watched = np.unique(self.first_touch)
-        return new_contact(self.summit_height, self.summit_radius, self.curves.stiffness, None, *moduli, watched)
+        return binding.new_contact(
+            self.summit_height, self.summit_radius, self.curves.stiffness, None, *moduli, watched
+        )
 
     @property
     def _more(self) -> bytes:

@@ -1,4 +1,4 @@
-"""The instrument that moves the contact: a drive, and the spring between it and the contact."""
+"""What a scenario names without what computes: the instrument in series with the contact, and `Rings`."""
 
 import math
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from historysim.basics.arguments import Floats
 
 Values = TypeVar("Values", float, "Floats")
+MOST_RINGS = 1000  # of the library: ``HS_MOST_RINGS``
 
 
 def _stiff(_: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -96,10 +97,7 @@ class Instrument:
 
         In two directions it is (…, 2).
         """
-        # reading a scenario loads no arrays
-
-        stiffness = self.lateral_stiffness
-        deflection: Any = tangential_load / stiffness  # type: ignore[operator] # an array over a tuple
+        deflection: Any = tangential_load / self.lateral_stiffness  # type: ignore[operator] # an array over a tuple
         driven: Values = tangential_displacement + deflection
         return driven
 
@@ -113,3 +111,44 @@ def as_instrument(given: Instrument) -> Instrument:
     if not isinstance(something, Instrument):
         raise InputError(f"instrument is {given!r}; expected an Instrument, such as Instrument(lateral_stiffness=3e5)")
     return given
+
+
+def _from_1(_: Any, field: "attrs.Attribute[int]", value: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MOST_RINGS:
+        raise InputError(f"{field.name} is {value!r}; expected a whole number from 1 to {MOST_RINGS}")
+
+
+def _below_1(_: Any, field: "attrs.Attribute[float]", value: float) -> None:
+    if not (is_number(value) and 0 < value < 1):
+        raise InputError(f"{field.name} is {value!r}; expected a number between 0 and 1, such as 1e-3")
+
+
+@attrs.frozen
+class Rings:
+    """How finely asperities are resolved that move in two tangential directions.
+
+    Along one line the memory is exact whatever they say. From the first turn on, asperities share rings of traction
+    (theory page, `contact/README.md`, "Two tangential directions").
+
+    Parameters
+    ----------
+    height_classes : int
+        Classes of asperities by height, each with rings of its own: 1 is quick, 8 are within 1e-3 of μN.
+    rings : int
+        Rings of a class, from the edge of contact to the middle of its highest summit.
+    tolerance : float
+        Of the tangential load over the friction limit, and of the energy of a step, which is halved until it is
+        settled.
+
+    Raises
+    ------
+    InputError
+        A number that is not a whole one from 1 to 1000, or a tolerance that is not between 0 and 1.
+    """
+
+    height_classes: int = attrs.field(default=8, validator=_from_1)
+    rings: int = attrs.field(default=30, validator=_from_1)
+    tolerance: float = attrs.field(default=1e-3, validator=_below_1)
+
+
+RINGS = Rings()

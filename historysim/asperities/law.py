@@ -1,13 +1,34 @@
-"""What laws of friction, wear and yielding have in common: a name, numbers, and how they are written down."""
+"""Laws of friction, wear and yielding: how they are written down, and how the library takes and asks them."""
 
 import abc
-from collections.abc import Mapping
+import contextlib
+import traceback
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from types import TracebackType
 from typing import Any, ClassVar, Self
 
 import attrs
+import numpy as np
+import numpy.typing as npt
 
+from historysim.basics.arguments import Floats, checked, workable
+from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.registry import Registry
-from historysim.errors import InputError, MissingPackageError
+from historysim.contact.materials import MaterialPair
+from historysim.errors import HistorySimError, InputError, MissingPackageError
+from historysim.memory.binding import check, fill, view
+
+# The laws of friction by their names in scenarios and logs.
+LAWS: Registry[type["FrictionLaw"]] = Registry(
+    "historysim.laws", "historysim.asperities.laws:FrictionLaw", "friction law", "historysim.asperities.laws"
+)
+_DEPENDENCE = {
+    "nothing": "HS_ON_NOTHING",
+    "total": "HS_ON_TOTAL_LOAD",
+    "own": "HS_ON_OWN_LOAD",
+    "slid": "HS_ON_SLID_DISTANCE",
+}
 
 
 class Law(abc.ABC):
@@ -18,11 +39,28 @@ class Law(abc.ABC):
     registry: ClassVar[Registry[Any]]  #: all laws of its sort by their names
     kind: ClassVar[str]  #: its name in scenarios and logs
     library_kind: ClassVar[str | None] = None  #: its name in the C library; None of a law of your own
+    struct: ClassVar[str]  #: what the library has it in: "law", "wear" or "yielding"
+    answers: ClassVar[str]  #: the method that a law of your own has
 
     @property
     @abc.abstractmethod
     def text(self) -> str:
         """The law in a line: what is chosen, and where it comes from."""
+
+    @abc.abstractmethod
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of its struct; without a ``library_kind`` the library asks by `answer`."""
+
+    @abc.abstractmethod
+    def answer(self, pair: MaterialPair, *numbers: Any) -> None:
+        """Answer the library: take its arguments, the last of them places for what is returned."""
+
+    def in_library(self, pair: Any) -> tuple[Any, list[Any]]:
+        """Return the law as the library has it, and what has to live as long; a law of your own is refused."""
+        if self.library_kind is None:
+            raise NotImplementedError(f"{type(self).__name__} has no {self.answers}; expected a method that returns it")
+        made = ffi.new(f"hs_{self.struct} *")
+        return made, fill(made, self.core(pair) | {"kind": self.library_kind})
 
     @property
     def described(self) -> dict[str, Any]:
@@ -71,3 +109,184 @@ class Law(abc.ABC):
                 f"{f' with {package}' if package else ''} ({error}); expected the version that wrote them"
             ) from error
         return made
+
+
+@attrs.frozen(eq=False)
+class Loaded:
+    """How asperities are loaded at one moment.
+
+    Attributes
+    ----------
+    pair : MaterialPair
+    normal_load, summit_radius, slid_distance : array (asperity)
+        Load > 0 [N], radius [m], and how far each has slid [m].
+    total_normal_load : float
+        Of all asperities together [N].
+    """
+
+    pair: MaterialPair
+    normal_load: Floats
+    total_normal_load: float
+    summit_radius: Floats
+    slid_distance: Floats
+
+
+class FrictionLaw(Law):
+    """A friction law.
+
+    The cone of Coulomb's law |τ| ≤ μ p then has the coefficient that the law gives the asperity as a whole at its
+    present load, T_max = μ(N) N: how the limit is spread over its contact stays that of the pressure. This is a choice
+    of the model, common to all laws that depend on the load.
+    """
+
+    registry: ClassVar[Registry[Any]] = LAWS
+    struct, answers = "law", "coefficients"
+    #: What it depends on: "nothing", "total" (the total load), "own" (the asperity's load), "slid" (what it slid).
+    depends_on: ClassVar[str]
+    #: Whether it has the same bits on every machine: it only adds, multiplies, divides and takes square roots.
+    same_bits: bool = False
+
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_law``."""
+        fields = {"depends_on": _DEPENDENCE[self.depends_on]}
+        if self.library_kind is None:
+            return fields
+        return fields | {name: number for name, number in self.numbers.items() if isinstance(number, float)}
+
+    def coefficients(self, loaded: Loaded) -> Floats:
+        """Return the coefficient μ of each asperity (asperity); a law of your own computes it here, for arrays."""
+        law, kept = self.in_library(loaded.pair)
+        given, found = ffi.new("hs_loaded *"), np.empty(loaded.normal_load.size)
+        names = ("normal_load", "summit_radius", "slid_distance", "total_normal_load")
+        kept += fill(given, {name: getattr(loaded, name) for name in names} | {"count": found.size})
+        check(lib.hs_coefficients(law, loaded.pair.contact_modulus, given, pointer(found)))
+        return found
+
+    def answer(self, pair: MaterialPair, *numbers: Any) -> None:
+        """Answer ``hs_law_function``."""
+        given, friction = numbers
+        each = {
+            name: given_to(getattr(given, name), given.count)
+            for name in ("normal_load", "summit_radius", "slid_distance")
+        }
+        loaded = Loaded(pair=pair, total_normal_load=given.total_normal_load, **each)
+        put(friction, given.count, self.coefficients(loaded), "coefficients", least=0.0)
+
+    def at_start(self, count: int) -> Floats:
+        """Return the coefficient of each asperity before anything has happened (asperity): 0 where it needs a load."""
+        if self.depends_on == "nothing":
+            raise NotImplementedError(f"{type(self).__name__} depends on nothing; expected a method at_start")
+        return np.zeros(count)
+
+    def steepest_rise(self) -> float:
+        """Return by how much friction rises with the distance slid where it rises most [1/m]; 0 where it does not."""
+        return 0.0
+
+
+def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
+    """Return one coefficient μ ≥ 0 per asperity (asperity), of one for all or one per asperity."""
+    coefficients = workable("friction", checked("friction", friction, least=0))
+    if coefficients.ndim > 1 or coefficients.size not in {1, count}:
+        raise InputError(
+            f"friction has shape {coefficients.shape}; expected one coefficient, or one for each of {count} asperities"
+        )
+    return np.array(np.broadcast_to(coefficients, count))
+
+
+def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
+    """Return one coefficient μ per asperity before anything has happened, given or of a law."""
+    return coulomb(friction.at_start(count) if isinstance(friction, FrictionLaw) else friction, count)
+
+
+@attrs.frozen(eq=False)
+class FrictionGoal:
+    """Coefficients (asperity) that a path goes a fraction of the way to, from where they are."""
+
+    coefficients: Floats
+    fraction: float = 1.0
+
+
+def given_to(numbers: Any, count: int) -> Floats:
+    """Return numbers of the library that a law may keep: a copy, since the library's own end with the call."""
+    return view(numbers, count).copy()
+
+
+def put(place: Any, count: int, values: Any, what: str, least: float = -np.inf) -> None:
+    """Give the library what a law returns for its asperities, checked."""
+    view(place, count)[:] = _numbers(values, count, what, least)
+
+
+def _numbers(values: Any, count: int, what: str, least: float = -np.inf) -> Floats:
+    """Return what a law returns for its asperities, checked."""
+    try:
+        found = np.broadcast_to(np.asarray(values, dtype=np.float64), count)
+    except (TypeError, ValueError):
+        shape = f"an array {np.shape(values)}" if isinstance(values, np.ndarray) else repr(values)
+        raise InputError(f"the {what} are {shape}; expected a number for each of {count} asperities") from None
+    wrong = ~(np.isfinite(found) & (found >= least))
+    if wrong.any():
+        bound = f" of {least:g} or more" if least > -np.inf else ""
+        raise InputError(f"one of the {what} is {found[wrong][0]:g}; expected a finite number{bound}")
+    return np.ascontiguousarray(found)
+
+
+@contextlib.contextmanager
+def evolution_of(
+    pair: MaterialPair,
+    laws: tuple[Law, ...],
+    *,
+    follow_sliding: bool,
+    virgin_radius: Floats,
+    goal: FrictionGoal | None,
+) -> Iterator[Any]:
+    """Give what makes asperities evolve as the library takes it, for one call; then raise errors of a user's own law.
+
+    The radii are those of the summits before they yielded [m] (asperity).
+    """
+    raised: list[BaseException] = []
+    found = ffi.new("hs_evolution *")
+    found.contact_modulus, found.goal_fraction = pair.contact_modulus, 1.0
+    found.count, found.follow_sliding = virgin_radius.size, follow_sliding
+    # what the struct points to has to live as long as it does
+    kept: list[Any] = []
+    if goal is not None:
+        kept.append(pointer(goal.coefficients))
+        found.goal, found.goal_fraction = kept[-1], goal.fraction
+    for law in laws:
+        struct = getattr(found, law.struct)
+        # a law that the library does not know is asked in Python
+        kind = law.library_kind or f"HS_CALLERS_{law.struct.upper()}"
+        fields = law.core(pair) | {"kind": kind}
+        if law.struct == "yielding":
+            onset = law.critical_approach(virgin_radius, pair)  # type: ignore[attr-defined] # of all of these
+            fields["critical_approach"] = _numbers(onset, virgin_radius.size, "critical approaches")
+        if law.library_kind is None:
+            fields["function"] = _callback(law, pair, raised)
+        kept += [*fill(struct, fields), fields]
+    try:
+        yield found
+    finally:
+        if raised:
+            raise raised[0]
+
+
+def _callback(law: Law, pair: MaterialPair, raised: list[BaseException]) -> Any:
+    def asked(_user: Any, *numbers: Any) -> int:
+        law.answer(pair, *numbers)
+        return 0
+
+    def failed(_kind: Any, error: BaseException, trace: TracebackType) -> None:
+        raised.append(_of_law(law, error, trace) if isinstance(error, Exception) else error)
+
+    return ffi.callback(f"hs_{law.struct}_function", asked, error=1, onerror=failed)
+
+
+def _of_law(law: Law, error: Exception, trace: TracebackType) -> Exception:
+    """Return the error of a user's own law as one that names the law and the line."""
+    if isinstance(error, HistorySimError):
+        return InputError(f"the law '{law.kind}': {error}").with_traceback(trace)
+    *_, last = traceback.extract_tb(trace)
+    where = f"{Path(last.filename).name}, line {last.lineno}"
+    found = InputError(f"the law '{law.kind}' fails in {where}: {type(error).__name__}: {error}")
+    found.__cause__ = error
+    return found

@@ -1,26 +1,58 @@
-"""`EnsembleState`: where an ensemble is and what it remembers, a value that is never changed."""
+"""States of ensembles: where they are and what they remember, values that are never changed."""
 
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import attrs
+import numpy as np
 import numpy.typing as npt
 
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.files import replacing
-from historysim.basics.library import lib
-from historysim.basics.units import quantity_text
+from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.units import is_number, quantity_text
 from historysim.errors import InputError
-from historysim.memory.binding import (
-    Memory,
-    friction_of_each,
-    from_bytes,
-    group_of_each,
-    stack,
-    to_bytes,
-    untimed,
-    view,
-)
+from historysim.memory import binding
+from historysim.memory.binding import Memory, check
+
+# What a state is shown by, with units.
+SHOWN = {"normal_load": "N", "tangential_load": "N", "approach": "m", "tangential_displacement": "m"}
+
+
+class SavedState:
+    """What states of all kinds have in common: they are shown alike, and compared, pickled and saved by their bytes."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        texts = [f"{name.replace('_', ' ')} {quantity_text(getattr(self, name), unit)}" for name, unit in SHOWN.items()]
+        return f"<{type(self).__name__}: {', '.join(texts)}>"
+
+    def __eq__(self, other: object) -> bool:
+        return self._bits() == other._bits() if isinstance(other, type(self)) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._bits())
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self).from_bytes, (self.to_bytes(),)
+
+    @classmethod
+    def from_bytes(cls, content: bytes, like: Any = None) -> Self:
+        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
+        raise NotImplementedError
+
+    def to_bytes(self) -> bytes:
+        """Return all of it as bytes, which any machine with the same order of bytes reads."""
+        raise NotImplementedError
+
+    def _bits(self) -> bytes:
+        return self.to_bytes()
+
+    def save(self, path: str | Path) -> None:
+        """Write the state to a file, with its geometry; `load_state` of its ensemble reads it."""
+        with replacing(Path(path)) as unfinished:
+            unfinished.write_bytes(self.to_bytes())
 
 
 class Evolved(NamedTuple):
@@ -79,20 +111,18 @@ class WholeContact:
     tangential_displacement = _in_si("displacement", "displacement", "Rigid tangential displacement U [m].")
     dissipated_energy = _in_si("dissipated", "energy", "Energy that friction has taken since the start [J].")
 
+    @property
+    def friction(self) -> Floats:
+        """Present friction coefficient of each asperity (asperity)."""
+        return binding.friction_of_each(self.memory)
+
 
 @attrs.frozen(eq=False, repr=False, init=False)
-class EnsembleState(WholeContact):
+class EnsembleState(WholeContact, SavedState):
     """The state of an ensemble: a value, never changed once made.
 
     States are equal where all their bits are: geometry, friction, memory, loads, and how the channels were controlled;
     when asperities have slid is no part of that. They can be pickled.
-
-    Parameters
-    ----------
-    memory : hs_memory
-        Of the library.
-    like : hs_memory, optional
-        The start of the ensemble that it is known to be of.
 
     Examples
     --------
@@ -105,58 +135,31 @@ class EnsembleState(WholeContact):
     False
     """
 
-    memory: Memory
-    like: Memory | None
+    memory: Memory  #: of the library
+    like: Memory | None  #: the start of the ensemble that it is known to be of
 
     def __init__(self, memory: Memory, like: Memory | None = None) -> None:
         # in two thirds of the time of what attrs writes
         _set_memory(self, memory)
         _set_like(self, like)
 
-    def __repr__(self) -> str:
-        parts = [
-            f"normal load {quantity_text(self.normal_load, 'N')}",
-            f"tangential load {quantity_text(self.tangential_load, 'N')}",
-            f"approach {quantity_text(self.approach, 'm')}",
-            f"tangential displacement {quantity_text(self.tangential_displacement, 'm')}",
-        ]
-        return f"<EnsembleState: {', '.join(parts)}>"
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, EnsembleState):
-            return NotImplemented
-        return to_bytes(untimed(self.memory)) == to_bytes(untimed(other.memory))
-
-    def __hash__(self) -> int:
-        return hash((self.normal_load, self.tangential_load, self.approach, self.tangential_displacement))
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return EnsembleState.from_bytes, (self.to_bytes(),)
-
     @classmethod
-    def from_bytes(cls, content: bytes, like: "EnsembleState | None" = None) -> Self:
-        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
+    def from_bytes(cls, content: bytes, like: Any = None) -> Self:
+        """Return the state of `to_bytes`; see `SavedState`."""
         start = None if like is None else like.memory
-        return cls(from_bytes(content, start), start)
+        return cls(binding.from_bytes(content, start), start)
 
     def to_bytes(self) -> bytes:
-        """Return all of it as bytes, which any machine with the same order of bytes reads."""
-        return to_bytes(self.memory)
+        """Return all of it as bytes."""
+        return binding.to_bytes(self.memory)
 
-    def save(self, path: str | Path) -> None:
-        """Write the state to a file, with its geometry; `Ensemble.load_state` reads it."""
-        with replacing(Path(path)) as unfinished:
-            unfinished.write_bytes(self.to_bytes())
-
-    @property
-    def friction(self) -> Floats:
-        """Present friction coefficient of each asperity (asperity)."""
-        return friction_of_each(self.memory)
+    def _bits(self) -> bytes:
+        return binding.to_bytes(binding.untimed(self.memory))
 
     @property
     def group(self) -> Integers:
         """Number of the group of each asperity (asperity); those of one group share what they remember."""
-        return group_of_each(self.memory)
+        return binding.group_of_each(self.memory)
 
     @property
     def contact_count(self) -> int:
@@ -183,17 +186,8 @@ class EnsembleState(WholeContact):
     def stiffness(self, direction: int) -> float:
         """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m].
 
-        Springs that slide in that direction take no part; those that slide the other way stick again.
-
-        Parameters
-        ----------
-        direction : int
-            1 for a growing displacement, -1 for a falling one.
-
-        Raises
-        ------
-        InputError
-            Another direction.
+        Springs that slide in that direction take no part; those that slide the other way stick again. The direction is
+        1 for a growing displacement, -1 for a falling one; another one raises InputError.
         """
         if isinstance(direction, bool) or direction not in {1, -1}:
             raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
@@ -221,13 +215,93 @@ class EnsembleState(WholeContact):
         values: dict[str, Any] = {name: getattr(found, name) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
-                values[name] = view(value, count).astype(bool if name == "given" else float)
+                values[name] = binding.view(value, count).astype(bool if name == "given" else float)
         return values
 
     def vertices(self, group: int = 0) -> npt.NDArray[Any]:
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""
-        return stack(self.memory, group)
+        return binding.stack(self.memory, group)
 
 
 _fields: Any = EnsembleState
 _set_memory, _set_like = _fields.memory.__set__, _fields.like.__set__
+
+
+def _vector(field: str, unit: str, text: str) -> Floats:
+    """Return a property that reads a vector of ``hs_planar`` in SI."""
+
+    def read(holder: Any) -> Floats:
+        found, scale = getattr(holder.planar, field), getattr(holder.memory.contact.units, unit)
+        return np.array([found.x * scale, found.y * scale])
+
+    return property(read, doc=text)  # type: ignore[return-value] # what it reads is an array
+
+
+@attrs.frozen(eq=False, repr=False)
+class PlanarState(WholeContact, SavedState):
+    """The state of an ensemble that moves in two tangential directions: a value, never changed once made.
+
+    `Ensemble.advance` makes it of a state of one direction, which is x, where a target has two components. States are
+    equal where all their bits are. They can be pickled.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
+    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
+    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 0.0))
+    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 5e-9))
+    >>> tx, ty = state.tangential_load
+    >>> print(f"{tx * 1e3:.3f} mN along x, {ty * 1e3:.3f} mN along y")
+    4.067 mN along x, 4.277 mN along y
+    """
+
+    planar: Any  #: hs_planar, of the library
+    #: What of it is as in one direction: approach, normal load, friction.
+    memory: Memory = attrs.field(init=False, default=attrs.Factory(lambda self: self.planar.line, takes_self=True))
+
+    like = None
+
+    tangential_load = _vector("tangential_load", "load", "Tangential load (direction) [N].")  # type: ignore[assignment]
+    tangential_displacement = _vector(  # type: ignore[assignment] # a vector
+        "displacement", "displacement", "Rigid displacement U (direction) [m]."
+    )
+
+    @classmethod
+    def from_bytes(cls, content: bytes, like: Any = None) -> Self:
+        """Return the state of `to_bytes`; see `SavedState`."""
+        made, why = ffi.new("hs_planar **"), ffi.new("const char **")
+        start = ffi.NULL if like is None else like.planar
+        status = lib.hs_planar_from(ffi.from_buffer(content), len(content), start, made, why)
+        if status != lib.HS_OK:
+            raise InputError(f"{ffi.string(why[0]).decode()}; expected a state that was saved whole")
+        return cls(binding.owned_planar(made[0]))
+
+    def to_bytes(self) -> bytes:
+        """Return all of it as bytes."""
+        content = bytearray(lib.hs_planar_size(self.planar))
+        check(lib.hs_planar_write(self.planar, ffi.from_buffer(content), len(content)))
+        return bytes(content)
+
+    @property
+    def turned(self) -> bool:
+        """Whether the contact has left the line along which it first moved, so that rings carry it."""
+        return bool(self.planar.body)
+
+    @property
+    def stored_energy(self) -> float:
+        """Tangential elastic energy that all asperities hold [J]."""
+        return float(lib.hs_planar_stored_energy(self.planar))
+
+    def stiffness(self, direction: tuple[float, float] = (0.0, 0.0)) -> Floats:
+        """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m] (direction, direction).
+
+        The direction is a pair of any length; (0, 0) stands for the springs that stick now. Another one is an
+        InputError.
+        """
+        towards = tuple(direction)
+        if len(towards) != 2 or not all(is_number(each) and np.isfinite(each) for each in towards):
+            raise InputError(f"direction is {direction!r}; expected two numbers, in x and y")
+        found = np.empty((2, 2))
+        check(lib.hs_planar_stiffness(self.planar, ffi.new("double[2]", towards), pointer(found)))
+        return found

@@ -9,9 +9,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.curves import NormalCurves
-from historysim.asperities.planar import PlanarState
-from historysim.asperities.state import EnsembleState, WholeContact
+from historysim.asperities.state import EnsembleState, PlanarState, WholeContact
 from historysim.basics.arguments import Floats, Integers, checked, workable
 from historysim.basics.library import OneAtATime, ffi, lib
 from historysim.basics.limits import LARGEST
@@ -21,12 +19,15 @@ from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
 HELD = math.nan  # target of a channel that is held as it was controlled last
+Target = float | tuple[float, float] | Floats
 
 
-def channel(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> tuple[int, Any]:
+def channel(  # noqa: PLR0917 - a tight loop passes them by place
+    name: str, load: Any, displacement: Any, control: int, least: float = -math.inf, several: bool = False
+) -> tuple[int, Any]:
     """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`.
 
-    The target of the tangential channel may be a pair, in x and y.
+    The target of the tangential channel may be a pair, in x and y; that of several paths is an array, or one number.
     """
     if load is None:
         if displacement is None:
@@ -35,54 +36,30 @@ def channel(name: str, load: Any, displacement: Any, control: int, least: float 
     elif displacement is None:
         kind, value = LOAD, load
     else:
-        raise _both(name)
-    # of NaN each comparison is false, and `_workable` names what is wrong
+        raise InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
+    # of NaN each comparison is false, and `workable` names what is wrong
     if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
         return kind, value
-    target = _workable(name, kind, value, least)
+    label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
+    target = workable(label, checked(label, value, least=least))
+    if target.ndim <= several:
+        return kind, target if several else float(target)
     if target.shape == (2,) and name == "tangential":
         return kind, (float(target[0]), float(target[1]))
-    if target.shape:
-        pair = ", or a pair in x and y" if name == "tangential" else ""
-        raise InputError(f"{_name(name, kind)} is {value!r}; expected one number{pair}")
-    return kind, float(target)
+    expected = "one number, or a list" if several else "one number" + ", or a pair in x and y" * (name == "tangential")
+    raise InputError(f"{label} is {value!r}; expected {expected}")
 
 
-def path_to(*channels: tuple[int, Any]) -> Paths:
-    """Return the path on which the normal and the tangential channel go where `channel` says."""
+def path_to(*channels: tuple[int, Target]) -> Paths:
+    """Return the paths on which the normal and the tangential channel go where `channel` says."""
     normal, tangential = (_goal(*each) for each in channels)
     return paths_to(normal, tangential)
 
 
-def _goal(kind: int, end: float | tuple[float, float]) -> Goals:
+def _goal(kind: int, end: Any) -> Goals:
     if isinstance(end, tuple):
         return Goals(kind, [end])
-    return Goals(kind, *STILL) if math.isnan(end) else Goals(kind, end)
-
-
-def goals_of(name: str, load: Any, displacement: Any, control: int, least: float = -math.inf) -> Goals:
-    """Return where a channel goes on each of several paths, as `channel` does on one."""
-    if load is not None and displacement is not None:
-        raise _both(name)
-    kind, values, least = (LOAD, load, least) if load is not None else (DISPLACED, displacement, -math.inf)
-    if values is None:
-        return Goals(control, *STILL)
-    targets = _workable(name, kind, values, least)
-    if targets.ndim > 1:
-        raise InputError(f"{_name(name, kind)} has shape {targets.shape}; expected one number, or a list")
-    return Goals(kind, targets)
-
-
-def _both(name: str) -> InputError:
-    return InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
-
-
-def _name(name: str, kind: int) -> str:
-    return f"{name}_{'load' if kind == LOAD else 'displacement'}"
-
-
-def _workable(name: str, kind: int, values: Any, least: float) -> Floats:
-    return workable(_name(name, kind), checked(_name(name, kind), values, least=least))
+    return Goals(kind, *STILL) if isinstance(end, float) and math.isnan(end) else Goals(kind, end)
 
 
 class Totals(NamedTuple):
@@ -104,6 +81,12 @@ class Totals(NamedTuple):
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
+def _check_restorable(state: Any, kind: Any, memory: Any) -> None:
+    if not isinstance(state, kind):
+        raise InputError(f"state is {state!r}; expected an {kind.__name__}, such as save() returns")
+    check_belongs(state.memory, memory)
+
+
 class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops: of a controller, or of an integrator.
 
@@ -121,31 +104,25 @@ class Stepper(WholeContact):
         How it is driven.
     """
 
-    def __init__(
-        self, state: EnsembleState, drive: Any, curves: NormalCurves | None, walk: Callable[..., EnsembleState]
-    ) -> None:
-        self.drive = drive
-        self._curves = curves
-        self._walk = walk
+    def __init__(self, ensemble: Any, state: EnsembleState, how: dict[str, Any]) -> None:
+        self._ensemble, self._how = ensemble, how
+        # it steps in place: what a signal stopped in the midst would be of no use
+        self.drive = ensemble.driven(**how, heeds=False)
         self._refusal = ffi.new("hs_refusal *")
         self._place = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
         self._go_on_from(state)
 
     def __getstate__(self) -> tuple[Any, ...]:
-        return self.save(), bytes(ffi.buffer(self.drive)), self._curves, self._walk, self._start
+        return self._ensemble, self.save(), self._how, self._start
 
     def __setstate__(self, kept: tuple[Any, ...]) -> None:
-        state, content, curves, walk, start = kept
-        drive = ffi.new("hs_drive *")
-        ffi.memmove(drive, content, len(content))
-        self.__init__(state, drive, curves, walk)  # type: ignore[misc] # what unpickling takes the place of
+        *made_of, start = kept
+        self.__init__(*made_of)  # type: ignore[misc] # what unpickling takes the place of
         self._start = start
 
     def restore(self, state: EnsembleState) -> None:
         """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
-        if not isinstance(state, EnsembleState):
-            raise InputError(f"state is {state!r}; expected an EnsembleState, such as save() returns")
-        check_belongs(state.memory, self.memory)
+        _check_restorable(state, EnsembleState, self.memory)
         with self._place:
             self._go_on_from(state)
 
@@ -192,9 +169,14 @@ class Stepper(WholeContact):
         memory = self.memory
         normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
+        if goal.__class__ is tuple:
+            raise InputError(
+                f"the stepper moves in one tangential direction; expected one number, not {goal}, or "
+                "ensemble.stepper(ensemble.in_plane(state))"
+            )
         start, free = memory.approach, self._place.free
-        if self._curves is not None:
-            self._curves.check_reach(path_to((normal, end), (tangential, goal)))
+        if self._ensemble.curves is not None:
+            self._ensemble.curves.check_reach(path_to((normal, end), (tangential, goal)))
         # not `with self._place`, which costs a third of a step
         try:
             del free[0]
@@ -203,42 +185,31 @@ class Stepper(WholeContact):
         try:
             if memory.evolved:
                 path = path_to((normal, end), (tangential, goal))
-                self.memory = memory = self._walk(EnsembleState(memory), path).memory
+                self.memory = memory = self._ensemble.walk(EnsembleState(memory), path, **self._how).memory
             else:
                 status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
                 if status:
                     check(status, self._refusal)
-        except TypeError:
-            if not isinstance(goal, tuple):
-                raise
-            raise InputError(
-                f"the stepper moves in one tangential direction; expected one number, not {goal}, or "
-                "ensemble.stepper(ensemble.in_plane(state))"
-            ) from None
         finally:
             free.append(None)
         # a ramp of both loads begins where the contact touches
         self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * memory.contact.units.length
         move = memory.displacement - self._reached
         if time is not None:
-            self._look_at(time, move)
+            if time <= self._time and move != 0.0:
+                self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s")
+            self._time = time
         if move != 0.0:
             self._turns = self._turns + 1 if move * self._move < 0.0 else 0
             self._reached, self._move = memory.displacement, move
             if self._turns == TURNS:
-                self._warn(f"went back and forth in each of the last {TURNS} steps", 3)
+                self._warn(f"went back and forth in each of the last {TURNS} steps")
 
-    def _look_at(self, time: float, move: float) -> None:
-        """Warn of a trial that is taken again, which moves the contact to a time that is not later."""
-        if time <= self._time and move != 0.0:
-            self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s", 4)
-        self._time = time
-
-    def _warn(self, what: str, level: int) -> None:
+    def _warn(self, what: str) -> None:
         warnings.warn(
             f"the stepper {what}: where these are trials of a solver, save before them and restore after each, or they "
             "are remembered as reversals (hs.coupling does so); where the contact moves so, take shorter steps",
-            stacklevel=level,
+            stacklevel=3,
         )
 
     def slopes(self) -> Slopes:
@@ -288,7 +259,5 @@ class PlanarStepper:
 
     def restore(self, state: PlanarState) -> None:
         """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
-        if not isinstance(state, PlanarState):
-            raise InputError(f"state is {state!r}; expected a PlanarState, such as save() returns")
-        check_belongs(state.memory.line, self.state.memory.line)
+        _check_restorable(state, PlanarState, self.state.memory)
         self.state = state

@@ -5,21 +5,17 @@ from typing import Annotated, Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law
+from historysim.asperities.law import Law, given_to, put
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.fields import Number, Pressure, Quantity, at_least, one_of
-from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.library import lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, cubic_metres_per_joule, pascals, quantity_text
+from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import check, fill
+from historysim.memory.binding import check
 
-__all__ = [
-    "ArchardWear",
-    "EnergyWear",
-    "WearLaw",
-    "register",
-]
+__all__ = ["ArchardWear", "EnergyWear", "WearLaw", "register"]
 
 
 def __dir__() -> list[str]:
@@ -51,10 +47,11 @@ class WearLaw(Law):
     shape: str = attrs.field(default="truncated", validator=one_of("truncated", "blunted"))
 
     registry: ClassVar[Registry[Any]] = WEAR_LAWS
+    struct, answers = "wear", "volume"
 
-    def core(self) -> dict[str, Any]:
-        """Return the fields of ``hs_wear``; a law without a ``kind`` there is asked by `volume`."""
-        return {"shape": "HS_TRUNCATED" if self.shape == "truncated" else "HS_BLUNTED"}
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
+        """Return the fields of ``hs_wear``."""
+        return {"shape": f"HS_{self.shape.upper()}"}
 
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
         """Return the volume that asperities lose [m³] (asperity); a law of your own computes it here, for arrays.
@@ -66,22 +63,21 @@ class WearLaw(Law):
         slid_distance, dissipated_energy : array (asperity)
             What they slid [m] and dissipated [J] meanwhile: of twice as much of both, twice the volume is lost.
         """
-        fields = self.core()
-        if "kind" not in fields:
-            raise NotImplementedError(f"{type(self).__name__} has no volume; expected a method that returns it")
-        law, found = ffi.new("hs_wear *"), np.empty(normal_load.size)
-        fill(law, fields)
+        law, _ = self.in_library(None)
+        found = np.empty(normal_load.size)
         given = [np.ascontiguousarray(each) for each in (normal_load, slid_distance, dissipated_energy)]
         check(lib.hs_lost_volumes(law, found.size, *map(pointer, given), pointer(found)))
         return found
 
+    def answer(self, pair: MaterialPair, *numbers: Any) -> None:
+        """Answer ``hs_wear_function``."""
+        count, *given, volume = numbers
+        put(volume, count, self.volume(*(given_to(each, count) for each in given)), "volumes")
+
     @property
     def _shape_text(self) -> str:
-        how = (
-            "caps cut off, radius kept"
-            if self.shape == "truncated"
-            else "blunted to a paraboloid in the contact circle"
-        )
+        kept = "caps cut off, radius kept"
+        how = kept if self.shape == "truncated" else "blunted to a paraboloid in the contact circle"
         return f"{how}; takes shape while an asperity slides"
 
 
@@ -111,7 +107,7 @@ class ArchardWear(WearLaw):
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
     hardness: Pressure = attrs.field(converter=pascals, validator=at_least(0.0, above=True))
 
-    kind = "archard"
+    kind, library_kind = "archard", "HS_ARCHARD"
 
     @classmethod
     def from_volume(
@@ -132,9 +128,9 @@ class ArchardWear(WearLaw):
         way = scalar("normal_load", normal_load, above=0) * scalar("sliding_distance", sliding_distance, above=0)
         return cls(coefficient=lost * scalar("hardness", hardness, above=0) / way, hardness=hardness, shape=shape)
 
-    def core(self) -> dict[str, Any]:
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""
-        return super().core() | {"kind": "HS_ARCHARD", "rate": self.coefficient / self.hardness}
+        return super().core(pair) | {"rate": self.coefficient / self.hardness}
 
     @property
     def text(self) -> str:
@@ -167,7 +163,7 @@ class EnergyWear(WearLaw):
         converter=cubic_metres_per_joule, validator=at_least(0.0)
     )
 
-    kind = "energy"
+    kind, library_kind = "energy", "HS_ENERGY_WEAR"
 
     @classmethod
     def from_volume(cls, worn_volume: float | str, *, dissipated_energy: float | str, shape: str = "truncated") -> Self:
@@ -179,9 +175,9 @@ class EnergyWear(WearLaw):
         energy = scalar("dissipated_energy", dissipated_energy, above=0)
         return cls(volume_per_energy=scalar("worn_volume", worn_volume, least=0) / energy, shape=shape)
 
-    def core(self) -> dict[str, Any]:
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_wear``."""
-        return super().core() | {"kind": "HS_ENERGY_WEAR", "rate": self.volume_per_energy}
+        return super().core(pair) | {"rate": self.volume_per_energy}
 
     @property
     def text(self) -> str:
@@ -193,7 +189,7 @@ def check_wear(law: WearLaw) -> None:
     """Check a law of a user's own: the volume lost over a distance is that over its parts together."""
     if not isinstance(law, WearLaw):
         raise InputError(f"wear is {law!r}; expected a WearLaw, such as ArchardWear(coefficient=…, hardness=…)")
-    if "kind" in law.core():
+    if law.library_kind is not None:
         return
     load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)
     whole, half = (np.asarray(law.volume(load, part * slid, part * 0.2 * load * slid)) for part in (1.0, 0.5))

@@ -7,24 +7,18 @@ from typing import Any, ClassVar, Self
 import attrs
 import numpy as np
 
-from historysim.asperities.law import Law
+from historysim.asperities.law import Law, given_to, put
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import Number, Pressure, at_least
-from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.library import lib, pointer
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, is_number, pascals, quantity_text
 from historysim.contact import hertz
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import check, fill
+from historysim.memory.binding import check
 
-__all__ = [
-    "JacksonGreen",
-    "KogutEtsion",
-    "Thornton",
-    "YieldingLaw",
-    "register",
-]
+__all__ = ["JacksonGreen", "KogutEtsion", "Thornton", "YieldingLaw", "register"]
 
 
 def __dir__() -> list[str]:
@@ -62,14 +56,14 @@ class YieldingLaw(Law):
 
     registry: ClassVar[Registry[Any]] = YIELDING_LAWS
 
+    struct, answers = "yielding", "first_loading"
+
     def core(self, pair: MaterialPair) -> dict[str, Any]:
-        """Return the fields of ``hs_yielding``; a law without a ``kind`` there is asked by `first_loading`."""
-        del pair
+        """Return the fields of ``hs_yielding``."""
         return {}
 
     def of(self, pair: MaterialPair) -> Self:
         """Return the law with what it takes from the materials where it was not given."""
-        del pair
         return self
 
     @abc.abstractmethod
@@ -88,15 +82,19 @@ class YieldingLaw(Law):
             [m], > 0.
         pair : MaterialPair
         """
-        fields = self.core(pair)
-        if "kind" not in fields:
-            raise NotImplementedError(f"{type(self).__name__} has no first_loading; expected a method that returns it")
-        law, load, radius = ffi.new("hs_yielding *"), np.empty(np.size(approach)), np.empty(np.size(approach))
-        fill(law, fields)
+        law, _ = self.in_library(pair)
+        load, radius = np.empty(np.size(approach)), np.empty(np.size(approach))
         given = [np.ascontiguousarray(each, dtype=np.float64) for each in (approach, summit_radius)]
         modulus = pair.contact_modulus
         check(lib.hs_first_loading(law, modulus, load.size, *map(pointer, given), pointer(load), pointer(radius)))
         return load, radius
+
+    def answer(self, pair: MaterialPair, *numbers: Any) -> None:
+        """Answer ``hs_yielding_function``."""
+        count, approach, radius, load, contact_radius = numbers
+        loads, radii = self.first_loading(given_to(approach, count), given_to(radius, count), pair)
+        put(load, count, loads, "loads of first loading")
+        put(contact_radius, count, radii, "contact radii of first loading")
 
 
 def _a_ratio(law: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
@@ -154,8 +152,7 @@ class HardnessLaw(YieldingLaw):
         """Return the fields of ``hs_yielding``."""
         hardness, _ = self._known
         strain = hardness / HARDNESS_OF_YIELD / pair.contact_modulus
-        known = {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
-        return known if self.library_kind is None else known | {"kind": self.library_kind}
+        return {"critical_strain": self.critical_strain(pair), "hardness": hardness, "yield_strain": strain}
 
     @property
     @abc.abstractmethod
@@ -200,8 +197,7 @@ class KogutEtsion(HardnessLaw):
     yielding = { law = "kogut-etsion", hardness = "5.5 GPa" }
     """
 
-    kind = "kogut-etsion"
-    library_kind = "HS_KOGUT_ETSION"
+    kind, library_kind = "kogut-etsion", "HS_KOGUT_ETSION"
 
     @property
     def peak_at_onset(self) -> float:
@@ -227,8 +223,7 @@ class Thornton(HardnessLaw):
     other limit is chosen. The mean pressure tends to p_y.
     """
 
-    kind = "thornton"
-    library_kind = "HS_THORNTON"
+    kind, library_kind = "thornton", "HS_THORNTON"
 
     @property
     def peak_at_onset(self) -> float:
@@ -254,8 +249,7 @@ class JacksonGreen(HardnessLaw):
     printed load jumps by some 0.5 % at x = 1.9: here that jump is taken away there, and 1.9/x of it beyond.
     """
 
-    kind = "jackson-green"
-    library_kind = "HS_JACKSON_GREEN"
+    kind, library_kind = "jackson-green", "HS_JACKSON_GREEN"
 
     @property
     def peak_at_onset(self) -> float:

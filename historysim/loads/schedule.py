@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.friction import FrictionGoal, coulomb
+from historysim.asperities.law import FrictionGoal, coulomb
 from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError

@@ -12,10 +12,9 @@ import numpy as np
 from historysim._version import __version__
 from historysim.asperities.curves import NormalCurves
 from historysim.asperities.ensemble import Ensemble, Patches
-from historysim.asperities.friction import FrictionLaw
 from historysim.asperities.inclined import InclinedEnsemble
-from historysim.asperities.instrument import Instrument
-from historysim.asperities.rings import Rings
+from historysim.asperities.instrument import Instrument, Rings
+from historysim.asperities.law import FrictionLaw
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array

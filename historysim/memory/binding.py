@@ -2,7 +2,7 @@
 
 import threading
 from collections.abc import Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,6 @@ from historysim.errors import FrictionLimitError, InputError
 
 LOAD: int = lib.HS_LOAD
 DISPLACED: int = lib.HS_DISPLACED
-SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = (
-    lib.HS_SEPARATED,
-    lib.HS_FULL_STICK,
-    lib.HS_PARTIAL_SLIP,
-    lib.HS_GROSS_SLIP,
-)
 
 # Relative difference of two displacements or loads that rounding alone keeps apart.
 TIE = 32 * float(np.finfo(np.float64).eps)
@@ -48,33 +42,8 @@ PATH, PLANAR_PATH = dtype_of("hs_path"), dtype_of("hs_planar_path")
 TOTALS, VERTEX = dtype_of("hs_totals"), dtype_of("hs_vertex")
 
 
-class Memory(Protocol):
-    """``hs_memory``, what the library remembers of a contact; see the header for what stands in it."""
-
-    contact: Any
-    approach: float
-    displacement: float
-    normal_load: float
-    tangential_load: float
-    dissipated: float
-    excess: float
-    friction: Any
-    each: Any
-    depth: Any
-    steep: Any
-    vertices: Any
-    capacity: int
-    deep: Any
-    evolved: Any
-    slides: Any
-    slid_labels: Any
-    clock: Any
-    known_label: float
-    known_slope: float
-    identity: int
-    normal_control: int
-    tangential_control: int
-    lost_slides: int
+# ``hs_memory``, what the library remembers of a contact; see the header for what stands in it.
+Memory = Any
 
 
 class Slopes(NamedTuple):
@@ -100,7 +69,7 @@ def new_contact(
     made = lib.hs_contact_new(
         height.size, pointer(height), pointer(radius), knots, groups, contact_modulus, displacement_ratio
     )
-    contact = ffi.gc(_there(made), lib.hs_contact_free)
+    contact = owned(made, lib.hs_contact_free)
     if watched is not None:
         check(lib.hs_contact_watch(contact, watched.size, pointer(watched)))
     return contact
@@ -136,20 +105,21 @@ def _asperities_of(memory: Any) -> str:
     return f"{counted(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
 
 
-def owned(memory: Any) -> Any:
-    """Return a memory that ends with the object that is returned."""
-    return ffi.gc(_there(memory), lib.hs_memory_free)
+def owned(made: Any, free: Any = lib.hs_memory_free) -> Any:
+    """Return what the library has made, a memory for one, which ends with the object that is returned."""
+    if not made:
+        raise MemoryError("there is not enough memory for the contacts and what they remember")
+    return ffi.gc(made, free)
+
+
+def owned_planar(made: Any) -> Any:
+    """Return a memory of two directions that ends with the object that is returned."""
+    return owned(made, lib.hs_planar_free)
 
 
 def copied(memory: Any) -> Any:
     """Return an independent copy."""
     return owned(lib.hs_memory_copy(memory))
-
-
-def _there(made: Any) -> Any:
-    if not made:
-        raise MemoryError("there is not enough memory for the asperities and what they remember")
-    return made
 
 
 def drive(tolerance: float, compliance: float, saturate: bool, threads: int = 1, *, heeds: bool = True) -> Any:

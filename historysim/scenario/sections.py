@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import attrs
 from cattrs import Converter
 
-from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.rings import RINGS, Rings
+from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     Force,

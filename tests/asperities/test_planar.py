@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.rings import MOST_RINGS
+from historysim.asperities.instrument import MOST_RINGS
 from historysim.basics.library import lib
 from historysim.errors import FrictionLimitError, InputError, LoadError
 from tests.support.planar_half_space import PlanarHalfSpace

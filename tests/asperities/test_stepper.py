@@ -133,7 +133,7 @@ def test_many_paths_at_once_are_as_many_single_ones():
         ({"normal_load": [1, 2], "tangential_load": [0, 0, 0]}, "2 and 3 values"),
         ({"normal_load": [1, 2], "normal_displacement": 0.1}, "both normal_load and normal_displacement"),
         ({"normal_load": [0.1, -1]}, "normal_load"),
-        ({"tangential_displacement": [[0.1]]}, r"shape \(1, 1\)"),
+        ({"tangential_displacement": [[0.1]]}, "expected one number, or a list"),
         ({"tangential_displacement": [np.nan]}, "tangential_displacement"),
         ({"tangential_displacement": []}, "have 0 values"),
     ],

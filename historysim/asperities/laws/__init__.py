@@ -1,6 +1,6 @@
 """Friction laws as values: what the coefficient of each asperity is, and what it depends on."""
 
-from historysim.asperities.friction import LAWS, FrictionLaw, Loaded
+from historysim.asperities.law import LAWS, FrictionLaw, Loaded
 from historysim.asperities.laws.built_in import DrawnFriction, PowerLaw, ShearStrength, ShiftedLoad, SlidFriction
 
 __all__ = [

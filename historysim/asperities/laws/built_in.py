@@ -6,10 +6,11 @@ from typing import Annotated, Any
 import attrs
 import numpy as np
 
-from historysim.asperities.friction import LAWS, FrictionLaw, Loaded
+from historysim.asperities.law import LAWS, FrictionLaw, Loaded
 from historysim.basics.arguments import Floats, checked
 from historysim.basics.fields import Force, Number, Pressure, Quantity, SurfaceEnergy, at_least, one_of
 from historysim.basics.units import as_float, is_number, joules_per_area, newtons, pascals, quantity_text
+from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 
 
@@ -49,8 +50,7 @@ class DrawnFriction(FrictionLaw):
     seed: int = attrs.field(validator=_seed)
     distribution: str = attrs.field(default="lognormal", validator=one_of("lognormal", "uniform"))
 
-    kind = "drawn"
-    depends_on = "nothing"
+    kind, depends_on = "drawn", "nothing"
 
     def __attrs_post_init__(self) -> None:
         """Check that no coefficient is negative."""
@@ -113,8 +113,7 @@ class PowerLaw(FrictionLaw):
     exponent: Number = attrs.field(converter=as_float, validator=at_least(-1.0, above=True))
     load: str = attrs.field(default="own", validator=one_of("own", "total"))
 
-    kind = "power"
-    library_kind = "HS_POWER_LAW"
+    kind, library_kind = "power", "HS_POWER_LAW"
 
     @property
     def same_bits(self) -> bool:  # type: ignore[override]
@@ -171,10 +170,8 @@ class ShearStrength(FrictionLaw):
         validator=attrs.validators.optional(at_least(0.0)),
     )
 
-    kind = "shear strength"
-    library_kind = "HS_SHEAR_STRENGTH"
-    same_bits = True
-    depends_on = "own"
+    kind, library_kind = "shear strength", "HS_SHEAR_STRENGTH"
+    same_bits, depends_on = True, "own"
 
     def __attrs_post_init__(self) -> None:
         """Check that the work of adhesion is there where it is needed."""
@@ -217,10 +214,8 @@ class ShiftedLoad(FrictionLaw):
     coefficient: Number = attrs.field(converter=as_float, validator=at_least(0.0))
     work_of_adhesion: SurfaceEnergy = attrs.field(converter=joules_per_area, validator=at_least(0.0))
 
-    kind = "shifted load"
-    library_kind = "HS_SHIFTED_LOAD"
-    same_bits = True
-    depends_on = "own"
+    kind, library_kind = "shifted load", "HS_SHIFTED_LOAD"
+    same_bits, depends_on = True, "own"
 
     @property
     def text(self) -> str:
@@ -264,10 +259,8 @@ class SlidFriction(FrictionLaw):
     distance: Annotated[tuple[float, ...], Quantity("m")] = attrs.field(converter=_lengths)
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(converter=_numbers)
 
-    kind = "slid distance"
-    library_kind = "HS_SLID_TABLE"
-    same_bits = True
-    depends_on = "slid"
+    kind, library_kind = "slid distance", "HS_SLID_TABLE"
+    same_bits, depends_on = True, "slid"
 
     def __attrs_post_init__(self) -> None:
         """Check the table."""
@@ -289,10 +282,10 @@ class SlidFriction(FrictionLaw):
         """Return by how much friction rises with the distance slid where it rises most [1/m]."""
         return float((np.diff(self.coefficient) / np.diff(self.distance)).max())
 
-    def core(self) -> dict[str, Any]:
+    def core(self, pair: MaterialPair) -> dict[str, Any]:
         """Return the fields of ``hs_law``."""
         table = {"rows": len(self.distance), "distance": self.distance, "coefficients": self.coefficient}
-        return super().core() | table
+        return super().core(pair) | table
 
     @property
     def text(self) -> str:

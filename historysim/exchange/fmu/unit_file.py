@@ -32,8 +32,7 @@ from historysim.memory import get_include
 from historysim.replaying import Replay
 
 if TYPE_CHECKING:
-    from historysim.asperities.planar import PlanarState
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import EnsembleState, PlanarState
 
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
