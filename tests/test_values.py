@@ -24,7 +24,7 @@ from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse
 from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
-from historysim.log.snapshot import Snapshot
+from historysim.log.result import Snapshot
 from historysim.log.verification import Difference, Verification
 from historysim.measured import loop_values, sliding
 from historysim.measured.comparison import Comparison, observe, passed

@@ -4,7 +4,7 @@ import hashlib
 import itertools
 import json
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,27 +23,24 @@ from historysim.loads.events import (
     TangentialLoad,
 )
 
-ONE_COEFFICIENT, MANY_COEFFICIENTS = len(KINDS), len(KINDS) + 1
-# Kinds that stand as lists, by what a log has in their place. Any other has `NAMED`, and its name in front.
+ONE_COEFFICIENT, MANY_COEFFICIENTS, NAMED = 4, 5, 9
+# Kinds that stand as lists of numbers, tangential ones with two components; any other is `NAMED`, its name in front.
 LISTED: dict[int, type[Event]] = {
-    MANY_COEFFICIENTS + 1: FrictionChange,
-    MANY_COEFFICIENTS + 2: FrictionRamp,
-    MANY_COEFFICIENTS + 3: GeometryChange,
+    6: FrictionChange,
+    7: FrictionRamp,
+    8: GeometryChange,
+    10: TangentialLoad,
+    11: TangentialDisplacement,
 }
-NAMED = MANY_COEFFICIENTS + 4
-# Kinds that stand as lists where they have two components, by what a log has in their place.
-PAIRS: dict[int, type[Event]] = {NAMED + 1: TangentialLoad, NAMED + 2: TangentialDisplacement}
-# In the place of the length of a list: for one that is not given, and for a number that stands for all asperities.
-ABSENT, ALONE = -1, -2
+ABSENT, ALONE = -1, -2  # the length of a list that is not given, and of a number that stands for all asperities
 LINK = struct.Struct("<qqq")
 
 
 class Columns(NamedTuple):
     """Events as bytes of little-endian arrays: a kind each (int8), a time and a value (float64).
 
-    A change of friction for each asperity has the number of its coefficients as value; they stand, one change after
-    the other, in ``coefficients`` (float64). So do the numbers of other events, list by list: how many there are,
-    `ABSENT` or `ALONE`, and then those.
+    The value of an event with several numbers is how many it has in ``coefficients`` (float64). There they stand, event
+    after event, each list of them behind its length, `ABSENT` or `ALONE`.
     """
 
     kind: bytes
@@ -70,7 +67,13 @@ def _row(event: Event) -> tuple[int, float, Sequence[float]]:
         if isinstance(event.friction, tuple):
             return MANY_COEFFICIENTS, len(event.friction), event.friction
         return ONE_COEFFICIENT, event.friction, ()
-    code, numbers = _listed(event)
+    code = next((code for code, kind in LISTED.items() if kind is type(event)), NAMED)
+    numbers: list[float] = []
+    for each in event.contents() if code != NAMED else [_name(event), *event.contents()]:
+        # one coefficient for all is no list of one
+        alone = isinstance(each, float)
+        count = ABSENT if each is None else ALONE if alone else len(each)
+        numbers += [float(count), *([each] if alone else each or ())]
     return code, len(numbers), numbers
 
 
@@ -87,7 +90,7 @@ def events_of(columns: Columns) -> Events:
         workable(name, column)
     if (np.diff(times) < 0).any():
         raise InputError("holds times that fall")
-    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= max(PAIRS):
+    if kinds.size and not 0 <= kinds.min() <= kinds.max() <= max(LISTED):
         raise InputError("holds a kind of event that this version does not know; a later version has written it")
     is_load = kinds < ONE_COEFFICIENT
     if is_load.all():
@@ -95,36 +98,22 @@ def events_of(columns: Columns) -> Events:
     events = np.empty(kinds.size, dtype=object)
     events[is_load] = list(Events(loads=Loads(kinds[is_load], times[is_load], values[is_load])))
     used = 0
-    for index in np.flatnonzero(kinds >= ONE_COEFFICIENT):
-        time, count = float(times[index]), 0 if kinds[index] == ONE_COEFFICIENT else int(values[index])
+    for index in np.flatnonzero(~is_load):
+        kind, time, value = int(kinds[index]), float(times[index]), float(values[index])
+        count = 0 if kind == ONE_COEFFICIENT else int(value)
         if not 0 <= count <= coefficients.size - used:
             raise InputError("holds an event with more numbers than are there")
         numbers = coefficients[used : used + count].tolist()
         used += count
-        if kinds[index] == ONE_COEFFICIENT:
-            events[index] = FrictionChange(time, float(values[index]))
-        elif kinds[index] == MANY_COEFFICIENTS:
-            events[index] = FrictionChange(time, tuple(numbers))
+        if kind in {ONE_COEFFICIENT, MANY_COEFFICIENTS}:
+            events[index] = FrictionChange(time, value if kind == ONE_COEFFICIENT else tuple(numbers))
         else:
-            events[index] = _from_lists(int(kinds[index]), time, numbers)
+            events[index] = _from_lists(kind, time, numbers)
     return Events(events)
 
 
-def _listed(event: Event) -> tuple[int, list[float]]:
-    """Return the code of an event, and what it says as lists of numbers, each with how many there are in front."""
-    code = next((code for code, kind in (LISTED | PAIRS).items() if kind is type(event)), NAMED)
-    lists = event.contents() if code != NAMED else [_name(event), *event.contents()]
-    numbers: list[float] = []
-    for each in lists:
-        # one coefficient for all is no list of one
-        alone = isinstance(each, float)
-        count = ABSENT if each is None else ALONE if alone else len(each)
-        numbers += [float(count), *([each] if alone else each or ())]
-    return code, numbers
-
-
 def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
-    """Return the event of the numbers of `_listed`; other numbers are an InputError."""
+    """Return the event of the numbers of `_row`; other numbers are an InputError."""
     lists: list[Any] = []
     place = 0
     while place < len(numbers):
@@ -132,7 +121,7 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
         values = tuple(numbers[place : place + (1 if count == ALONE else max(count, 0))])
         lists.append(None if count == ABSENT else values[0] if count == ALONE else values)
         place += len(values)
-    kind = (LISTED | PAIRS)[code] if code != NAMED else _named(lists.pop(0) if lists else None)
+    kind = LISTED[code] if code != NAMED else _named(lists.pop(0) if lists else None)
     try:
         return kind.of(time, lists)
     except (TypeError, ValueError) as error:
@@ -186,3 +175,14 @@ def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
         total.update(json.dumps([name, array.shape]).encode())
         total.update(array.astype("<f8", copy=False).tobytes())
     return total.digest()
+
+
+def chain(before: bytes, events: Sequence[Event], ends: Sequence[int]) -> Iterator[tuple[int, int, Columns, bytes]]:
+    """Yield batches of events: the numbers of events before and up to each, its columns and its link.
+
+    The first of the ``ends`` is the number of events before all of them, behind the link ``before``.
+    """
+    for first, last in itertools.pairwise(ends):
+        columns = columns_of(events[first - ends[0] : last - ends[0]])
+        before = link(before, first, columns)
+        yield first, last, columns, before

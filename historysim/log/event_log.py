@@ -28,7 +28,7 @@ from historysim.loads.events import (
 )
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
-from historysim.log.snapshot import start_before
+from historysim.log.result import start_before
 from historysim.memory.binding import DISPLACED
 from historysim.memory.paths import STILL, Goals, paths_to
 from historysim.recording.recorder import DatasetRecorder, Selection, chosen_asperities
@@ -243,30 +243,31 @@ class EventLog:
         cursor = schedule.cursor_at(content.events, len(past), self._file.head.substeps)
         if cursor is None:
             return []
-        held: list[Event] = []
+        future, held = content.events[len(past) :], []
         for channel, heading in zip(schedule.CHANNELS, cursor.heading, strict=True):
-            waypoints = [event for event in past if _is_of(event, channel)]
-            if waypoints and waypoints[-1].time == time:
+            last = next((event for event in reversed(past) if _is_of(event, channel)), None)
+            if last is not None and last.time == time:
                 continue
             if heading == schedule.AT_WAYPOINT:
                 # it left its waypoint after the last event of the past, for the next one if there is one
-                ahead = next((event for event in content.events[len(past) :] if _is_of(event, channel)), None)
+                ahead = next((event for event in future if _is_of(event, channel)), None)
             else:
                 ahead = content.events[heading] if heading >= 0 else None  # type: ignore[assignment]
-            if not waypoints:
+            if last is None:
                 # unloaded until the last event, and then on its way if its first waypoint comes next
-                if ahead is not None and ahead.time == content.events[len(past)].time and time > cursor.time:
-                    held.append(self._where(type(ahead), self._state(content, time), time))
+                on_its_way = ahead is not None and ahead.time == future[0].time
+                moments = [time] if on_its_way and time > cursor.time else []
             elif ahead is None and channel != "friction":
-                held.append(attrs.evolve(waypoints[-1], time=time))
+                held.append(attrs.evolve(last, time=time))
+                continue
             else:
                 # where the path is straight in the displacements, a load is on its line at event times only
-                moments = [moment for moment in dict.fromkeys((cursor.time, time)) if moment > waypoints[-1].time]
-                kind = type(ahead or waypoints[-1])
-                held += [self._where(kind, self._state(content, moment), moment) for moment in moments]
+                moments = [moment for moment in dict.fromkeys((cursor.time, time)) if moment > last.time]
+            held += [self._where(type(ahead or last), self._state(content, moment), moment) for moment in moments]
         return sorted(held, key=lambda event: event.time)
 
-    def _where(self, kind: type[Any], state: EnsembleState, time: float) -> LoadEvent | FrictionRamp:
+    def _where(self, kind: type[Any], state: EnsembleState, time: float) -> Event:
+        """Return the waypoint of a kind at which a state stands."""
         if kind is FrictionRamp:
             return FrictionRamp(time, tuple(state.friction) if np.ptp(state.friction) else state.friction[0])
         force: Any = state.tangential_load
@@ -277,7 +278,7 @@ class EventLog:
             TangentialLoad: force,
             TangentialDisplacement: self.instrument.drive_displacement(displacement, force),
         }
-        here: LoadEvent = kind(time, reached[kind])
+        here: Event = kind(time, reached[kind])
         return here
 
     # -- replaying ---------------------------------------------------------------------------------
@@ -318,11 +319,11 @@ class EventLog:
         return self._state(self._file.sound(), _time("at", at), notify)
 
     def _state(self, content: Content, time: float, notify: Notify = silent) -> EnsembleState:
-        head, events = self._file.head, content.events
-        if not events:
-            return head.ensemble.initial_state()
+        if not content.events:
+            return self.ensemble.initial_state()
         # as the result was made, substeps and all, since they change the rounding of a state
-        return head.replay(events).state(until=time, start=start_before(self._file, content, time, notify))
+        start = start_before(self._file, content, time, notify)
+        return self._file.head.replay(content.events).state(until=time, start=start)
 
     def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""

@@ -5,6 +5,8 @@ copied, mailed and read from a read-only folder. The price, that a reader waits 
 since batches are few and large. With ``synchronous=EXTRA`` a committed batch outlives a loss of power as well.
 """
 
+import errno
+import functools
 import json
 import os
 import sqlite3
@@ -12,32 +14,53 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Self
+from urllib.parse import quote
 
 import attrs
 import numpy as np
 
-from historysim.basics.files import SQLITE, WriterLock, check_replaceable, is_log, kind_text, sync_folder
+from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text, sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
 from historysim.loads.events import Event
 from historysim.log import canonical
-from historysim.log.database import (
-    ENDING,
-    SCHEMA,
-    check_journal,
-    check_schema,
-    connect,
-    is_cut,
-    refusal,
-    reported,
-    settle,
-    transaction,
-)
 from historysim.log.header import LogHeader, head_from
 
+ENDING = ".history"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
-# Bytes that a value of a log may have in any case; no value is longer than twice the file besides.
-SHORTEST_LIMIT = 1_000_000
+PATIENCE = 60.0  # seconds that a reader or writer waits for the other's transaction
+_EXPECTED = f"expected the log of a run (NAME{ENDING}); restore it from a copy, or run the scenario again"
+
+# What the system refuses; all other errors of SQLite are those of a damaged file.
+_REFUSALS = {
+    sqlite3.SQLITE_FULL: errno.ENOSPC,
+    sqlite3.SQLITE_IOERR: errno.EIO,
+    sqlite3.SQLITE_NOMEM: errno.ENOMEM,
+    **dict.fromkeys((sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM), errno.EACCES),
+    **dict.fromkeys((sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED), errno.EAGAIN),
+}
+_JOURNAL = (b"\xd9\xd5\x05\xf9\x20\xa1\x63\xd7", b"\0")  # what a journal begins with, and one that SQLite has done with
+
+TABLES = ("head", "array", "batch", "chain")
+SCHEMA = """
+CREATE TABLE head (id INTEGER PRIMARY KEY CHECK (id = 1), settings TEXT NOT NULL);
+CREATE TABLE array (name TEXT PRIMARY KEY, shape TEXT NOT NULL, content BLOB NOT NULL);
+CREATE TABLE batch (
+    number INTEGER PRIMARY KEY, first INTEGER NOT NULL,
+    kind BLOB NOT NULL, time BLOB NOT NULL, value BLOB NOT NULL, coefficients BLOB NOT NULL
+);
+CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER NOT NULL, link BLOB NOT NULL);
+CREATE TABLE snapshot (
+    number INTEGER PRIMARY KEY, events INTEGER NOT NULL, about TEXT NOT NULL,
+    link BLOB NOT NULL, state BLOB NOT NULL, digest BLOB NOT NULL
+);
+""" + "".join(
+    f"CREATE TRIGGER no_{verb.lower()}_of_{table} BEFORE {verb} ON {table} "
+    "BEGIN SELECT RAISE(ABORT, 'a log is only ever appended to'); END;\n"
+    for table in TABLES
+    for verb in ("UPDATE", "DELETE")
+)
+_OBJECTS = "SELECT type || ' ' || name, coalesce(sql, '') FROM sqlite_master"
 
 
 @attrs.frozen
@@ -71,11 +94,16 @@ class LogFile:
             raise InputError(f"{path}: {problem}; expected the log of a run (NAME{ENDING})")
         self._lock = lock or (WriterLock(path) if write else None)
         self._connection: sqlite3.Connection | None = None
+        self._content: Content | None = None
+        self._version = 0
         try:
-            self._connection = self._connected()
-            self.head = self._head()
-            self._content: Content | None = None
-            self._version = 0
+            # a reader, too, has to be able to undo what a writer that died has left half done
+            mode = "rw" if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK) else "ro"
+            with reported(path):
+                self._connection = connect(path, mode)
+            with self._reading() as connection:
+                _check_schema(connection, path)
+                self.head = _read_head(connection, path)
         except BaseException:
             self.close()
             raise
@@ -99,14 +127,15 @@ class LogFile:
                 # whoever writes the old one must be done before it is replaced
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
-            check_journal(unfinished).unlink(missing_ok=True)
+            _check_journal(unfinished).unlink(missing_ok=True)
             with reported(path), closing(connect(unfinished, "rw")) as connection:
                 # a crash before it has its name leaves nothing behind that anybody asks for
                 connection.execute("PRAGMA journal_mode = MEMORY")
                 connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
                 _put_head(connection, head)
                 connection.execute("COMMIT")
-                list(_put_events(connection, [head.link], [0], events))
+                for _ in _put_events(connection, [head.link], [0], events):
+                    pass
             settle(path)
             lock = lock.moved(path)
             sync_folder(path.parent)
@@ -136,13 +165,15 @@ class LogFile:
 
     def read(self) -> Content:
         """Read what stands in the log now, as far as the chain holds."""
-        with reported(self.path), self._reading() as connection:
+        with self._reading() as connection:
             # what this connection has written itself does not count
-            version = connection.execute("PRAGMA data_version").fetchone()[0]
+            version = _pragma(connection, "data_version")
             if self._content is None or version != self._version:
-                check_schema(connection, self.path)
+                _check_schema(connection, self.path)
                 content = _read(connection, self.head)
-                if not content.problem and is_cut(connection, self.path):
+                # SQLite itself looks at what is asked for alone
+                whole = _pragma(connection, "page_count") * _pragma(connection, "page_size")
+                if not content.problem and self.path.stat().st_size < whole:
                     content = attrs.evolve(content, problem="the file was cut")
                 self._content, self._version = content, version
         return self._content
@@ -161,15 +192,27 @@ class LogFile:
 
     def rows(self, query: str, *values: int) -> list[tuple[Any, ...]]:
         """Return what a query finds in the log; damage is an InputError."""
-        with reported(self.path), self._reading() as connection:
+        with self._reading() as connection:
             return connection.execute(query, values).fetchall()
 
-    # -- writing -----------------------------------------------------------------------------------
+    @contextmanager
+    def _reading(self) -> Iterator[sqlite3.Connection]:
+        """One view of the file, whatever a writer does meanwhile."""
+        with reported(self.path):
+            self._open.execute("BEGIN")
+            try:
+                yield self._open
+            finally:
+                with suppress(sqlite3.Error):
+                    self._open.execute("ROLLBACK")
 
-    def lock(self) -> None:
-        """Take the writer's lock, if this is not the writer yet; an OSError where it is not to be had."""
-        if self._lock is None:
-            self._lock = WriterLock(self.path)
+    @property
+    def _open(self) -> sqlite3.Connection:
+        if self._connection is None:
+            raise InputError(f"{self.path}: the log is closed; open it again")
+        return self._connection
+
+    # -- writing -----------------------------------------------------------------------------------
 
     def append(self, events: Sequence[Event]) -> None:
         """Append events, in batches of one transaction each.
@@ -177,7 +220,7 @@ class LogFile:
         Raises InputError: events that cannot be used, or the log is damaged. OSError: another process is writing it, or
         the disk is full; the batches before stand.
         """
-        self.lock()
+        self._become_writer()
         content = self.sound()
         events = Events(events) if not isinstance(events, Events) else events
         checked_events(self.head, events, content.events)
@@ -187,60 +230,13 @@ class LogFile:
 
     def insert(self, query: str, values: tuple[int | str | bytes, ...]) -> None:
         """Put something beside the events into the log, in a transaction."""
-        self.lock()
-        with reported(self.path), transaction(self._open):
+        self._become_writer()
+        with reported(self.path), _transaction(self._open):
             self._open.execute(query, values)
 
-    # -- the connection ----------------------------------------------------------------------------
-
-    @property
-    def _open(self) -> sqlite3.Connection:
-        if self._connection is None:
-            raise InputError(f"{self.path}: the log is closed; open it again")
-        return self._connection
-
-    def _connected(self) -> sqlite3.Connection:
-        with reported(self.path):
-            # a reader, too, has to be able to undo what a writer that died has left half done
-            mode = "rw" if os.access(self.path, os.W_OK) and os.access(self.path.parent, os.W_OK) else "ro"
-            return connect(self.path, mode)
-
-    @contextmanager
-    def _reading(self) -> Iterator[sqlite3.Connection]:
-        """One view of the file, whatever a writer does meanwhile."""
-        connection = self._open
-        # no value is longer than the file that it stands in; what is written may be
-        longest = max(SHORTEST_LIMIT, 2 * self.path.stat().st_size)
-        before = connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, longest)
-        connection.execute("BEGIN")
-        try:
-            yield connection
-        finally:
-            connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, before)
-            with suppress(sqlite3.Error):
-                connection.execute("ROLLBACK")
-
-    def _head(self) -> LogHeader:
-        with reported(self.path), self._reading() as connection:
-            check_schema(connection, self.path)
-            row = connection.execute("SELECT settings FROM head").fetchone()
-            first = connection.execute("SELECT link FROM chain WHERE number = 0").fetchone()
-            if row is None or first is None:
-                raise InputError(f"{self.path}: is damaged: it has no head; restore it from a copy, or run again")
-            try:
-                arrays = {
-                    name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
-                    for name, shape, content in connection.execute("SELECT name, shape, content FROM array")
-                }
-                head = head_from(row[0], arrays, link=first[0])
-            except InputError as error:
-                raise type(error)(f"{self.path}: {error}") from error
-            except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
-                raise InputError(
-                    f"{self.path}: is damaged: its head cannot be read ({error}); restore it from a copy, or run the "
-                    "scenario again"
-                ) from error
-        return head
+    def _become_writer(self) -> None:
+        if self._lock is None:
+            self._lock = WriterLock(self.path)
 
 
 def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
@@ -262,11 +258,15 @@ def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Ev
 
 def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
     """Return the links of the log that `LogFile.create` makes, without making it."""
-    links = [head.link]
-    for first in range(0, len(events), MOST_EVENTS_OF_A_BATCH):
-        columns = canonical.columns_of(events[first : first + MOST_EVENTS_OF_A_BATCH])
-        links.append(canonical.link(links[-1], first, columns))
-    return links
+    return [head.link, *(link for *_, link in canonical.chain(head.link, events, _ends(0, len(events))))]
+
+
+def _ends(first: int, count: int) -> list[int]:
+    """Return where the batches of so many events behind the first ones begin, and where the last one ends."""
+    return [*range(first, first + count, MOST_EVENTS_OF_A_BATCH), first + count]
+
+
+# -- the tables ------------------------------------------------------------------------------------
 
 
 def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
@@ -276,22 +276,35 @@ def _put_head(connection: sqlite3.Connection, head: LogHeader) -> None:
     connection.execute("INSERT INTO chain VALUES (0, 0, ?)", (head.link,))
 
 
+def _read_head(connection: sqlite3.Connection, path: Path) -> LogHeader:
+    try:
+        (settings,) = connection.execute("SELECT settings FROM head").fetchone()
+        (link,) = connection.execute("SELECT link FROM chain WHERE number = 0").fetchone()
+        arrays = {
+            name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
+            for name, shape, content in connection.execute("SELECT name, shape, content FROM array")
+        }
+        return head_from(settings, arrays, link=link)
+    except InputError as error:
+        raise type(error)(f"{path}: {error}") from error
+    except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
+        raise InputError(f"{path}: is damaged: its head cannot be read ({error}); {_EXPECTED}") from error
+
+
 def _put_events(
     connection: sqlite3.Connection, links: list[bytes], ends: list[int], events: Sequence[Event]
 ) -> Iterator[Events]:
     """Append events, and their links to those that are there; yield them batch by batch, when they stand."""
     events = events if isinstance(events, Events) else Events(events)
-    for start in range(0, len(events), MOST_EVENTS_OF_A_BATCH):
-        batch = events[start : start + MOST_EVENTS_OF_A_BATCH]
-        columns = canonical.columns_of(batch)
-        number, first = len(links), ends[-1]
-        link = canonical.link(links[-1], first, columns)
-        with transaction(connection):
+    start, bounds = ends[-1], _ends(ends[-1], len(events))
+    for first, last, columns, link in canonical.chain(links[-1], events, bounds):
+        number = len(links)
+        with _transaction(connection):
             connection.execute("INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, first, *columns))
-            connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, first + len(batch), link))
+            connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, last, link))
         links.append(link)
-        ends.append(first + len(batch))
-        yield batch
+        ends.append(last)
+        yield events[first - start : last - start]
 
 
 def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
@@ -305,25 +318,120 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
         # both tables are read: each shows where the other has lost its end
         chain = connection.execute("SELECT number, events, link FROM chain ORDER BY number").fetchall()
         rows = connection.execute("SELECT number, first, kind, time, value, coefficients FROM batch ORDER BY number")
-        for number, row in enumerate(rows, start=1):
-            columns = canonical.Columns(*row[2:])
-            if not all(isinstance(column, bytes) for column in columns) or row[:2] != (number, ends[-1]):
-                return content(f"batch {number} does not follow the one before")
-            link = canonical.link(links[-1], ends[-1], columns)
-            if number >= len(chain) or chain[number] != (number, ends[-1] + len(columns.kind), link):
+        for number, (*place, kind, time, value, coefficients) in enumerate(rows, start=1):
+            columns = canonical.Columns(kind, time, value, coefficients)
+            end, link = ends[-1] + len(kind), canonical.link(links[-1], ends[-1], columns)
+            if place != [number, ends[-1]] or chain[number : number + 1] != [(number, end, link)]:
                 return content(f"batch {number} does not match its digest")
             events = canonical.events_of(columns)
             if len(batches[-1]) and len(events) and events[0].time < batches[-1][-1].time:
                 return content(f"batch {number} begins before the end of the one in front")
             batches.append(events)
             links.append(link)
-            ends.append(ends[-1] + len(events))
+            ends.append(end)
     except MissingPackageError as error:
         raise MissingPackageError(f"batch {number + 1} {error}") from error
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:
-        if isinstance(error, sqlite3.Error) and refusal(error):
+        if _refusal(error):
             raise
         return content(f"batch {number + 1} cannot be read ({error})")
     if len(chain) > len(links):
         return content(f"{len(chain) - len(links)} of {len(chain) - 1} batches are missing at the end")
     return content()
+
+
+# -- SQLite ----------------------------------------------------------------------------------------
+
+
+@contextmanager
+def reported(path: Path) -> Iterator[None]:
+    """Turn errors of SQLite into what they are: an OSError of the system, or an InputError of a damaged file."""
+    try:
+        yield
+    except (sqlite3.Error, UnicodeDecodeError) as error:
+        if number := _refusal(error):
+            mend = "what the log holds stands; make room, let it be written, or wait for the other process; then go on"
+            raise OSError(number, f"{os.strerror(number)} ({error}); {mend}", str(path)) from error
+        raise InputError(f"{path}: is no log, or damaged ({error}); {_EXPECTED}") from error
+
+
+def _refusal(error: Exception) -> int | None:
+    """Return the number of what the system has refused; None where the file itself is at fault."""
+    return _REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
+
+
+def connect(path: Path, mode: str) -> sqlite3.Connection:
+    """Open a log, as "ro" or "rw", so that nothing in it is carried out."""
+    _check_journal(path)
+    address = f"file:{quote(str(path.absolute()))}?mode={mode}"
+    connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
+    try:
+        connection.setlimit(sqlite3.SQLITE_LIMIT_ATTACHED, 0)
+        if hasattr(connection, "setconfig"):
+            # Python 3.12 and later
+            connection.setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009 - not in 3.11
+        for setting in ("synchronous = EXTRA", "cell_size_check = ON", "trusted_schema = OFF", "mmap_size = 0"):
+            connection.execute(f"PRAGMA {setting}")
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _pragma(connection: sqlite3.Connection, name: str) -> int:
+    return int(connection.execute(f"PRAGMA {name}").fetchone()[0])
+
+
+@contextmanager
+def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """Commit what is executed inside, all or nothing."""
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        # SQLite may have rolled back on its own, where the disk is full
+        with suppress(sqlite3.Error):
+            connection.execute("ROLLBACK")
+        raise
+
+
+def _check_journal(path: Path) -> Path:
+    """Return the journal of a log; an InputError where it is no journal, since SQLite would remove it."""
+    journal = path.with_name(f"{path.name}-journal")
+    if (first := beginning(journal)) and not first.startswith(_JOURNAL):
+        raise InputError(f"{journal}: holds something else than a journal of SQLite; move it away")
+    return journal
+
+
+@functools.cache
+def _schema() -> frozenset[tuple[str, ...]]:
+    with closing(sqlite3.connect(":memory:")) as connection:
+        connection.executescript(SCHEMA)
+        return frozenset(connection.execute(_OBJECTS).fetchall())
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Refuse a file that holds more than a log: SQLite would carry out a view, or a trigger, of somebody else's."""
+    objects = set(connection.execute(f"{_OBJECTS} LIMIT {len(_schema()) + 1}").fetchall())
+    strange = [f"holds {name}" for name, _ in sorted(objects - _schema())]
+    # a log that has lost a trigger is still a log
+    missing = [f"has no table {name}" for name in TABLES if f"table {name}" not in dict(objects)]
+    if problems := [*strange[:3], *missing]:
+        raise InputError(f"{path}: is no log, or damaged: it {' and '.join(problems)}; {_EXPECTED}")
+
+
+def settle(path: Path) -> None:
+    """Undo what a writer that died has left half done in a log that is about to be replaced.
+
+    Otherwise SQLite would take its journal for one of the new file, and the old file would be damaged without it.
+    """
+    journal = _check_journal(path)
+    if not journal.exists():
+        return
+    if path.exists():
+        with suppress(InputError), reported(path), closing(connect(path, "rw")) as connection:
+            connection.execute("SELECT name FROM sqlite_master").fetchall()
+    # it stays where the old file is no log, or gone
+    journal.unlink(missing_ok=True)
+    sync_folder(path.parent)

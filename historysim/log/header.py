@@ -29,13 +29,12 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES = 1, 3, 4, 5, 7
-FORMATS = (FORMAT, FORMAT_OF_LAWS, FORMAT_OF_CURVES, FORMAT_OF_YIELDING, FORMAT_OF_SLOPES)
-OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES = FORMATS = (1, 3, 4, 5, 7)
+_OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
-OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
+_OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
 # What each setting has to be.
-OF_SETTINGS: Mapping[str, Any] = {
+_OF_SETTINGS: Mapping[str, Any] = {
     **dict.fromkeys(("historysim_version", "made_with", "scenario", "title"), str),
     **dict.fromkeys(("contact_modulus", "shear_modulus", "tolerance"), int | float),
     "seed": int | list | None,
@@ -44,6 +43,7 @@ OF_SETTINGS: Mapping[str, Any] = {
     "saturate": bool,
     "record": str | list,
     "surface_attributes": dict,
+    "metadata": dict,
 }
 RESOLUTIONS = ("displacement_resolution", "load_resolution")
 # Settings that make asperities evolve: the attribute of an ensemble with each, and its class.
@@ -80,15 +80,17 @@ class LogHeader:
         """Put the head of a replay together, with texts of its scenario and arrays and attributes of its surface."""
         ensemble, instrument, record = job.ensemble, job.instrument, job.record
         heights, attributes = surface
-        arrays = {name: getattr(ensemble, name) for name in OF_THE_ENSEMBLE}
+        arrays = {name: getattr(ensemble, name) for name in _OF_THE_ENSEMBLE}
         curves = {} if ensemble.curves is None else ensemble.curves.arrays
         arrays |= {f"{CURVES}{name}": values for name, values in curves.items()}
         arrays |= {f"{SURFACE}{name}": values for name, values in heights.items()}
-        evolving = {name: getattr(ensemble, of) for name, (of, _) in LAWS.items() if getattr(ensemble, of) is not None}
-        evolution = {name: law.settings for name, law in evolving.items()}
-        evolution |= {"follow_sliding": True} if ensemble.follow_sliding else {}
+        laws = {name: getattr(ensemble, attribute) for name, (attribute, _) in LAWS.items()}
+        resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
+        limits = dict(ensemble.pair.limits)
+        if ensemble.yielding is None:
+            # which only summits that yield are looked at for
+            limits.pop("cracking_load", None)
         settings = {
-            "format": _form(ensemble, evolves=bool(evolution)),
             "historysim_version": __version__,
             "made_with": made_with(),
             "scenario": scenario,
@@ -97,13 +99,7 @@ class LogHeader:
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
-            "lateral_stiffness": each_of(
-                lambda value: None if value == math.inf else value, instrument.lateral_stiffness
-            ),
-            **_known(ensemble, instrument),
-            **({"metadata": dict(metadata)} if metadata else {}),
-            **evolution,
-            **({} if ensemble.rings == Rings() else {"rings": attrs.asdict(ensemble.rings)}),
+            "lateral_stiffness": each_of(lambda each: None if each == math.inf else each, instrument.lateral_stiffness),
             "substeps": job.substeps,
             "saturate": bool(job.saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -111,7 +107,19 @@ class LogHeader:
                 key: value.tolist() if isinstance(value, np.generic | np.ndarray) else value
                 for key, value in attributes.items()
             },
+            **limits,
+            **{name: value for name, value in resolutions.items() if value > 0},
+            **{name: law.settings for name, law in laws.items() if law is not None},
         }
+        # what is not there in most logs
+        further = {
+            "nominal_area": ensemble.nominal_area,
+            "metadata": dict(metadata or {}) or None,
+            "follow_sliding": ensemble.follow_sliding or None,
+            "rings": None if ensemble.rings == Rings() else attrs.asdict(ensemble.rings),
+        }
+        settings |= {name: value for name, value in further.items() if value is not None}
+        settings["format"] = _form(ensemble, settings)
         there = {name: values for name, values in arrays.items() if values is not None}
         return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in there.items()})
 
@@ -127,15 +135,14 @@ class LogHeader:
 
     def check(self) -> None:
         """Check that settings are of their types, and make an ensemble and an instrument; else it is an InputError."""
-        for name, kinds in OF_SETTINGS.items():
-            value = self.settings.get(name, ...)
+        for name, kinds in _OF_SETTINGS.items():
+            value = self.settings.get(name, {} if name == "metadata" else ...)
             if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
                 raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
-        metadata, record = self.settings.get("metadata", {}), self.settings["record"]
-        if not isinstance(metadata, dict) or not all(isinstance(each, str) for each in metadata.values()):
-            raise InputError("is damaged: its metadata are no strings")
-        if isinstance(record, list) and not all(type(each) is int for each in record):
-            raise InputError("is damaged: what it records are no indices")
+        record, metadata = self.settings["record"], self.settings.get("metadata", {})
+        indices = all(type(each) is int for each in record if not isinstance(record, str))
+        if not (indices and all(isinstance(each, str) for each in metadata.values())):
+            raise InputError("is damaged: what it records are no indices, or its metadata are no strings")
         if not 1 <= self.substeps <= most("STEPS"):
             raise InputError(f"says {shown(self.substeps)} as substeps; {at_most('STEPS')}")
         try:
@@ -149,33 +156,21 @@ class LogHeader:
     @functools.cached_property
     def ensemble(self) -> Ensemble:
         """The ensemble, whole."""
-        own: dict[str, Any] = {name: self.arrays[name] for name in OF_THE_ENSEMBLE if name in self.arrays}
-        pair = MaterialPair.from_moduli(**{name: self.settings[name] for name in OF_THE_PAIR if name in self.settings})
+        settings = self.settings
+        own: dict[str, Any] = {name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays}
+        pair = MaterialPair.from_moduli(**{name: settings[name] for name in _OF_THE_PAIR if name in settings})
+        same: dict[str, Any] = {"tolerance": settings["tolerance"], "rings": Rings(**settings.get("rings", {}))}
         if given := self._group(CURVES):
-            return Patches(
-                pair,
-                NormalCurves(**given),
-                float(own["friction"][0]),
-                highest_summit=float(own["summit_height"].max()),
-                tolerance=self.settings["tolerance"],
-                rings=_rings(self.settings.get("rings", {})),
-            )
-        written = {name: law for name, (_, law) in LAWS.items() if name in self.settings}
-        laws = {name: law.from_settings(self.settings[name]) for name, law in written.items()}
+            highest = float(own["summit_height"].max())
+            return Patches(pair, NormalCurves(**given), float(own["friction"][0]), highest_summit=highest, **same)
+        laws = {name: law.from_settings(settings[name]) for name, (_, law) in LAWS.items() if name in settings}
         if (law := laws.pop("friction_law", None)) is not None:
             kept = own["friction"]
             # another version of numpy draws otherwise; what stands in the log holds
             drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(kept.size), kept)
             own["friction"] = kept if drawn_anew else law
-        return (InclinedEnsemble if "slope" in own else Ensemble)(
-            pair,
-            **own,
-            **laws,
-            nominal_area=self.settings.get("nominal_area"),
-            tolerance=self.settings["tolerance"],
-            follow_sliding=self.settings.get("follow_sliding", False),
-            rings=_rings(self.settings.get("rings", {})),
-        )
+        further = {name: settings[name] for name in ("nominal_area", "follow_sliding") if name in settings}
+        return (InclinedEnsemble if "slope" in own else Ensemble)(pair, **own, **laws, **further, **same)
 
     @property
     def instrument(self) -> Instrument:
@@ -211,11 +206,6 @@ class LogHeader:
         return {**known, **self.settings.get("metadata", {})}
 
     @property
-    def version(self) -> str:
-        """The version of the program that made the log."""
-        return str(self.settings["historysim_version"])
-
-    @property
     def packages(self) -> tuple[str, ...]:
         """Packages of others that have its laws, each with its version then."""
         laws = [self.settings[name] for name in LAWS if name in self.settings]
@@ -230,33 +220,15 @@ class LogHeader:
         return {name.removeprefix(prefix): values for name, values in self.arrays.items() if name.startswith(prefix)}
 
 
-def _form(ensemble: Ensemble, *, evolves: bool) -> int:
+def _form(ensemble: Ensemble, settings: Mapping[str, Any]) -> int:
     """Return the earliest form of a log that has what the ensemble has."""
     if ensemble.curves is not None:
-        return FORMAT_OF_CURVES
+        return OF_CURVES
     if ensemble.slope is not None:
-        return FORMAT_OF_SLOPES
+        return OF_SLOPES
     if ensemble.yielding is not None:
-        return FORMAT_OF_YIELDING
-    return FORMAT_OF_LAWS if evolves else FORMAT
-
-
-def _rings(settings: Mapping[str, Any]) -> Rings:
-    try:
-        return Rings(**settings)
-    except TypeError as error:
-        raise InputError(f"rings are {shown(settings)}; expected height_classes, rings and tolerance") from error
-
-
-def _known(ensemble: Ensemble, instrument: Instrument) -> dict[str, float]:
-    """Return what only the checks of the model need, as far as it is known."""
-    area = {} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}
-    resolutions = {name: getattr(instrument, name) for name in RESOLUTIONS}
-    limits = dict(ensemble.pair.limits)
-    if ensemble.yielding is None:
-        # which only summits that yield are looked at for
-        limits.pop("cracking_load", None)
-    return area | limits | {name: value for name, value in resolutions.items() if value > 0}
+        return OF_YIELDING
+    return OF_LAWS if {*LAWS, "follow_sliding"} & {*settings} else PLAIN
 
 
 def head_from(text: str, arrays: Mapping[str, Array], link: bytes | None = None) -> LogHeader:

@@ -1,28 +1,30 @@
-"""The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand."""
+"""The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand.
 
+A snapshot is a state beside the events, from which a replay can begin: a shortcut, never a truth.
+"""
+
+import hashlib
+import json
 import logging
-import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 
+from historysim._version import __version__
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.system import threads_of
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
-from historysim.loads.schedule import Cursor, Start
+from historysim.loads.schedule import Cursor, Start, cursor_at
 from historysim.log import embedded_log
-from historysim.log.database import ENDING
-from historysim.log.file import Content, LogFile
-from historysim.log.header import LogHeader
-from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
+from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
 from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression
 
@@ -78,32 +80,45 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     OSError, KeyboardInterrupt
         ``output`` cannot be written; the user has stopped it. The message says what is kept.
     """
-    head, content, notify = file.head, file.sound(), options.notify
+    head, content = file.head, file.sound()
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
     job, link = head.replay(content.events, options.threads), digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
+
+    def write_beside(into: "netCDF4.Dataset") -> None:
+        if head.surface:
+            surface_group.write(into, head.surface, head.settings["surface_attributes"])
+        embedded_log.write(into, head, content)
+
     with Unfinished(output) as unfinished, _explained(file.path, unfinished, job.steps()):
-        if options.resume and _is_result_of(output, link):
-            return
-        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-        written = _name_of(unfinished.path, link) if options.resume else ""
-        start = _start(file, content, written, notify) if options.resume else Start(head.ensemble.initial_state())
+        start, written = Start(head.ensemble.initial_state()), ""
+        if options.resume:
+            if _is_result_of(output, link):
+                return
+            written = _name_of(unfinished.path, link)
+            start = _last_snapshot(file, content, written, options.notify)
+            if not start.rows:
+                unfinished.renew()
         unfinished.kept = start.rows
-        if options.resume and not start.rows:
-            unfinished.renew()
-        made = partial(
-            job.recorder,
-            FileRecorder,
-            attributes=job.attributes() | head.attributes | link | {"date_created": now},
-            beside=partial(_write_beside, head=head, content=content),
-        )
+        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        attributes = job.attributes() | head.attributes | link | {"date_created": now}
+        made = partial(job.recorder, FileRecorder, attributes=attributes, beside=write_beside)
         with made(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
-                notify(_size_notice(output, target))
+                options.notify(_size_notice(output, target))
             every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
             rows = written if start.rows else f"{unfinished.path.name} {now}"
-            after = _Snapshots(file, content, target, unfinished, rows, every)
+
+            def after(cursor: Cursor, state: "EnsembleState") -> None:
+                if cursor.rows - unfinished.kept < every or cursor.rows == target.steps:
+                    return
+                # first the rows, then the snapshot that says that they stand
+                target.flush()
+                add_snapshot(file, Snapshot.of(cursor, state, content, rows, job.ensemble.packages))
+                logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
+                unfinished.kept = cursor.rows
+
             job.walk(target, start=start, most_rows=every, progress=options.progress, after=after)
             target.finish()
         if options.compression == "none":
@@ -137,30 +152,6 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
-@final
-@attrs.define
-class _Snapshots:
-    """Puts a snapshot into the log now and then."""
-
-    file: LogFile
-    content: Content
-    target: FileRecorder
-    unfinished: Unfinished
-    written: str  #: what the rows before a snapshot are called
-    every: int  #: rows between two of them
-
-    def __call__(self, cursor: Cursor, state: "EnsembleState") -> None:
-        if cursor.rows - self.unfinished.kept < self.every or cursor.rows == self.target.steps:
-            return
-        # first the rows, then the snapshot that says that they stand
-        self.target.flush()
-        ahead = self.content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
-        link, here = self.content.links[ahead], program(self.target.ensemble.packages)
-        add_snapshot(self.file, Snapshot(cursor, ahead, link, here, state.to_bytes(), self.written))
-        logger.debug("%s: snapshot after %d of %d steps", self.file.path, cursor.rows, self.target.steps)
-        self.unfinished.kept = cursor.rows
-
-
 def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
     found = _attributes(unfinished, "log_digest", "date_created")
@@ -187,16 +178,6 @@ def _attributes(path: Path, *names: str) -> dict[str, Any]:
         return {}
 
 
-def _start(file: LogFile, content: Content, written: str, notify: Notify) -> Start:
-    """Return the last snapshot with its rows in the unfinished file of this name, or the beginning."""
-    start = start_before(file, content, math.inf, notify, written=written) if written else None
-    if start is None or start.cursor is None:
-        notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
-        return Start(file.head.ensemble.initial_state())
-    notify(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
-    return start
-
-
 def _size_notice(output: Path, target: FileRecorder) -> str:
     """Return how large a result will be, and what makes it smaller."""
     own = "" if target.asperities is None else f" and {target.columns:,} asperities"
@@ -207,14 +188,127 @@ def _size_notice(output: Path, target: FileRecorder) -> str:
     )
 
 
-def _write_beside(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
-    """Write what stands beside the rows: the surface, and what the result is made from."""
-    if head.surface:
-        surface_group.write(file, head.surface, head.settings["surface_attributes"])
-    embedded_log.write(file, head, content)
-
-
 def digest_attribute(link: bytes) -> dict[str, str]:
     """Return the attributes of a result that say which log it belongs to, by the last link of its chain."""
     digest = f"sha256:{link.hex()}"
     return {"log_digest": digest, "id": digest}
+
+
+# -- snapshots -------------------------------------------------------------------------------------
+
+
+@attrs.frozen
+class Snapshot:
+    """A state and where in the log it stands."""
+
+    cursor: Cursor  #: events that are done, rows that are recorded, and what the channels are on their way to
+    batches: int  #: batches of the log that the state depends on, the one with the events ahead included
+    link: bytes  #: link of the last of them
+    program: str  #: versions that computed the state
+    state: bytes = attrs.field(repr=False)  #: see `EnsembleState.to_bytes`
+    written: str = ""  #: which file has the rows before it; empty where none are written
+
+    @classmethod
+    def of(
+        cls, cursor: Cursor, state: "EnsembleState", content: Content, written: str, packages: Iterable[str]
+    ) -> Self:
+        """Return that of a state where a replay of a log stands, and of the file that has its rows."""
+        ahead = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
+        return cls(cursor, ahead, content.links[ahead], program(packages), state.to_bytes(), written)
+
+    @property
+    def row(self) -> tuple[int, str, bytes, bytes, bytes]:
+        """As it stands in the log: events, the rest as JSON, link, state, and the SHA-256 of these."""
+        about = attrs.asdict(self.cursor) | {"batches": self.batches, "program": self.program}
+        text = json.dumps(about | ({"written": self.written} if self.written else {}))
+        return self.cursor.events, text, self.link, self.state, _digest(text, self.link, self.state)
+
+    @classmethod
+    def from_row(cls, text: str, link: bytes, state: bytes, digest: bytes) -> Self:
+        """Return what stands in a log; what is damaged is a ValueError, KeyError, TypeError or AttributeError."""
+        if _digest(text, link, state) != digest:
+            raise ValueError("it does not match its digest")
+        about = json.loads(text)
+        cursor = Cursor(about["events"], about["rows"], about["time"], tuple(about["heading"]))
+        return cls(cursor, about["batches"], link, about["program"], state, about.get("written", ""))
+
+
+def program(packages: Iterable[str] = ()) -> str:
+    """Return what computes states here: another version may give other bits; another machine does not."""
+    return ", ".join((f"historysim {__version__}", *packages))
+
+
+def add_snapshot(file: LogFile, snapshot: Snapshot) -> None:
+    """Put a snapshot beside the events of a log."""
+    file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", snapshot.row)
+
+
+def snapshots(file: LogFile, content: Content) -> Iterator[Snapshot | str]:
+    """Yield the snapshots of a log, the latest first, and in the place of those that cannot be trusted why."""
+    try:
+        numbers = file.rows("SELECT number FROM snapshot ORDER BY events DESC")
+    except InputError as error:
+        yield f"the snapshots cannot be read ({error})"
+        return
+    for (number,) in numbers:
+        # one at a time, since states may be large, and each may be damaged
+        try:
+            row = file.rows("SELECT about, link, state, digest FROM snapshot WHERE number = ?", number)[0]
+            snapshot = Snapshot.from_row(*row)
+            of_this = 0 < snapshot.batches < len(content.links) and content.links[snapshot.batches] == snapshot.link
+            yield snapshot if of_this else f"snapshot {number} is of another log"
+        except (InputError, ValueError, KeyError, TypeError, AttributeError) as error:
+            yield f"snapshot {number} is damaged ({error})"
+
+
+def trusted_snapshots(
+    file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
+) -> Iterator[Start]:
+    """Yield where the snapshots of a log let a replay begin, the latest first.
+
+    With `written`, only those with their rows in the file of that name. `notify` gets each reason to pass some over.
+    """
+    reasons: set[str] = set()
+    for snapshot in snapshots(file, content):
+        if isinstance(snapshot, Snapshot) and written not in {None, snapshot.written}:
+            continue
+        start = snapshot if isinstance(snapshot, str) else _start(file, content, snapshot)
+        if isinstance(start, Start):
+            yield start
+        elif start not in reasons:
+            notify(f"{file.path}: {start}; it is passed over")
+            reasons.add(start)
+
+
+def start_before(file: LogFile, content: Content, time: float, notify: Notify = silent) -> Start:
+    """Return the latest place up to a time [s] where a replay can begin."""
+    starts = trusted_snapshots(file, content, notify)
+    of_snapshot = (start for start in starts if start.cursor and start.cursor.time <= time)
+    return next(of_snapshot, None) or Start(file.head.ensemble.initial_state())
+
+
+def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify) -> Start:
+    """Return the last snapshot with its rows in the unfinished file of this name, or the beginning."""
+    start = next(trusted_snapshots(file, content, notify, written=written), None) if written else None
+    if start is None or start.cursor is None:
+        notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
+        return Start(file.head.ensemble.initial_state())
+    notify(f"{file.path}: going on from t = {time_text(start.cursor.time)}, after {start.rows:,} rows")
+    return start
+
+
+def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
+    """Return where a snapshot lets a replay begin, or why it does not."""
+    cursor, here = snapshot.cursor, program(file.head.ensemble.packages)
+    if snapshot.program != here:
+        return f"a snapshot was made by {snapshot.program}; this is {here}"
+    if cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
+        return f"the snapshot at t = {time_text(cursor.time)} was made before events were appended"
+    try:
+        return Start(file.head.ensemble.state_from(snapshot.state), cursor)
+    except InputError as error:
+        return f"a snapshot cannot be used ({error})"
+
+
+def _digest(text: str, link: bytes, state: bytes) -> bytes:
+    return hashlib.sha256(link + hashlib.sha256(text.encode()).digest() + state).digest()

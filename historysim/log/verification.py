@@ -1,6 +1,5 @@
 """Whether a result is what its log gives, and a log what it says it is."""
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
@@ -20,8 +19,7 @@ from historysim.loads.schedule import Start
 from historysim.log import embedded_log
 from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
-from historysim.log.result import log_beside
-from historysim.log.snapshot import program, trusted_snapshots
+from historysim.log.result import log_beside, program, trusted_snapshots
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import SLIDE_TIME
@@ -54,9 +52,8 @@ class Difference:
             return
         if not self.count:
             where = tuple(np.argwhere(differs)[0])
-            place = ", ".join(
-                f"{name} {index}" for name, index in zip(names, (first + where[0], *where[1:]), strict=True)
-            )
+            indices = zip(names, (first + where[0], *where[1:]), strict=True)
+            place = ", ".join(f"{name} {index}" for name, index in indices)
             self.first = f"{place} ({float(recorded[where])!r} for {float(replayed[where])!r})"
         self.count += int(differs.sum())
         apart = np.abs(recorded[differs].astype(float) - replayed[differs])
@@ -123,23 +120,18 @@ def verify(
     path = as_path(path)
     if is_log(path):
         return _verify_log(path, notify=notify)
-    return _verify_result(path, None if log is None else Path(log), progress=progress, notify=notify)
-
-
-def _verify_result(output: Path, log: Path | None, *, progress: bool, notify: Notify) -> Verification:
-    if not is_netcdf(output):
-        kind = kind_text(output) or "is no result, and no log"
-        raise InputError(f"{output}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
-    beside = log or log_beside(output)
-    there = log is not None or beside.is_file()
+    if not is_netcdf(path):
+        kind = kind_text(path) or "is no result, and no log"
+        raise InputError(f"{path}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
+    beside = log_beside(path) if log is None else Path(log)
     # what is no result has no log, so that it is opened in any case
-    with LogFile(beside) if there else nullcontext() as file, _opened(output) as result:
+    with LogFile(beside) if log is not None or beside.is_file() else nullcontext() as file, _opened(path) as result:
         if file is None:
             raise InputError(
-                f"{output}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
-                f"result again from the log inside it: historysim run {output} -o again.nc"
+                f"{path}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
+                f"result again from the log inside it: historysim run {path} -o again.nc"
             )
-        return _compared(output, result, file, progress=progress, notify=notify)
+        return _compared(path, result, file, progress=progress, notify=notify)
 
 
 def _compared(
@@ -155,7 +147,7 @@ def _compared(
         notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
     job = file.head.replay(events)
     if (found := len(result.dimensions["step"])) != (steps := job.steps()):
-        raise InputError(f"has {found:,} steps; its log makes {steps:,}")
+        raise InputError(f"{output}: has {found:,} steps; its log makes {steps:,}")
     target = job.recorder(_Comparer, file=result)
     for variable, values in coordinates_of(job.ensemble, job.asperities):
         target.compare(variable.name, values)
@@ -180,23 +172,22 @@ def _elsewhere(head: LogHeader, version: str, made: str) -> str:
 def _verify_log(path: Path, *, notify: Notify) -> Verification:
     with LogFile(path) as file:
         head, content = file.head, file.sound()
-        elsewhere = _elsewhere(head, head.version, head.settings["made_with"])
+        elsewhere = _elsewhere(head, head.settings["historysim_version"], head.settings["made_with"])
         if content.events and elsewhere:
             here = program(head.ensemble.packages)
             notify(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
-        starts = list(trusted_snapshots(file, content, notify))
-        good, now = 0, None
-        job = head.replay(content.events)
-        for kept in [*reversed(starts), None] if content.events else []:
-            until = math.inf if kept is None or kept.cursor is None else kept.cursor.time
-            state = job.state(until, start=now)
-            if kept is None:
-                break
-            if state.to_bytes() == kept.state.to_bytes():
+        good, now, job = 0, None, head.replay(content.events)
+        for kept in reversed([*trusted_snapshots(file, content, notify)]):
+            if kept.cursor is None:
+                continue
+            until = kept.cursor.time
+            now = Start(job.state(until, start=now), kept.cursor)
+            if now.state.to_bytes() == kept.state.to_bytes():
                 good += 1
             else:
                 notify(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
-            now = Start(state, kept.cursor)
+        if content.events:
+            job.state(start=now)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 
@@ -219,10 +210,12 @@ class _Comparer(Recorder):
     def compare(self, name: str, values: Array, where: slice = slice(None)) -> None:
         """Compare the values of one variable."""
         if name not in self.file.variables:
-            raise InputError(f"has no variable {name}")
+            raise InputError(f"{self.file.filepath()}: has no variable {name}")
         names, recorded = self.file[name].dimensions, self.file[name][where]
         if recorded.dtype != values.dtype or recorded.shape != values.shape:
-            raise InputError(f"{name} is {recorded.dtype} of shape {recorded.shape}, other than the replay gives")
+            raise InputError(
+                f"{self.file.filepath()}: {name} is {recorded.dtype} of shape {recorded.shape}, other than the replay gives"
+            )
         self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
 
 
@@ -242,26 +235,19 @@ def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[
     )
 
 
-def _check_finished(result: "netCDF4.Dataset") -> None:
-    if not getattr(result, "complete", 0) or "step" not in result.dimensions:
-        raise InputError("is not a finished result of historysim run")
-
-
 @contextmanager
 def _opened(output: Path) -> Iterator["netCDF4.Dataset"]:
-    """Open a finished result; InputErrors of the block that name no file are of this one."""
+    """Open a finished result; what netCDF4 cannot read in the block is damage."""
     import netCDF4
 
     check_named(output)
     try:
         with netCDF4.Dataset(output) as result:
             result.set_auto_maskandscale(False)
-            _check_finished(result)
+            if not getattr(result, "complete", 0) or "step" not in result.dimensions:
+                raise InputError(f"{output}: is not a finished result of historysim run")
             yield result
     except (OSError, RuntimeError, AttributeError) as error:
         if isinstance(error, AttributeError) and not str(error).startswith("NetCDF: "):
             raise
         raise InputError(f"{output}: is damaged ({error}); run the scenario again") from error
-    except InputError as error:
-        known = str(error).startswith(str(output)) or ".history" in str(error)
-        raise InputError(str(error) if known else f"{output}: {error}") from error

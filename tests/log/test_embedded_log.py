@@ -122,9 +122,7 @@ class TestOfSummits:
 
     def test_a_file_without_it_is_told(self, made, tmp_path):
         xr.Dataset({"a": 1.0}).to_netcdf(tmp_path / "other.nc")
-        with pytest.raises(
-            hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run; expected a"
-        ):
+        with pytest.raises(hs.InputError, match="is a netCDF or HDF5 file, and no result of historysim run"):
             hs.run(tmp_path / "other.nc", tmp_path / "again.nc")
         (tmp_path / "half.nc").write_bytes(made.read_bytes()[:2000])
         with pytest.raises(hs.InputError, match=r"half\.nc: is damaged"):

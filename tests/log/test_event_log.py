@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import historysim as hs
 from historysim.log import file as log_file
-from historysim.log.snapshot import Snapshot, add_snapshot, program, start_before
+from historysim.log.result import Snapshot, add_snapshot, program, start_before
 from historysim.recording.recorder import StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -161,7 +161,7 @@ def test_what_is_appended_may_say_how_a_channel_came_there(path):
 
 def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
     with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
-        monkeypatch.setattr("historysim.log.snapshot.__version__", "0.0.9")
+        monkeypatch.setattr("historysim.log.result.__version__", "0.0.9")
         snapshots_everywhere(log)
         monkeypatch.undo()
         told = []

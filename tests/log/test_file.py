@@ -16,7 +16,7 @@ from historysim.log import file as log_file
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.file import LogFile, links_of
 from historysim.log.header import LogHeader, head_from
-from historysim.log.snapshot import Snapshot, add_snapshot, program, snapshots
+from historysim.log.result import Snapshot, add_snapshot, program, snapshots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 ENSEMBLE = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], 0.5, x=[0.0, 1.0, 2.0])

@@ -16,7 +16,7 @@ from preloaded import POSSIBLE, REASON, run_script
 import historysim as hs
 from historysim.log import result as result_writer
 from historysim.log.file import LogFile
-from historysim.log.snapshot import add_snapshot, snapshots
+from historysim.log.result import add_snapshot, snapshots
 from historysim.recording.netcdf import FileRecorder, Unfinished
 
 TESTS = Path(__file__).parents[1]

@@ -22,7 +22,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.log.file import LogFile
-from historysim.log.snapshot import snapshots
+from historysim.log.result import snapshots
 
 SCENARIO = """
 [materials]

@@ -19,7 +19,7 @@ import numpy as np
 
 import historysim as hs
 from historysim.log.file import LogFile
-from historysim.log.snapshot import snapshots
+from historysim.log.result import snapshots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 
