@@ -101,7 +101,9 @@ class Replay(FieldsAsHtml):
         """Return the history up to a time [s] as a Dataset in memory; attributes replace those of the same name."""
         target = self.recorder(DatasetRecorder, until=until)
         self.walk(target, until=until, progress=progress)
-        return provenance.traced(target.dataset(self.attributes() | (attributes or {})), self)
+        history = target.dataset(self.attributes() | (attributes or {}))
+        history.encoding[provenance.MADE_BY] = self
+        return history
 
     def write(self, path: str | Path, *, progress: bool = False) -> None:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""

@@ -9,6 +9,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from historysim.basics import system
+from historysim.basics.system import sync_folder
 from historysim.basics.wording import brief
 from historysim.errors import InputError
 
@@ -76,7 +77,7 @@ def check_replaceable(path: Path) -> None:
     except (OSError, ValueError):
         return
     if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
-        raise InputError(f"{path}: is {_kind(mode)}; expected the name of a file to write")
+        raise InputError(f"{path}: is {_type(mode)}; expected the name of a file to write")
 
 
 def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()) -> int:
@@ -85,27 +86,25 @@ def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()
     What stands there has to be a regular file of one's own, with no other name, that is empty or begins as one of
     `begins`. What is `shared` may be anybody's, and hold anything. Anything else is an OSError.
     """
-    flags = os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT
     try:
-        handle = os.open(path, flags, 0o666)
+        handle = os.open(path, os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT, 0o666)
     except OSError as error:
         if path.is_symlink():
-            message = f"{path.name} is a link, which is not followed, since others may have put it there; remove it"
-            raise OSError(error.errno, message, str(path)) from None
+            raise OSError(error.errno, f"{path.name} is a link, which is not followed; remove it", str(path)) from None
         if path.is_dir():
             raise OSError(error.errno, f"{path.name} is a folder; move it away", str(path)) from None
         raise
-    found = os.fstat(handle)
+    found, number, problem = os.fstat(handle), 0, ""
     if not (is_own(found) or (shared and stat.S_ISREG(found.st_mode))):
+        number, problem = errno.EPERM, "is not a regular file of yours alone; remove it"
+    elif not shared:
+        first = os.read(handle, 16)
+        os.lseek(handle, 0, os.SEEK_SET)
+        if first and not first.startswith(begins):
+            number, problem = errno.EEXIST, "holds something else than historysim; move it away"
+    if problem:
         os.close(handle)
-        raise PermissionError(errno.EPERM, f"{path.name} is not a regular file of yours alone; remove it", str(path))
-    first = b"" if shared else os.read(handle, 16)
-    os.lseek(handle, 0, os.SEEK_SET)
-    if first and not first.startswith(begins):
-        os.close(handle)
-        raise FileExistsError(
-            errno.EEXIST, f"{path.name} holds something else than historysim; move it away", str(path)
-        )
+        raise OSError(number, f"{path.name} {problem}", str(path))
     return handle
 
 
@@ -144,13 +143,12 @@ def what_is_there(path: Path) -> str:
         mode = path.stat().st_mode
     except (OSError, ValueError):
         return "there is no such file"
-    return "" if stat.S_ISREG(mode) else f"is {_kind(mode)}"
+    return "" if stat.S_ISREG(mode) else f"is {_type(mode)}"
 
 
-def _kind(mode: int) -> str:
-    if stat.S_ISDIR(mode):
-        return "a folder"
-    return "a FIFO" if stat.S_ISFIFO(mode) else "a socket" if stat.S_ISSOCK(mode) else "a device"
+def _type(mode: int) -> str:
+    types = {stat.S_IFDIR: "a folder", stat.S_IFIFO: "a FIFO", stat.S_IFSOCK: "a socket"}
+    return types.get(stat.S_IFMT(mode), "a device")
 
 
 def sync_file(path: Path) -> None:
@@ -160,11 +158,6 @@ def sync_file(path: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
-
-
-def sync_folder(path: Path) -> None:
-    """Write the names in a folder to the disk (fsync): files that were made, renamed or removed there."""
-    system.sync_folder(path)
 
 
 def is_log(path: Path) -> bool:
@@ -209,46 +202,41 @@ class WriterLock:
     Raises OSError: another writer has it, or the file cannot be opened to write.
     """
 
-    _handle: int | None
-
     def __init__(self, path: Path, *, make: bool = False, begins: tuple[bytes, ...] = ()) -> None:
-        while True:
-            handle = own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
+        self._path = path
+        self._handle: int | None = None
+        free = True
+        while free and self._handle is None:
+            self._handle = own_file(path, begins=begins) if make else os.open(path, os.O_RDWR | system.OWN)
             try:
-                free = system.lock_file(handle)
+                free = system.lock_file(self._handle)
                 # the file may have been renamed or replaced between the two calls
-                same = free and path.exists() and os.path.samestat(os.fstat(handle), path.stat())
+                same = free and path.exists() and os.path.samestat(os.fstat(self._handle), path.stat())
             except BaseException:
-                os.close(handle)
+                self.release()
                 raise
-            if not free:
-                os.close(handle)
-                message = "another process is writing it; wait until it is done, or end it (readers are not held up)"
-                raise OSError(errno.EAGAIN, message, str(path))
-            if same:
-                break
-            os.close(handle)
-        self._path, self._handle = path, handle
+            if not same:
+                self.release()
+        if not free:
+            busy = "another process is writing it; wait until it is done, or end it (readers are not held up)"
+            raise OSError(errno.EAGAIN, busy, str(path))
 
     def moved(self, path: Path) -> "WriterLock":
         """Give the locked file another name, in place of another file, and return its lock."""
-        if system.REPLACES_OPEN_FILES:
-            self._path.replace(path)
-            return self
-        self.release()
+        if not system.REPLACES_OPEN_FILES:
+            self.release()
         self._path.replace(path)
-        return WriterLock(path)
+        return self if system.REPLACES_OPEN_FILES else WriterLock(path)
 
     def remove(self) -> None:
         """Remove the file, and give the lock back."""
         if system.REPLACES_OPEN_FILES:
             self._path.unlink(missing_ok=True)
-            self.release()
-            return
         self.release()
-        with suppress(OSError):
+        if not system.REPLACES_OPEN_FILES:
             # another process may have taken it
-            self._path.unlink(missing_ok=True)
+            with suppress(OSError):
+                self._path.unlink(missing_ok=True)
 
     def release(self) -> None:
         """Give the lock back."""

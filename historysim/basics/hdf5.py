@@ -152,14 +152,11 @@ def _check_depth(place: str) -> None:
 
 def _touch(variable: Any, chunks: Any) -> None:
     """Read a value of each node of the index of a variable's chunks, or one value where it has no index."""
-    sizes = chunks if isinstance(chunks, list | tuple) else variable.shape
-    counts = [-(-length // size) for length, size in zip(variable.shape, sizes, strict=True)]
-    total = math.prod(counts)
+    import numpy as np
+
+    sizes = np.array(chunks if isinstance(chunks, list | tuple) else variable.shape, np.int64)
+    counts = -(-np.array(variable.shape, np.int64) // sizes)
+    total = math.prod(map(int, counts))
     for number in range(0, total, max(_CHUNKS_OF_A_NODE, total // _MOST_TOUCHED)):
-        place: list[int] = []
-        rest = number
-        for count, size in zip(reversed(counts), reversed(sizes), strict=True):
-            rest, index = divmod(rest, count)
-            place.insert(0, index * size)
         with contextlib.suppress(Exception):
-            variable[tuple(place)]
+            variable[tuple(np.unravel_index(number, counts) * sizes)]

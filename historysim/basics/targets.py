@@ -64,15 +64,14 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
 def check_place(path: Path) -> None:
     """Check that a regular file may stand under a name, in a folder that is there; else it is an InputError."""
     try:
-        if path.is_dir():
-            raise InputError(f"{path}: is a folder; expected the name of a file to write")
-        check_replaceable(path)
-        if not path.parent.is_dir():
-            raise InputError(f"{path}: there is no folder {path.parent}; make it first")
+        is_folder, has_place = path.is_dir(), path.parent.is_dir()
     except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"{str(path)!r}: cannot be the name of a file here ({error})") from error
+    if is_folder:
+        raise InputError(f"{path}: is a folder; expected the name of a file to write")
+    check_replaceable(path)
+    if not has_place:
+        raise InputError(f"{path}: there is no folder {path.parent}; make it first")
 
 
 def is_same(path: Path, other: Path) -> bool:
@@ -137,13 +136,13 @@ def _content(path: Path) -> str | None:
 
     from historysim.basics.hdf5 import check_contained
 
-    known: dict[str, str] = {}
     # damaged, or of another form, where it cannot be opened
     with suppress(OSError, RuntimeError, AttributeError, InputError):
         check_contained(path)
         with netCDF4.Dataset(path) as file:
-            names = {"source", "history", "content"} & {*file.ncattrs()}
-            known = {name: str(file.getncattr(name)) for name in names}
-            known["historysim_version"] = "historysim" if "historysim_version" in file.ncattrs() else ""
-    content = known.pop("content", "")
-    return content if any("historysim" in text for text in known.values()) else None
+            known = {
+                name: str(file.getncattr(name)) for name in ("source", "history", "content") if name in file.ncattrs()
+            }
+            if "historysim_version" in file.ncattrs() or any("historysim" in text for text in known.values()):
+                return known.get("content", "")
+    return None

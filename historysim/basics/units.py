@@ -106,7 +106,14 @@ def in_si(value: Any, unit: str) -> Any:
     if isinstance(value, str):
         return quantity(value, unit)
     if has_unit(value):
-        return _magnitude(value, unit)
+        # "J m-2" in the notation of pint: it has powers after two asterisks
+        notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
+        try:
+            # a quantity may hold a decimal or a fraction
+            return as_float(value.to(notation).magnitude)
+        # pint's errors derive from one of these
+        except (TypeError, ValueError, AttributeError):
+            raise InputError(f"{_shown(str(value))} has another unit; expected {_in_unit(unit)}") from None
     several = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
     if isinstance(several, list | tuple) and not all(map(is_number, several)):
         return [in_si(one, unit) for one in several]
@@ -118,66 +125,53 @@ def has_unit(value: object) -> bool:
     return hasattr(value, "magnitude") and hasattr(value, "to")
 
 
-def _magnitude(value: PhysicalQuantity, unit: str) -> Any:
-    # "J m-2" in the notation of pint: it has powers after two asterisks
-    notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
-    try:
-        number = value.to(notation).magnitude
-    # pint's errors derive from one of these
-    except (TypeError, ValueError, AttributeError):
-        kind, sample = _kind(unit)
-        how = "" if unit == "1" else f" in {unit}, or in a unit such as {sample}"
-        raise InputError(f"{_shown(str(value))} has another unit; expected {kind}{how}") from None
-    # a quantity may hold a decimal or a fraction
-    return as_float(number)
-
-
-# Converters of attrs fields, named for the unit, since type checkers want a function.
-
-
 def each_of(convert: Callable[[Any], Any], value: Any) -> Any:
     """Return a number converted, or those of a list, as a tuple; for attrs converters."""
     several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1
     return tuple(map(convert, value)) if several else convert(value)
 
 
+# Converters of attrs fields, named for the unit, since type checkers want a function. They return a number in SI, and
+# what is no number, string or quantity unchanged, as `as_float` does.
+
+
 def newtons(value: float | str | PhysicalQuantity) -> float:
-    """Return a force in N; what is no number, string or quantity unchanged, as `as_float` does."""
+    """Return a force in N."""
     return as_float(in_si(value, "N"))
 
 
 def metres(value: float | str | PhysicalQuantity) -> float:
-    """Return a length in m, as `newtons`."""
+    """Return a length in m."""
     return as_float(in_si(value, "m"))
 
 
 def seconds(value: float | str | PhysicalQuantity) -> float:
-    """Return a time in s, as `newtons`."""
+    """Return a time in s."""
     return as_float(in_si(value, "s"))
 
 
 def pascals(value: float | str | PhysicalQuantity) -> float:
-    """Return a pressure or modulus in Pa, as `newtons`."""
+    """Return a pressure or modulus in Pa."""
     return as_float(in_si(value, "Pa"))
 
 
 def newtons_per_metre(value: float | str | PhysicalQuantity) -> float:
-    """Return a stiffness in N/m, as `newtons`."""
+    """Return a stiffness in N/m."""
     return as_float(in_si(value, "N m-1"))
 
 
 def pascals_root_metre(value: float | str | PhysicalQuantity) -> float:
-    """Return a fracture toughness in Pa √m, as `newtons`."""
+    """Return a fracture toughness in Pa √m."""
     return as_float(in_si(value, "Pa m0.5"))
 
 
 def joules_per_area(value: float | str | PhysicalQuantity) -> float:
-    """Return a surface energy in J/m², as `newtons`."""
+    """Return a surface energy in J/m²."""
     return as_float(in_si(value, "J m-2"))
 
 
 def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
-    """Return a volume per energy in m³/J, as `newtons`."""
+    """Return a volume per energy in m³/J."""
     return as_float(in_si(value, "m3 J-1"))
 
 
@@ -217,16 +211,11 @@ def quantity(value: float | str, unit: str) -> float:
     """
     if is_number(value):
         return _finite(value, value)
-    kind, sample = _kind(unit)
     if unit == "1" or not isinstance(value, str):
-        share = re.fullmatch(rf"\s*({_NUMBER.pattern})\s*%\s*", value, re.ASCII) if isinstance(value, str) else None
-        how = (
-            f"such as {float(share[1]) / 100 if share else 0.2:g}, without quotes or a unit"
-            if unit == "1"
-            else f"in {unit}, or as a string such as '50 {sample}'"
-        )
+        plain = " such as 0.2, without quotes or a unit" if unit == "1" else ""
         given = "string" if isinstance(value, str) else type(value).__name__
-        raise InputError(f"{_shown(value)} is a {given}; expected {kind} {how}")
+        raise InputError(f"{_shown(value)} is a {given}; expected {_in_unit(unit)}{plain}")
+    kind, sample = _kind(unit)
     string = value.strip()
     match = _NUMBER.match(string)
     unit_text = string[match.end() :].strip() if match else ""
@@ -236,17 +225,17 @@ def quantity(value: float | str, unit: str) -> float:
             "point and no separators between thousands"
         )
     number = match.group()
-    plain = _finite(number, value)
+    plain_number = _finite(number, value)
     if not unit_text:
         raise InputError(
-            f"{_shown(value)} has no unit; expected {kind}: write the plain number {plain!r} for SI, or "
-            f"'{plain!r} {unit}'"
+            f"{_shown(value)} has no unit; expected {kind}: write the plain number {plain_number!r} for SI, or "
+            f"'{plain_number!r} {unit}'"
         )
     try:
         factor = conversion_factor(unit_text, unit)
     except InputError as error:
         raise InputError(f"{_shown(value)}: {error}") from None
-    if plain == 0:
+    if plain_number == 0:
         return 0.0
     # the product of the decimals, rounded once, is the very float of the same quantity written in SI
     return _finite(Decimal(number) * Decimal(repr(factor)), value)
@@ -263,20 +252,20 @@ def conversion_factor(unit_text: str, unit: str) -> float:
         An unknown unit, one of another dimension, or one with an offset such as celsius.
     """
     kind, sample = _kind(unit)
-    shown = _shown(unit_text)
+    shown, expected = _shown(unit_text), f"expected a unit such as {sample}"
     if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
-        raise InputError(f"{shown} is not a unit; expected a unit such as {sample}")
+        raise InputError(f"{shown} is not a unit; {expected}")
     try:
         given, of = _product(unit_text)
     except LookupError as error:
         raise InputError(f"{shown} {error.args[0]}; {_meant(unit_text, unit)}") from None
     except ZeroDivisionError:
-        raise InputError(f"{shown} divides by 0; expected a unit such as {sample}") from None
+        raise InputError(f"{shown} divides by 0; {expected}") from None
     si, wanted = _product(unit)
     if of != wanted:
         signal = any(of == _product(each)[1] for each in ("V", "A"))
         meant = f"; for the signal of a sensor write what 1 {unit_text} stands for, as '2.5 {sample}'" if signal else ""
-        raise InputError(f"{shown} is not a unit of {kind}; expected a unit such as {sample}{meant}")
+        raise InputError(f"{shown} is not a unit of {kind}; {expected}{meant}")
     try:
         factor = float(given / si)
     except OverflowError:
@@ -289,34 +278,27 @@ def conversion_factor(unit_text: str, unit: str) -> float:
 _Dimension = dict[str, Fraction]  # powers of base units, by their names in pint
 _Unit = tuple[Fraction, _Dimension]
 
-# Units that take prefixes, each as a power of ten of base units: what most data have, for which pint is not loaded.
-_OWN: dict[str, tuple[int, dict[str, int]]] = {
-    "m": (0, {"meter": 1}),
-    "g": (-3, {"kilogram": 1}),
-    "s": (0, {"second": 1}),
-    "Hz": (0, {"second": -1}),
-    "N": (0, {"kilogram": 1, "meter": 1, "second": -2}),
-    "Pa": (0, {"kilogram": 1, "meter": -1, "second": -2}),
-    "J": (0, {"kilogram": 1, "meter": 2, "second": -2}),
-    "W": (0, {"kilogram": 1, "meter": 2, "second": -3}),
-    "V": (0, {"kilogram": 1, "meter": 2, "second": -3, "ampere": -1}),
-    "A": (0, {"ampere": 1}),
-    "K": (0, {"kelvin": 1}),
-    "rad": (0, {"radian": 1}),
-}
-# What else instruments write, without prefixes, and what pint means otherwise.
+# Units that take prefixes: what most data have, for which pint is not loaded.
+_BASES = {"m": "meter", "kg": "kilogram", "s": "second", "A": "ampere", "K": "kelvin", "rad": "radian"}
+_PREFIXED = {**dict.fromkeys("msAK"), "rad": None, "g": "1e-3 kg", "Hz": "s-1", "N": "kg m s-2", "Pa": "N m-2"}
+_PREFIXED |= {"J": "N m", "W": "J s-1", "V": "W A-1"}
+# What else instruments write, without prefixes, and what pint means otherwise: there mil is an angle, rpm 2 π radians a
+# minute, and nmile a billionth of a mile.
 _DEFINED = {
     "%": "0.01",
     "min": "60 s",
     "h": "3600 s",
     "sec": "s",
     "second": "s",
+    "rpm": "1 / min",
     "meter": "m",
     "metre": "m",
     "micron": "µm",
     "in": "25.4 mm",
     "inch": "25.4 mm",
     "ft": "304.8 mm",
+    "mil": "0.0254 mm",
+    "nmile": "1852 m",
     "newton": "N",
     "gf": "9.80665 mN",
     "kgf": "9.80665 N",
@@ -324,13 +306,7 @@ _DEFINED = {
     "kip": "4448.2216152605 N",
     "bar": "100 kPa",
     "psi": "lbf / in^2",
-    "°": "0.017453292519943296 rad",
-    "deg": "0.017453292519943296 rad",
-    "degree": "0.017453292519943296 rad",
-    # of pint, mil is an angle, rpm 2 π radians a minute, and nmile a billionth of a mile
-    "mil": "0.0254 mm",
-    "rpm": "1 / min",
-    "nmile": "1852 m",
+    **dict.fromkeys(("°", "deg", "degree"), "0.017453292519943296 rad"),
 }
 _POWERS_OF_TEN = {prefix: power for power, prefix in _PREFIXES.items()} | {"μ": -6, "u": -6, "c": -2, "d": -1, "h": 2}
 _TERM = re.compile(
@@ -423,13 +399,16 @@ def _named(name: str) -> _Unit:
 
 
 def _common(name: str) -> _Unit:
+    if name in _BASES:
+        return Fraction(1), {_BASES[name]: Fraction(1)}
     word = name if len(name) <= 3 or name in _DEFINED else name.lower().removesuffix("s")
     if word in _DEFINED:
         return _product(_DEFINED[word], _common)
-    for own, (ten, powers) in _OWN.items():
-        exponent = _POWERS_OF_TEN.get(name.removesuffix(own)) if name.endswith(own) else None
-        if exponent is not None:
-            return Fraction(10) ** (ten + exponent), {base: Fraction(each) for base, each in powers.items()}
+    for own, meaning in _PREFIXED.items():
+        ten = _POWERS_OF_TEN.get(name.removesuffix(own)) if name.endswith(own) else None
+        if ten is not None:
+            factor, powers = _product(meaning or own, _common)
+            return factor * Fraction(10) ** ten, powers
     raise LookupError(_UNKNOWN)
 
 
@@ -443,7 +422,7 @@ def _pint() -> tuple[Any, Any]:
 def _meant(text: str, unit: str) -> str:
     """Return what to write in place of an unknown unit: the one that differs by its capitals, else a sample."""
     near = [f"{prefix}{unit}" for prefix in _POWERS_OF_TEN if f"{prefix}{unit}".lower() == text.strip().lower()]
-    if near and unit in _OWN:
+    if near and unit in _PREFIXED:
         return f"did you mean {' or '.join(map(repr, near))}?"
     return f"expected a unit such as {_kind(unit)[1]}, with its capitals as they are: mN is not MN"
 
@@ -506,6 +485,12 @@ def what_is_expected(unit: str) -> str:
     """Return what a key of a scenario in an SI unit takes: ``"a length such as '50 nm'"``."""
     kind, sample = _kind(unit)
     return f"{kind} such as 0.2" if unit == "1" else f"{kind} such as '50 {sample}'"
+
+
+def _in_unit(unit: str) -> str:
+    """Return what a message expects where no string can help: ``"a force in N, or as a string such as '50 mN'"``."""
+    kind, sample = _kind(unit)
+    return kind if unit == "1" else f"{kind} in {unit}, or as a string such as '50 {sample}'"
 
 
 def _kind(unit: str) -> tuple[str, str]:

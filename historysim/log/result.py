@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Self
 import attrs
 
 from historysim._version import __version__
+from historysim.basics.fields import one_of
 from historysim.basics.files import replacing
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.system import threads_of
@@ -26,7 +27,7 @@ from historysim.loads.schedule import Cursor, Start, cursor_at
 from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
-from historysim.recording.netcdf import FileRecorder, Unfinished, check_compression
+from historysim.recording.netcdf import COMPRESSIONS, FileRecorder, Unfinished
 
 if TYPE_CHECKING:
     import netCDF4
@@ -62,7 +63,7 @@ class RunOptions:
     progress: bool = False
     resume: bool = False
     snapshot_every: int | None = attrs.field(default=None, validator=_check_interval)
-    compression: str = attrs.field(default="none", validator=lambda *each: check_compression(each[-1]))
+    compression: str = attrs.field(default="none", validator=one_of(*COMPRESSIONS))
     threads: int | None = attrs.field(default=None, converter=threads_of)
     force: bool = False
     notify: Notify = silent

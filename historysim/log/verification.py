@@ -213,9 +213,8 @@ class _Comparer(Recorder):
             raise InputError(f"{self.file.filepath()}: has no variable {name}")
         names, recorded = self.file[name].dimensions, self.file[name][where]
         if recorded.dtype != values.dtype or recorded.shape != values.shape:
-            raise InputError(
-                f"{self.file.filepath()}: {name} is {recorded.dtype} of shape {recorded.shape}, other than the replay gives"
-            )
+            found, made = (f"{each.dtype} of shape {each.shape}" for each in (recorded, values))
+            raise InputError(f"{self.file.filepath()}: {name} is {found}; its log makes {made}")
         self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
 
 

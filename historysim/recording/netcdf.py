@@ -18,10 +18,7 @@ import numpy as np
 
 from historysim.basics.arguments import DIRECTION, Array
 from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
-from historysim.errors import InputError
-from historysim.memory.binding import TOTALS
 from historysim.memory.rows import Rows
-from historysim.recording import recorder
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import COMPONENTS, COORDINATES, OF_DIRECTION, SLIDE_TIME, Variable
 
@@ -40,12 +37,6 @@ MOST_CELLS_ACROSS = 1 << 21
 _BEGINS = (bytes(8), b"\x89HDF\r\n\x1a\n")  # the first bytes of an unfinished file
 # Files that could not be written: HDF5 may end the process when one is closed, so none ever is.
 _unwritable: "list[netCDF4.Dataset]" = []
-
-
-def check_compression(compression: str) -> None:
-    """Refuse a way of compression that is unknown."""
-    if compression not in COMPRESSIONS:
-        raise InputError(f"compression is {compression!r}; expected one of {', '.join(COMPRESSIONS)}")
 
 
 def put_attributes(holder: "netCDF4.Dataset | netCDF4.Variable[Any]", attributes: Mapping[str, Any]) -> None:
@@ -76,15 +67,6 @@ def put_variable(
         made[...] = values
 
 
-def put_strings(group: "netCDF4.Dataset", name: str, values: Sequence[str], attributes: Mapping[str, Any]) -> None:
-    """Write short strings along the dimension of their name, which is there, as arrays of characters."""
-    length = max(map(len, values))
-    group.createDimension(f"{name}_length", length)
-    made = group.createVariable(name, "S1", (name, f"{name}_length"), fill_value=False)
-    put_attributes(made, {**attributes, "_Encoding": "utf-8"})
-    made[...] = np.array(values, dtype=f"S{length}")
-
-
 @final
 @attrs.define
 class FileRecorder(Recorder):
@@ -97,13 +79,13 @@ class FileRecorder(Recorder):
     #: How rows are kept; where they are compressed, a file that is not finished cannot be gone on with.
     compression: str = "none"
     _file: "netCDF4.Dataset" = attrs.field(init=False)
-    _held: int = attrs.field(default=0, init=False)
-    _times: list[Array] = attrs.field(factory=list, init=False)
+    _times: Array = attrs.field(init=False)
+    _held: int = attrs.field(default=0, init=False)  #: rows that are not written yet
 
     def __attrs_post_init__(self) -> None:
         import netCDF4
 
-        self.rows, self._filled = self.new_rows(0), self.go_on
+        self._filled, self._times = self.go_on, np.empty(0)
         if self.compression == "none":
             there = self.path.stat() if self.path.exists() else None
             check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))
@@ -135,15 +117,16 @@ class FileRecorder(Recorder):
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
-        if self._held and self._held + count > self._most:
+        if self._held + count > self._times.size:
             self._put_held()
-        if len(self.rows.totals) < count:
-            self.rows = self.new_rows(max(count, self._most))
+            size = max(count, min(self.steps, self.rows_at_once))
+            if size > self._times.size:
+                self.rows, self._times = self.new_rows(size), np.empty(size)
         return self.rows[self._held : self._held + count]
 
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
-        self._times.append(times)
+        self._times[self._held : self._held + times.size] = times
         self._held += times.size
         self._filled += times.size
 
@@ -198,15 +181,18 @@ class FileRecorder(Recorder):
             file.createDimension("asperity", self.columns)
         if self.changes.planar:
             file.createDimension(DIRECTION, len(COMPONENTS))
-            put_strings(file, DIRECTION, COMPONENTS, {"long_name": OF_DIRECTION})
+            # CF has no strings of a length of their own
+            file.createDimension(f"{DIRECTION}_length", 1)
+            made = file.createVariable(DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False)
+            put_attributes(made, {"long_name": OF_DIRECTION, "_Encoding": "utf-8"})
+            made[...] = np.array(COMPONENTS, "S1")
+        # what is known at the end alone gets its place now, so that only its bytes change then
+        once = [] if self.asperities is None else [(SLIDE_TIME, np.full(self.columns, np.nan))]
         fixed = coordinates_of(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
-        once = () if self.asperities is None else (SLIDE_TIME,)
-        for each in (*coordinates, *self.totals, *self.per_asperity, *once):
+        for each in (*coordinates, *self.totals, *self.per_asperity, *(variable for variable, _ in once)):
             self._make(each, coordinates)
-        # what is known at the end alone gets its place now, so that only its bytes change then
-        later = [(each, np.full(self.columns, np.nan)) for each in once]
-        for variable, values in [*fixed, *later]:
+        for variable, values in [*fixed, *once]:
             if values.size:
                 file[variable.name][...] = values
         if self.beside is not None:
@@ -215,7 +201,7 @@ class FileRecorder(Recorder):
     def _make(self, variable: Variable, coordinates: Sequence[Variable]) -> None:
         shape = [len(self._file.dimensions[name]) for name in variable.dimensions]
         stored: dict[str, Any] = {"contiguous": True} if math.prod(shape) else {}
-        if math.prod(shape) and (way := COMPRESSIONS[self.compression]):
+        if stored and (way := COMPRESSIONS[self.compression]):
             chunks = (*chunk_shape(shape[0], math.prod(shape[1:2])), *shape[2:])[: len(shape)]
             # by its checksums every reader finds out whether a chunk is still whole
             stored = {"chunksizes": chunks, "fletcher32": True, **way}
@@ -225,22 +211,16 @@ class FileRecorder(Recorder):
             auxiliary = [each.name for each in coordinates if each.dimensions[0] in variable.dimensions]
             put_attributes(made, {"coordinates": " ".join(name for name in auxiliary if name != "asperity")})
 
-    @property
-    def _most(self) -> int:
-        """Rows that are held, at most, before they are written."""
-        return max(1, min(self.steps, recorder.CELLS_AT_ONCE // max(self.columns, len(TOTALS.names or ()))))
-
     def _put_held(self) -> None:
         if not self._held:
             return
-        rows = self.rows[: self._held]
         where = slice(self._filled - self._held, self._filled)
         with _reported():
-            self._file["time"][where] = np.concatenate(self._times)
-            for variable, values in self.projected(rows):
+            self._file["time"][where] = self._times[: self._held]
+            for variable, values in self.projected(self.rows[: self._held]):
                 if values.size:
                     self._file[variable.name][where] = values
-        self._held, self._times = 0, []
+        self._held = 0
 
 
 @contextlib.contextmanager
@@ -268,19 +248,18 @@ class Unfinished:
 
     def __init__(self, output: Path) -> None:
         self.path, self.output = output.with_name(f".{output.name}.unfinished"), output
-        # not a lock on the file itself, which would keep readers from opening the result
-        lock = output.with_name(f".{output.name}.lock")
         try:
-            self._lock = WriterLock(lock, make=True)
+            # not a lock on the file itself, which would keep readers from opening the result
+            self._lock = WriterLock(output.with_name(f".{output.name}.lock"), make=True)
+            try:
+                self._make()
+            except OSError:
+                self._lock.remove()
+                raise
         except OSError as error:
-            busy = "another process is writing this result"
-            why = busy if isinstance(error, BlockingIOError) else error.strerror
+            busy = isinstance(error, BlockingIOError)
+            why = "another process is writing this result" if busy else error.strerror
             raise OSError(error.errno, why, str(output)) from error
-        try:
-            self._make()
-        except OSError as error:
-            self._lock.remove()
-            raise OSError(error.errno, error.strerror, str(output)) from error
 
     def __enter__(self) -> Self:
         return self

@@ -4,7 +4,7 @@ import json
 import platform
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, Ta
 from historysim.loads.schedule import changes_geometry
 from historysim.recording.recorder import largest_approach
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 CONVENTIONS = "CF-1.11, ACDD-1.3"
 KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis"
 
@@ -32,59 +29,47 @@ MOST_TURN = 5e-3  # change of a slope as its spheres move past each other, up to
 VALIDITY, NAMED_STATES = "validity", "named_states"
 
 
-def traced(history: "xr.Dataset", job: object) -> "xr.Dataset":
-    """Return a history that knows the replay that has made it."""
-    history.encoding[MADE_BY] = job
-    return history
-
-
 def made_with() -> str:
     """Return what computes: the last bits may differ between versions, compilers and processors."""
     return f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}"
 
 
-def friction_text(ensemble: Ensemble) -> str:
-    """Return in a line which friction law holds at the start."""
-    if ensemble.law is not None:
-        elsewhere = "" if ensemble.law.same_bits else "; last bits may differ on other machines"
-        return f"{ensemble.law.text}{elsewhere}"
-    least, most = ensemble.friction.min(), ensemble.friction.max()
-    return f"Coulomb, {least:g}" if least == most else f"Coulomb, given for each asperity, from {least:g} to {most:g}"
-
-
 def _laws(ensemble: Ensemble) -> dict[str, str]:
     """Return the laws in a line each, and those of packages of others, whole: name, package and version, numbers."""
-    evolving = {"wear_law": ensemble.wear, "yielding_law": ensemble.yielding}
-    texts = {"friction_law": friction_text(ensemble)}
-    texts |= {name: law.text for name, law in evolving.items() if law is not None}
-    laws = {"friction_law": ensemble.law, **evolving}
-    settings = {f"{name}_settings": law.described for name, law in laws.items() if law is not None}
-    packages = {"packages": ", ".join(ensemble.packages)} if ensemble.packages else {}
-    return texts | packages | {name: json.dumps(each) for name, each in settings.items() if "package" in each}
+    least, most = ensemble.friction.min(), ensemble.friction.max()
+    texts = {
+        "friction_law": f"Coulomb, {least:g}" if least == most else f"Coulomb, of each, from {least:g} to {most:g}"
+    }
+    for name, law in (("friction_law", ensemble.law), ("wear_law", ensemble.wear), ("yielding_law", ensemble.yielding)):
+        if law is not None:
+            elsewhere = name == "friction_law" and not law.same_bits
+            texts[name] = f"{law.text}{'; last bits may differ on other machines' if elsewhere else ''}"
+            if "package" in law.described:
+                texts |= {"packages": ", ".join(ensemble.packages), f"{name}_settings": json.dumps(law.described)}
+    return texts
 
 
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
-    asperities, loads = (
-        counted(len(ensemble), "asperity", "asperities"),
-        counted(len(events), "load event", "load events"),
-    )
-    in_series = {} if instrument.rigid else {"lateral_stiffness": instrument.lateral_stiffness}
+    asperities, loads = counted(len(ensemble), "asperity", "asperities"), counted(len(events), "event", "events")
+    known = {
+        "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+        "nominal_area": ensemble.nominal_area,
+    }
     return {
         "Conventions": CONVENTIONS,
         "title": f"Load history of {asperities}",
-        "summary": "Loads, displacements, slip and dissipated energy of "
-        f"{asperities} in frictional contact along {loads}.",
+        "summary": f"Loads, displacements, slip and dissipated energy of {asperities} in frictional contact along "
+        f"{counted(len(events), 'load event', 'load events')}.",
         "keywords": KEYWORDS,
         "source": f"historysim {__version__}: exact traction memory of Hertz-Mindlin asperities",
-        "history": f"replayed from {counted(len(events), 'event', 'events')} by historysim {__version__}",
+        "history": f"replayed from {loads} by historysim {__version__}",
         "historysim_version": __version__,
         "made_with": made_with(),
         "contact_modulus": ensemble.pair.contact_modulus,
         "shear_modulus": ensemble.pair.shear_modulus,
-        **in_series,
         **_laws(ensemble),
-        **({} if ensemble.nominal_area is None else {"nominal_area": ensemble.nominal_area}),
+        **{name: value for name, value in known.items() if value is not None},
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
@@ -97,10 +82,8 @@ def validity_findings(
 ) -> tuple[Finding, ...]:
     """Return which assumptions of the model do not hold where the asperities are pressed most.
 
-    Those of `asperities.validity.findings`; ``amplitude``: the greatest tangential displacement [m] or load [N] that is
-    asked for is below the resolution of the instrument; ``contact``: nothing ever touches, though the events move it
-    tangentially; and ``turning``: slopes, which are kept, would turn by more than `MOST_TURN`. `approach` is the
-    largest one of the history [m]; computed by default.
+    They are those of `asperities.validity.findings` and of the functions below. `approach` is the largest one of the
+    history [m]; computed by default.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     of_contact = validity.findings(ensemble, approach, instrument)

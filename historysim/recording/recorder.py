@@ -54,40 +54,43 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     known, and it stands for all; of inclined ones it stands for those that may touch. Another word, or an index that
     does not exist or is given twice, is an InputError.
     """
-    if isinstance(record, str) and record in {"totals", "all", "touching"}:
-        if record == "totals":
-            return None
+    if isinstance(record, str) and record == "totals":
+        return None
+    if isinstance(record, str) and record in {"all", "touching"}:
         if record == "all" or ensemble.wear is not None or changes_geometry(events):
             return np.arange(len(ensemble))
         if isinstance(ensemble, InclinedEnsemble):
-            load, approach, way = (
-                max(map(abs, values_of(events, kind)), default=0.0)
-                for kind in (NormalLoad, NormalDisplacement, TangentialDisplacement)
-            )
-            return np.flatnonzero(ensemble.may_touch(load, approach, way))
+            kinds = (NormalLoad, NormalDisplacement, TangentialDisplacement)
+            reached = (max(map(abs, values_of(events, kind)), default=0.0) for kind in kinds)
+            return np.flatnonzero(ensemble.may_touch(*reached))
         return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
     given = np.asarray(record if not isinstance(record, str) else ())
     if given.ndim != 1 or given.dtype.kind not in "iu" or given.size == 0:
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
     indices, counts = np.unique(given.astype(np.int64), return_counts=True)
     outside = indices[(indices < 0) | (indices >= len(ensemble))]
-    if outside.size:
-        raise InputError(f"record names asperity {outside[0]}; expected indices from 0 to {len(ensemble) - 1}")
-    if counts.max() > 1:
-        raise InputError("record names an asperity twice; expected each index once")
+    if outside.size or counts.max() > 1:
+        problem = f"names asperity {outside[0]}" if outside.size else "names an asperity twice"
+        raise InputError(f"record {problem}; expected indices from 0 to {len(ensemble) - 1}, each once")
     return indices
 
 
 def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
     """Return what changes along the history of these events; InputError for two directions where one alone goes."""
-    _check_planar(ensemble, events)
+    planar = is_planar(events)
+    kinds = {type(event).name for event in events if planar and isinstance(event, FrictionRamp | GeometryChange)}
+    if planar and (what := ensemble.confined or ", ".join(sorted(kinds))):
+        raise InputError(f"one tangential direction goes with {what}; expected one number in each load event, not two")
     law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
-    ruled = law is not None and law.depends_on != "nothing"
-    each = ruled and law is not None and law.depends_on != "total" and len(ensemble) > 1
+    depends_on = "nothing" if law is None else law.depends_on
     changes = friction_changes(events)
-    differs = each or ensemble.friction.min() < ensemble.friction.max() or any(one.differs for one in changes)
+    differs = (
+        (depends_on not in {"nothing", "total"} and len(ensemble) > 1)
+        or ensemble.friction.min() < ensemble.friction.max()
+        or any(one.differs for one in changes)
+    )
     return Changes(
-        friction=bool(changes) or ruled,
+        friction=bool(changes) or depends_on != "nothing",
         friction_differs=bool(differs) and curves is None,
         sliding=ensemble.slides,
         wear=wears,
@@ -96,20 +99,8 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         spring=not instrument.rigid,
         patches=curves is not None,
         areas=curves is None or curves.area is not None,
-        planar=is_planar(events),
+        planar=planar,
     )
-
-
-def _check_planar(ensemble: Ensemble, events: Sequence[Event]) -> None:
-    """Check that events in two tangential directions, if they are, go with the ensemble and with one another.
-
-    Raises InputError: what there is in one direction alone.
-    """
-    if not is_planar(events):
-        return
-    kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)}
-    if what := ensemble.confined or ", ".join(sorted(kinds)):
-        raise InputError(f"one tangential direction goes with {what}; expected one number in each load event, not two")
 
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:

@@ -52,33 +52,26 @@ def contents(
     They are all summits, in the order of the ensemble; the map that they were found on, every so many-th point of it
     (``thinning``); and of a map with full interaction the points that touch and their pressures in place of summits.
     """
-    arrays: dict[str, Array] = {}
+    values: list[Array | None] = [None] * len(VARIABLES)
+    first = len(SURFACE)
     attributes: dict[str, Any] = {}
     if summits is not None and summits.nominal_area:
         attributes["nominal_area"] = summits.nominal_area
     if summits is not None and solutions is None:
-        columns = (summits.height, summits.radius, summits.x, summits.y)
-        arrays |= {
-            variable.name: column for variable, column in zip(SUMMITS, columns, strict=True) if column is not None
-        }
+        values[first : first + len(SUMMITS)] = summits.height, summits.radius, summits.x, summits.y
     if solutions is not None:
         points = (solutions.point, solutions.patch, solutions.first_touch)
-        solved = (solutions.approach, solutions.pressure)
-        for variable, values in zip(SOLUTIONS, (*points, *solved), strict=True):
-            arrays[variable.name] = values.astype(np.float64)
+        values[-len(SOLUTIONS) :] = *points, solutions.approach, solutions.pressure
         attributes |= {"shape": list(solutions.shape), "change_of_area_at_half_the_points": solutions.coarse[1]}
         attributes["periodic"] = int(surface is not None and surface.periodic)
     if surface is not None:
         most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
-        strides = [-(-size // most) for size in surface.shape]
-        axes = (
-            np.arange(0, size, stride) * pixel
-            for size, stride, pixel in zip(surface.shape, strides, surface.pixel_size, strict=True)
-        )
-        heights = surface.heights[:: strides[0], :: strides[1]]
-        arrays |= zip((variable.name for variable in SURFACE), (*axes, heights), strict=True)
-        attributes["thinning"] = strides
-    return arrays, attributes
+        attributes["thinning"] = strides = [-(-size // most) for size in surface.shape]
+        lines = zip(surface.shape, strides, surface.pixel_size, strict=True)
+        x, y = (np.arange(0, size, stride) * pixel for size, stride, pixel in lines)
+        values[:first] = x, y, surface.heights[:: strides[0], :: strides[1]]
+    named = zip(VARIABLES, values, strict=True)
+    return {each.name: array.astype(np.float64, copy=False) for each, array in named if array is not None}, attributes
 
 
 def dataset(
@@ -89,16 +82,24 @@ def dataset(
 
     arrays, attributes = contents(summits, surface, solutions)
     variables = {
-        variable.name: xr.Variable(
-            variable.dimensions,
-            arrays[variable.name],
-            variable.attributes,
-            encoding={"_FillValue": _fill_value(variable)},
+        each.name: xr.Variable(
+            each.dimensions, arrays[each.name], each.attributes, {"_FillValue": _missing(each) or None}
         )
-        for variable in VARIABLES
-        if variable.name in arrays
+        for each in VARIABLES
+        if each.name in arrays
     }
     return xr.Dataset(variables, attrs=_kept(attributes))
+
+
+def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
+    """Write what `contents` gives into the group ``surface`` of an open file, as ``to_netcdf`` of `dataset` does."""
+    group = file.createGroup(GROUP)
+    put_attributes(group, _kept(attributes))
+    for each in VARIABLES:
+        if each.name in arrays:
+            put_variable(
+                group, each.name, each.dimensions, arrays[each.name], each.attributes, fill_value=_missing(each)
+            )
 
 
 def _kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
@@ -107,21 +108,6 @@ def _kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _fill_value(variable: Variable) -> float | None:
-    """Give what stands for a missing value: NaN for heights; nothing else is ever missing."""
-    return np.nan if variable.name == "height" else None
-
-
-def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
-    """Write what `contents` gives into the group ``surface`` of an open file.
-
-    What stands there is the same as what ``to_netcdf`` makes of `dataset`.
-    """
-    group = file.createGroup(GROUP)
-    put_attributes(group, _kept(attributes))
-    for variable in VARIABLES:
-        if variable.name in arrays:
-            values, fill_value = arrays[variable.name].astype(variable.dtype, copy=False), _fill_value(variable)
-            put_variable(
-                group, variable.name, variable.dimensions, values, variable.attributes, fill_value=fill_value or False
-            )
+def _missing(variable: Variable) -> float | bool:
+    """Return what stands for a missing value: NaN for heights; nothing else is ever missing."""
+    return np.nan if variable.name == "height" else False

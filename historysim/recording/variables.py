@@ -52,10 +52,6 @@ class Changes:
         return not (self.friction or self.evolve)
 
 
-def _always(_: Changes) -> bool:
-    return True
-
-
 @attrs.frozen
 class Variable:
     """One output variable."""
@@ -68,13 +64,18 @@ class Variable:
     dtype: str = "float64"  #: numpy's name of the type
     extra: dict[str, Any] = attrs.field(factory=dict, hash=False)  #: further attributes
     #: In which histories it is recorded.
-    when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
-    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name.
-    source: str = attrs.field(default=attrs.Factory(lambda self: self.name, takes_self=True), kw_only=True)
+    when: Callable[[Changes], bool] = attrs.field(default=lambda _: True, kw_only=True, eq=False, repr=False)
+    #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name, without
+    #: ``total_`` or ``present_`` in front.
+    source: str = attrs.field(kw_only=True)
     #: Computes it from rows, the ensemble and the instrument, where it is no such field.
     derived: "Callable[[Rows, Ensemble, Instrument], Array] | None" = attrs.field(default=None, kw_only=True, eq=False)
     #: Whether it has two components where there are two tangential directions.
     directed: bool = attrs.field(default=False, kw_only=True)
+
+    @source.default
+    def _same_name(self) -> str:
+        return self.name.removeprefix("total_").removeprefix("present_")
 
     def along(self, changes: Changes) -> Self:
         """Return it with the dimensions that it has in a history, of which the last may be ``direction``."""
@@ -119,10 +120,6 @@ def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
     return lambda rows, *_: math.pi * rows.each[radius] ** 2
 
 
-_PATCHES, _AREAS, _SPRING = attrgetter("patches"), attrgetter("areas"), attrgetter("spring")
-_FRICTION, _SLIDES, _WEARS = attrgetter("friction"), attrgetter("sliding"), attrgetter("wear")
-_RESHAPED, _YIELDS = attrgetter("geometry"), attrgetter("yielding")
-
 COORDINATES = (
     Variable("time", _STEP, "s", "elapsed time"),
     Variable("asperity", _ASPERITY, "1", "index of the asperity in the ensemble", "int64"),
@@ -135,16 +132,13 @@ COORDINATES = (
 )
 
 # What is recorded once, at the end.
+_AT_THE_END = {"comment": "NaN where it never does", "coverage_content_type": "modelResult"}
 SLIDE_TIME = Variable(
-    "slide_time",
-    _ASPERITY,
-    "s",
-    "elapsed time at which the asperity first slides as a whole",
-    extra={"comment": "NaN where it never does", "coverage_content_type": "modelResult"},
+    "slide_time", _ASPERITY, "s", "elapsed time at which the asperity first slides as a whole", extra=_AT_THE_END
 )
 
-_SLIP_FLAGS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
-_HELD_FLAGS = _flags(within_limit=0, held_at_limit=1)
+_SLIPS = _flags(separated=0, full_stick=1, partial_slip=2, gross_slip=3)
+_HELD = _flags(within_limit=0, held_at_limit=1)
 _DIRECTION = {
     "comment": "dT/dU where the displacement goes on as it does; where it turns round, what slides now sticks, too"
 }
@@ -156,12 +150,17 @@ _RATIO = {
 _YIELDING_WORK = {"comment": "beside what friction dissipates: work of the normal load that is not elastic"}
 
 
-def _one_friction(changes: Changes) -> bool:
-    return changes.friction and not changes.friction_differs
+def _total(name: str, units: str, long_name: str, **options: Any) -> Variable:  # noqa: ANN401 - of all its fields
+    return Variable(name, _STEP, units, long_name, **options)
 
 
-def _own_friction(changes: Changes) -> bool:
-    return changes.friction and changes.friction_differs
+def _each(name: str, units: str, long_name: str, **options: Any) -> Variable:  # noqa: ANN401 - of all its fields
+    return Variable(name, _BOTH, units, long_name, **options)
+
+
+# In which histories something is recorded.
+_SPRING, _SLIDES, _WEARS, _YIELDS = map(attrgetter, ("spring", "sliding", "wear", "yielding"))
+_AREAS, _PATCHES, _RESHAPED = map(attrgetter, ("areas", "patches", "geometry"))
 
 
 def _round(changes: Changes) -> bool:
@@ -172,139 +171,101 @@ def _patch_areas(changes: Changes) -> bool:
     return changes.patches and changes.areas
 
 
+def _one_friction(changes: Changes) -> bool:
+    return changes.friction and not changes.friction_differs
+
+
+def _own_friction(changes: Changes) -> bool:
+    return changes.friction and changes.friction_differs
+
+
+def _strained(changes: Changes) -> bool:
+    return changes.friction and not changes.planar
+
+
 def _reshapes(changes: Changes) -> bool:
     return changes.geometry or changes.yielding
 
 
 # All that is recorded of a history; `register` adds to it.
 VARIABLES = (
-    Variable("total_normal_load", _STEP, "N", "normal load of all asperities", source="normal_load"),
-    Variable(
-        "total_tangential_load",
-        _STEP,
-        "N",
-        "tangential load of all asperities",
-        source="tangential_load",
-        directed=True,
-    ),
-    Variable(
-        "separation", _STEP, "m", "height of the rigid flat over the datum of the summit heights", derived=_separation
-    ),
-    Variable(
-        "tangential_displacement", _STEP, "m", "rigid tangential displacement", source="displacement", directed=True
-    ),
-    Variable("contact_count", _STEP, "1", "number of asperities in contact", "int64"),
-    Variable("real_contact_area", _STEP, "m2", "real contact area", when=_AREAS),
-    Variable("tangential_stiffness", _STEP, "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
-    Variable(
-        "total_dissipated_energy",
-        _STEP,
-        "J",
-        "energy dissipated by friction since the start, all asperities",
-        source="dissipated_energy",
-    ),
-    Variable("friction_limit", _STEP, "N", "largest tangential load that friction holds"),
-    Variable("saturated", _STEP, "", "whether a tangential load beyond the limit was held at it", "int8", _HELD_FLAGS),
-    Variable(
+    _total("total_normal_load", "N", "normal load of all asperities"),
+    _total("total_tangential_load", "N", "tangential load of all asperities", directed=True),
+    _total("separation", "m", "height of the rigid flat over the datum of the summit heights", derived=_separation),
+    _total("tangential_displacement", "m", "rigid tangential displacement", source="displacement", directed=True),
+    _total("contact_count", "1", "number of asperities in contact", dtype="int64"),
+    _total("real_contact_area", "m2", "real contact area", when=_AREAS),
+    _total("tangential_stiffness", "N m-1", "tangential stiffness of the stick zones", extra=_DIRECTION),
+    _total("total_dissipated_energy", "J", "energy dissipated by friction since the start, all asperities"),
+    _total("friction_limit", "N", "largest tangential load that friction holds"),
+    _total("saturated", "", "whether a tangential load beyond the limit was held at it", dtype="int8", extra=_HELD),
+    _total(
         "drive_displacement",
-        _STEP,
         "m",
         "tangential displacement of the drive of the instrument",
         when=_SPRING,
         derived=_drive,
         directed=True,
     ),
-    Variable(
+    _total(
         "largest_traction_ratio",
-        _STEP,
         "1",
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
-        extra=_RATIO,
-        when=lambda changes: changes.friction and not changes.planar,
+        when=_strained,
         source="traction_ratio",
+        extra=_RATIO,
     ),
-    Variable(
-        "present_friction",
-        _STEP,
-        "1",
-        "friction coefficient of all asperities at the step",
-        when=_one_friction,
-        source="friction",
-    ),
-    Variable(
+    _total("present_friction", "1", "friction coefficient of all asperities at the step", when=_one_friction),
+    _total(
         "total_slid_distance",
-        _STEP,
         "m",
         "displacement while all asperities in contact slid, since the start",
         when=_SLIDES,
         source="slid_together",
     ),
-    Variable(
-        "erased_memories", _STEP, "1", "contacts whose memory a change of geometry has erased", "int64", when=_RESHAPED
+    _total(
+        "erased_memories", "1", "contacts whose memory a change of geometry has erased", dtype="int64", when=_RESHAPED
     ),
-    Variable(
-        "erased_energy", _STEP, "J", "tangential elastic energy that went with erased or worn contacts", when=_RESHAPED
-    ),
-    Variable(
+    _total("erased_energy", "J", "tangential elastic energy that went with erased or worn contacts", when=_RESHAPED),
+    _total(
         "yielded_load_share",
-        _STEP,
         "1",
         "share of the normal load that stands on asperities that have yielded",
         when=_YIELDS,
         source="yielded_share",
     ),
-    Variable(
+    _total(
         "total_yielding_energy",
-        _STEP,
         "J",
         "energy that yielding has taken since the start, all asperities",
-        extra=_YIELDING_WORK,
         when=_YIELDS,
-        source="yielding_energy",
+        extra=_YIELDING_WORK,
     ),
     # round contacts; the share of a patch in the energy is not known exactly
-    Variable("normal_load", _BOTH, "N", "normal load of the asperity", when=_round),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the asperity", when=_round, directed=True),
-    Variable("contact_radius", _BOTH, "m", "contact radius", when=_round),
-    Variable("stick_radius", _BOTH, "m", "stick radius", when=_round),
-    Variable("normal_load", _BOTH, "N", "normal load of the patch", when=_PATCHES),
-    Variable("tangential_load", _BOTH, "N", "tangential load of the patch", when=_PATCHES, directed=True),
-    Variable(
-        "contact_area", _BOTH, "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")
-    ),
-    Variable(
-        "stick_area", _BOTH, "m2", "area of the patch that sticks", when=_patch_areas, derived=_circle("stick_radius")
-    ),
+    _each("normal_load", "N", "normal load of the asperity", when=_round),
+    _each("tangential_load", "N", "tangential load of the asperity", when=_round, directed=True),
+    _each("contact_radius", "m", "contact radius", when=_round),
+    _each("stick_radius", "m", "stick radius", when=_round),
+    _each("normal_load", "N", "normal load of the patch", when=_PATCHES),
+    _each("tangential_load", "N", "tangential load of the patch", when=_PATCHES, directed=True),
+    _each("contact_area", "m2", "contact area of the patch", when=_patch_areas, derived=_circle("contact_radius")),
+    _each("stick_area", "m2", "area of the patch that sticks", when=_patch_areas, derived=_circle("stick_radius")),
     # of each of either
-    Variable("slip_state", _BOTH, "", "slip state", "int8", _SLIP_FLAGS),
-    Variable("dissipated_energy", _BOTH, "J", "energy dissipated by friction since the start", when=_round),
-    Variable(
-        "present_friction",
-        _BOTH,
-        "1",
-        "friction coefficient of the asperity at the step",
-        when=_own_friction,
-        source="friction",
-    ),
-    Variable("slid_distance", _BOTH, "m", "displacement while the asperity slid, since the start", when=_SLIDES),
-    Variable("worn_volume", _BOTH, "m3", "volume that the asperity has lost since the start", when=_WEARS),
-    Variable(
-        "present_summit_height", _BOTH, "m", "height of the summit at the step", when=_reshapes, source="summit_height"
-    ),
-    Variable(
-        "present_summit_radius", _BOTH, "m", "radius of the summit at the step", when=_reshapes, source="summit_radius"
-    ),
-    Variable("yielded_depth", _BOTH, "m", "depth by which the summit has been flattened since the start", when=_YIELDS),
-    Variable(
+    _each("slip_state", "", "slip state", dtype="int8", extra=_SLIPS),
+    _each("dissipated_energy", "J", "energy dissipated by friction since the start", when=_round),
+    _each("present_friction", "1", "friction coefficient of the asperity at the step", when=_own_friction),
+    _each("slid_distance", "m", "displacement while the asperity slid, since the start", when=_SLIDES),
+    _each("worn_volume", "m3", "volume that the asperity has lost since the start", when=_WEARS),
+    _each("present_summit_height", "m", "height of the summit at the step", when=_reshapes),
+    _each("present_summit_radius", "m", "radius of the summit at the step", when=_reshapes),
+    _each("yielded_depth", "m", "depth by which the summit has been flattened since the start", when=_YIELDS),
+    _each(
         "yielding_load",
-        _BOTH,
         "N",
         "largest load under which the asperity has yielded, up to which it is elastic now; 0 where it has not",
         when=_YIELDS,
     ),
-    Variable(
-        "yielding_energy", _BOTH, "J", "energy that yielding of the asperity has taken since the start", when=_YIELDS
-    ),
+    _each("yielding_energy", "J", "energy that yielding of the asperity has taken since the start", when=_YIELDS),
 )
 
 _added: list[Variable] = []

@@ -347,6 +347,6 @@ def test_compressed_or_not_the_values_are_the_same(folder, whole, compression):
 
 
 def test_another_compression_is_refused(folder):
-    with pytest.raises(hs.InputError, match="compression is 'rar'; expected one of none, zlib, zstd"):
+    with pytest.raises(hs.InputError, match="compression is 'rar'; expected 'none' or 'zlib' or 'zstd'"):
         hs.run(folder / "killed.toml", folder / "out.nc", compression="rar")
     assert "out.history" not in names(folder)

@@ -197,7 +197,7 @@ def test_other_selections_are_refused(ensemble, record):
     [
         ([0, 5], r"record names asperity 5; expected indices from 0 to 4"),
         ([-1], r"record names asperity -1; expected indices from 0 to 4"),
-        ([0, 1, 0], r"record names an asperity twice; expected each index once"),
+        ([0, 1, 0], r"record names an asperity twice; expected indices from 0 to 4, each once"),
     ],
 )
 def test_indices_that_cannot_be_recorded_are_named(ensemble, record, message):
