@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 RecorderType = TypeVar("RecorderType", bound=Recorder)
 
 
-# slots would leave no place for what is computed once
 def _is_ensemble(_: object, __: object, given: Any) -> None:
     if not isinstance(given, Ensemble):
         run = f"; a scenario is run by hs.run({given!r})" if isinstance(given, str | Path) else ""
         raise InputError(f"ensemble is {brief(given)}; expected an Ensemble{run}")
 
 
+# slots would leave no place for what is computed once
 @attrs.frozen(eq=False, slots=False)
 class Replay(FieldsAsHtml):
     """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
@@ -168,12 +168,10 @@ class Replay(FieldsAsHtml):
             if segment.change is not None:
                 event = segment.change_event
                 state = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
-        except (FrictionLimitError, CurveEndError) as error:
+        except (FrictionLimitError, CurveEndError, InputError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
-            raise LoadError.of_event(event, time_text(self.events[event].time), error) from None
-        except InputError as error:
-            event = event if event == segment.change_event else segment.event[error.path]
-            raise InputError.of_event(event, time_text(self.events[event].time), error) from None
+            kind = InputError if isinstance(error, InputError) else LoadError
+            raise kind.of_event(event, time_text(self.events[event].time), error) from None
         return state
 
 
