@@ -110,7 +110,7 @@ ERRORS = {
     "CurveEndError": lambda: errors.CurveEndError("a load of 2 N", "1 N and 10 nm", 4),
     "MissingValueError": lambda: MissingValueError("line 3: misses a value"),
     "NoLoopError": lambda: loop_values.NoLoopError("no whole loop"),
-    "BrokenError": lambda: BrokenError(["under way"], ["waiting", "too"]),
+    "BrokenError": lambda: BrokenError("a process was killed"),
 }
 VALUES = {
     "Material": lambda: hs.Material("steel", 210e9, 0.3, hardness=2e9),

@@ -134,11 +134,7 @@ class SummitContact(NamedTuple):
 
 
 def summit_contact(
-    summit_height: ArrayLike,
-    summit_radius: ArrayLike,
-    separation: ArrayLike,
-    *,
-    contact_modulus: float,
+    summit_height: ArrayLike, summit_radius: ArrayLike, separation: ArrayLike, *, contact_modulus: float
 ) -> SummitContact:
     """Return what given summits carry under a rigid flat: the sums that `GreenwoodWilliamson` has as integrals.
 

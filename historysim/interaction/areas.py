@@ -94,14 +94,10 @@ def area_laws(
         solved = NormalSolutions.of(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
         # a row for each load that was solved; between two of them the area is straight
         areas["whole map"] = np.interp(loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1))
-    coordinates = {
-        "law": list(areas),
-        "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"}),
-    }
     table, over = np.array(list(areas.values())), ("law", "normal_load")
     found = xr.Dataset(
         {"real_contact_area": (over, table, {"units": "m2", "long_name": "real contact area"})},
-        coordinates,
+        {"law": list(areas), "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"})},
         {"nominal_area": nominal, "rms_slope": float(np.sqrt(2 * moments.m2))},
     )
     if whole_map:
@@ -114,9 +110,9 @@ def area_laws(
 
 def _of_summits(summits: Summits, loads: Floats, contact_modulus: float) -> Floats:
     """Return the area of independent summits at loads [m²]; between the separations of a fine table, by its slope."""
-    heights = np.sort(summits.height)[::-1]
     # every first touch, and steps between them
-    separations = np.unique(np.concatenate([heights, np.linspace(heights[0], heights[-1], 400)]))[::-1]
+    between = np.linspace(summits.height.max(), summits.height.min(), 400)
+    separations = np.unique(np.concatenate([summits.height, between]))[::-1]
     found = summit_contact(summits.height, summits.radius, separations, contact_modulus=contact_modulus)
     return np.asarray(np.interp(loads, found.normal_load, found.contact_area, right=np.nan))
 
@@ -136,8 +132,7 @@ def persson_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus:
     between this and √(2π) p/(E* h') of Bush, Gibson and Thomas.
     """
     slope = math.sqrt(2 * scalar("m2", moments.m2, above=0))
-    modulus = scalar("contact_modulus", contact_modulus, above=0)
-    return np.asarray(special.erf(math.sqrt(2) * checked("pressure", pressure, least=0) / (modulus * slope)))
+    return np.asarray(special.erf(math.sqrt(2) * checked("pressure", pressure, least=0) / (contact_modulus * slope)))
 
 
 def bush_gibson_thomas(
@@ -148,7 +143,6 @@ def bush_gibson_thomas(
     Heights and both curvatures of the summits are distributed as on a Gaussian surface with α > 3/2 (Nayak 1971).
     Far from the mean plane A/A0 goes as √(2π) p/(E* h'), which is reached only where next to nothing touches.
     """
-    modulus = scalar("contact_modulus", contact_modulus, above=0)
     m0, m2, m4 = (scalar(name, value, above=0) for name, value in moments._asdict().items())
     alpha = m0 * m4 / m2**2
     if not alpha > 1.5:
@@ -157,7 +151,7 @@ def bush_gibson_thomas(
     found = np.array([_summits_above(height, alpha) for height in heights]).T
     # lengths in √m0 and curvatures in √m4; summits per area from 1/(2π m2)
     scale = m4 / (2 * math.pi * m2)
-    pressure = found[0] * scale * modulus * m0**0.75 * m4**-0.25
+    pressure = found[0] * scale * contact_modulus * m0**0.75 * m4**-0.25
     area = found[1] * scale * math.sqrt(m0 / m4)
     shape = np.shape(separation)
     return pressure.reshape(shape), np.minimum(area, 1.0).reshape(shape)

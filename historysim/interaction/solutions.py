@@ -7,14 +7,14 @@ import sys
 import tokenize
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Self
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Array, Booleans, Floats, Integers, scalar
+from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.basics.files import replacing
 from historysim.basics.limits import check_archive
 from historysim.basics.wording import Notify, counted, progress_bar, silent
@@ -23,7 +23,6 @@ from historysim.interaction.half_space import EACH_TOUCH, FewPoints, HalfSpace
 from historysim.surfaces.heights import Surface
 
 FORM = b"5"  # changes whenever the same arguments are to be computed anew
-DIGEST = "digest"  # name of the digest of all other arrays of a file
 DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.error, tokenize.TokenError)
 
 
@@ -39,33 +38,26 @@ def cache_folder() -> Path:
 def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
     """Return what is computed from arguments, from the folder where it was before.
 
-    A file that is damaged, or holds anything else than what was computed, is computed again; where none can be written,
-    nothing is kept.
+    A file that is damaged is computed again; where none can be written, nothing is kept.
     """
-    path = cache_folder() / f"{name}_{_digest(enumerate(arguments))[:32]}.npz"
+    of = hashlib.sha256(FORM)
+    for item in enumerate(arguments):
+        of.update(repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes())
+    path = cache_folder() / f"{name}_{of.hexdigest()[:32]}.npz"
     try:
         check_archive(path)
+        # the archive has a checksum of each array
         with np.load(path, allow_pickle=False) as arrays:
-            found = {key: arrays[key] for key in arrays.files}
-        if str(found.pop(DIGEST, "")) == _digest(found.items()):
-            return found
+            return {key: arrays[key] for key in arrays.files}
     except DAMAGE:
-        pass
-    found = compute()
+        found = compute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as unfinished, unfinished.open("wb") as stream:
-            np.savez_compressed(stream, allow_pickle=False, **found, **{DIGEST: np.array(_digest(found.items()))})
+            np.savez_compressed(stream, allow_pickle=False, **found)
     except OSError:
         pass
     return found
-
-
-def _digest(arrays: Iterable[tuple[object, Array]]) -> str:
-    found = hashlib.sha256(FORM)
-    for name, array in arrays:
-        found.update(repr((name, array.shape, array.dtype.str)).encode() + array.tobytes())
-    return found.hexdigest()
 
 
 LIGHTEST = 1e-3  # lightest load over the largest where more points than a few touch at once
@@ -170,12 +162,11 @@ class NormalSolutions:
         change = self.coarse[1]
         if abs(change) <= MOST_CHANGE:
             return ()
-        patches = counted(self.count, "patch", "patches")
         becomes = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
         notice = (
-            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {becomes} without every "
-            "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "
-            "finer map, or filter it (s_filter)"
+            f"{self.point.size:,} points of the map touch, in {counted(self.count, 'patch', 'patches')}, and the contact "
+            f"area {becomes} without every second point of the map: areas, patches and pressures are those of the grid, "
+            "not of the surface; take a finer map, or filter it (s_filter)"
         )
         return (notice,)
 
@@ -242,9 +233,8 @@ def _solve(
 def _at(point: Integers, known: Integers, pressure: Floats) -> Floats:
     """Return pressures at points, in rising order, of those where they are known."""
     found = np.zeros(point.size)
-    place = np.searchsorted(point, known).clip(max=point.size - 1)
-    there = point[place] == known
-    found[place[there]] = pressure[there]
+    there = np.isin(known, point)
+    found[np.searchsorted(point, known[there])] = pressure[there]
     return found
 
 

@@ -11,12 +11,7 @@ from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
 from historysim.recording.variables import known
 from historysim.results.analysis.each_asperity import nominal_pressure, total_mean_pressure
-from historysim.results.analysis.preliminary import (
-    critical_asperity,
-    drift,
-    preliminary_displacement,
-    presliding_work,
-)
+from historysim.results.analysis.preliminary import critical_asperity, drift, preliminary_displacement, presliding_work
 from historysim.results.analysis.recorded import sizes
 from historysim.results.history_drift import branch_drift
 from historysim.scenario.document import files_of
@@ -94,11 +89,7 @@ SUMMARIES = {
         "1", "greatest number of asperities in contact", lambda h: h["contact_count"].values.max()
     ),
     "peak_contact_area": Summary("m2", "greatest real contact area", lambda h: h["real_contact_area"].values.max()),
-    "peak_approach": Summary(
-        "m",
-        "greatest approach of the highest summit from first touch",
-        _approach,
-    ),
+    "peak_approach": Summary("m", "greatest approach of the highest summit from first touch", _approach),
     "final_dissipated_energy": Summary(
         "J", "energy dissipated by friction in the whole history", lambda h: h["total_dissipated_energy"].values[-1]
     ),
@@ -108,9 +99,7 @@ SUMMARIES = {
         lambda h: presliding_work(_at_peak(h)).values[0],
     ),
     "peak_mean_pressure": Summary(
-        "Pa",
-        "greatest mean pressure over the real contact area",
-        lambda h: total_mean_pressure(h).values.max(),
+        "Pa", "greatest mean pressure over the real contact area", lambda h: total_mean_pressure(h).values.max()
     ),
     "peak_nominal_pressure": Summary(
         "Pa", "greatest normal load over the nominal area", lambda h: nominal_pressure(h).values.max()

@@ -30,12 +30,7 @@ from historysim.studies.sweep_table import spread
 if TYPE_CHECKING:
     import xarray as xr
 
-__all__ = [
-    "equal_asperities",
-    "radius_load_friction",
-    "roughness",
-    "texture_tolerances",
-]
+__all__ = ["equal_asperities", "radius_load_friction", "roughness", "texture_tolerances"]
 
 
 def __dir__() -> list[str]:

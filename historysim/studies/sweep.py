@@ -1,6 +1,5 @@
 """Sweeps: a scenario at many points, each a cell that is computed once and kept, gathered in one Dataset."""
 
-import contextlib
 import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
@@ -17,11 +16,9 @@ from historysim.scenario.schema import reported
 from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
 from historysim.studies.sweep_table import gathered, swept_coordinates, unlike
-from historysim.studies.workers import AHEAD, BrokenError, Processes, check_workers, ending, executor_for, outcomes
+from historysim.studies.workers import AHEAD, BrokenError, executor_for, outcomes
 
 if TYPE_CHECKING:
-    from concurrent.futures import Executor
-
     import xarray as xr
 
 logger = logging.getLogger(__name__)
@@ -95,8 +92,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     section = scenario.sections.sweep
     asked = tuple(outputs) or (section.outputs if section is not None and over is None else ())
     grid, outputs = sweep_of(scenario, outputs, over, together)
-    check_workers(workers)
-    plan = _Plan(scenario, grid, outputs, None if store is None else Path(store))
+    plan = _Plan(scenario, outputs, None if store is None else Path(store), list(grid.points()))
     kept = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
     logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", kept)
     try:
@@ -149,22 +145,15 @@ class Batch:
     wait: bool = False  #: wait for cells that another process is computing, instead of passing them over
 
 
-@attrs.frozen
-class FailedCell:
-    """Why a cell could not be computed."""
+def computed(batch: Batch) -> "list[xr.Dataset | str | None]":
+    """Return the cells of a batch, or why one has failed; None where another process is computing it.
 
-    reason: str
-
-
-def computed(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
-    """Return the cells of a batch: computed and kept, read where they are there, None where another process has them.
-
-    A cell that cannot be kept is an OSError.
+    Cells are kept as they end, and read where they are there. One that cannot be kept is an OSError.
     """
     return [_computed(batch, name, point) for _, name, point in batch.cells]
 
 
-def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell | None":
+def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | str | None":
     if batch.store is None:
         return _attempt(batch, point)
     store = Store(batch.store)
@@ -176,18 +165,18 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | FailedCell
             return kept
         logger.info("cell %s: %s", name, point)
         outcome = _attempt(batch, point)
-        if not isinstance(outcome, FailedCell):
+        if not isinstance(outcome, str):
             store.write(name, outcome)
         return outcome
 
 
-def _attempt(batch: Batch, point: Point) -> "xr.Dataset | FailedCell":
+def _attempt(batch: Batch, point: Point) -> "xr.Dataset | str":
     try:
         return cell(batch.scenario, point, batch.outputs)
     except HistorySimError as error:
-        return FailedCell(str(error))
+        return str(error)
     except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
-        return FailedCell(f"{type(error).__name__}: {error}")
+        return f"{type(error).__name__}: {error}"
 
 
 @attrs.define
@@ -195,16 +184,15 @@ class _Plan:
     """The cells of a sweep: those that are kept already, and those that are to be computed."""
 
     scenario: Scenario
-    grid: Grid
     outputs: tuple[str, ...]
     folder: Path | None
-    points: list[Point] = attrs.field(init=False)
+    points: list[Point]
     names: list[str] = attrs.field(init=False)
     cells: "dict[int, xr.Dataset]" = attrs.field(factory=dict, init=False)
     reasons: dict[int, str] = attrs.field(factory=dict, init=False)
+    elsewhere: set[int] = attrs.field(factory=set, init=False)  #: cells that another process is computing
 
     def __attrs_post_init__(self) -> None:
-        self.points = list(self.grid.points())
         self.names = [""] * len(self.points)
         if self.folder is None:
             return
@@ -213,21 +201,16 @@ class _Plan:
         store = Store(self.folder)
         store.tidy()
         self.names = [digest(self.scenario, point, self.outputs) for point in self.points]
-        for index, name in enumerate(self.names):
-            if (kept := store.read(name)) is not None:
-                self.cells[index] = kept
+        kept = {index: store.read(name) for index, name in enumerate(self.names)}
+        self.cells = {index: cell for index, cell in kept.items() if cell is not None}
 
     def carry_out(self, given: object, workers: int, *, progress: bool) -> None:
-        """Compute what is not there: with a given executor, in this process, or with processes that are made for it."""
-        with contextlib.ExitStack() as stack:
-            executor = None
-            if given is not None or workers == 1:
-                executor, workers = stack.enter_context(executor_for(workers, given))
-            done = stack.enter_context(
-                progress_bar(progress, "cell", len(self.points), desc="sweep", initial=len(self.cells))
-            )
-            passed_over = self._run(self._batches(workers), executor, workers, done)
-            self._run([attrs.evolve(one, wait=True) for one in passed_over], executor, workers, done)
+        """Compute what is not there; what another process is computing comes last."""
+        there = {"desc": "sweep", "initial": len(self.cells)}
+        with progress_bar(progress, "cell", len(self.points), **there) as done:
+            self._run(given, workers, done, wait=False)
+            self.elsewhere.clear()
+            self._run(given, workers, done, wait=True)
 
     def what_is_kept(self) -> str:
         """Return what an interrupt leaves."""
@@ -236,61 +219,45 @@ class _Plan:
             return f"{there} are lost without a store"
         return f"{self.folder} keeps {there}, and the same sweep goes on there"
 
-    def _batches(self, workers: int) -> list[Batch]:
-        left = [index for index in range(len(self.points)) if index not in self.cells]
-        # cells on one surface follow one another
-        surfaces: dict[str, list[int]] = {}
-        for index in left:
-            keys = [item for item in self.points[index].items() if item[0].startswith("surface.")]
-            surfaces.setdefault(repr(keys), []).append(index)
-        left = [index for indices in surfaces.values() for index in indices]
-        size = max(1, min(MOST_CELLS_IN_A_BATCH, len(left) // (workers * FEWEST_BATCHES_OF_A_WORKER)))
-        return [self._batch(left[first : first + size]) for first in range(0, len(left), size)]
-
-    def _batch(self, indices: Sequence[int]) -> Batch:
-        cells = tuple((index, self.names[index], self.points[index]) for index in indices)
-        return Batch(self.scenario, self.outputs, self.folder, cells)
-
-    def _run(
-        self, batches: list[Batch], executor: "Executor | None", workers: int, done: Callable[[int], object]
-    ) -> list[Batch]:
-        """Compute batches, and return those cells of them that another process is computing."""
-        passed_over: list[Batch] = []
-
-        def take(batch: Batch, cells: "list[xr.Dataset | FailedCell | None]") -> None:
-            for (index, _, _), outcome in zip(batch.cells, cells, strict=True):
-                if outcome is None:
-                    passed_over.append(self._batch([index]))
-                elif isinstance(outcome, FailedCell):
-                    self.reasons[index] = outcome.reason
-                else:
-                    self.cells[index] = outcome
-                done(outcome is not None)
-
-        if executor is not None:
-            for batch, cells in outcomes(computed, batches, executor, AHEAD * workers):
-                take(batch, cells)
-            return passed_over
-        while batches:
+    def _run(self, given: object, workers: int, done: Callable[[int], object], *, wait: bool) -> None:
+        """Compute what is left, after the end of a process cell by cell and with half as many processes."""
+        apart, size = workers > 1, MOST_CELLS_IN_A_BATCH
+        while left := self._left():
             try:
-                with ending(Processes(min(workers, len(batches)))) as own:
-                    for batch, cells in outcomes(computed, batches, own, AHEAD * workers):
-                        take(batch, cells)
-                batches = []
-            except BrokenError as broken:
-                batches = broken.waiting
-                # which of the cells under way was killed is not known: each is tried alone
-                for batch in broken.suspects:
-                    for cell_alone in batch.cells:
-                        one = attrs.evolve(batch, cells=(cell_alone,))
-                        take(one, _alone(one))
-        return passed_over
+                with executor_for(min(workers, len(left)), given, apart=apart) as (executor, count):
+                    size = max(1, min(size, len(left) // (count * FEWEST_BATCHES_OF_A_WORKER)))
+                    batches = [self._batch(left[first : first + size], wait) for first in range(0, len(left), size)]
+                    # one process, after others were killed, has one cell at a time
+                    at_once = 1 if apart and workers == 1 else AHEAD * count
+                    for index, found in outcomes(computed, batches, executor, at_once):
+                        self._take(batches[index], found)
+                        done(sum(cell is not None for cell in found))
+            except BrokenError:
+                if given is not None:
+                    raise
+                if workers == 1:
+                    self.reasons[self._left()[0]] = KILLED
+                    done(1)
+                workers, size = max(1, workers // 2), 1
 
+    def _left(self) -> list[int]:
+        """Return the cells that are to be computed; those on one surface follow one another."""
+        surfaces: dict[str, list[int]] = {}
+        for index, point in enumerate(self.points):
+            if index not in self.cells and index not in self.reasons and index not in self.elsewhere:
+                keys = [item for item in point.items() if item[0].startswith("surface.")]
+                surfaces.setdefault(repr(keys), []).append(index)
+        return [index for indices in surfaces.values() for index in indices]
 
-def _alone(batch: Batch) -> "list[xr.Dataset | FailedCell | None]":
-    """Compute a cell in a process of its own, since one of its kind has brought down others."""
-    try:
-        with ending(Processes(1)) as own:
-            return [each for _, outcome in outcomes(computed, [batch], own, 1) for each in outcome]
-    except BrokenError:
-        return [FailedCell(KILLED)]
+    def _batch(self, indices: Sequence[int], wait: bool) -> Batch:
+        cells = tuple((index, self.names[index], self.points[index]) for index in indices)
+        return Batch(self.scenario, self.outputs, self.folder, cells, wait)
+
+    def _take(self, batch: Batch, found: "Sequence[xr.Dataset | str | None]") -> None:
+        for (index, _, _), outcome in zip(batch.cells, found, strict=True):
+            if outcome is None:
+                self.elsewhere.add(index)
+            elif isinstance(outcome, str):
+                self.reasons[index] = outcome
+            else:
+                self.cells[index] = outcome

@@ -1,7 +1,6 @@
 """Where the cells of a sweep are computed: in this process, in several, or wherever an executor has its workers."""
 
 import contextlib
-import functools
 import multiprocessing
 import multiprocessing.connection
 import os
@@ -9,9 +8,9 @@ import signal
 import sys
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, ProcessPoolExecutor, wait
-from typing import Any, ParamSpec, TypeVar, final
+from typing import ParamSpec, TypeVar, final
 
 from historysim.errors import HistorySimError, InputError
 
@@ -19,21 +18,12 @@ P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
 
+WORKERS_OF_ANY = 256  # workers that are assumed for an executor without a number of them
 AHEAD = 2  # tasks that each worker is given before it has ended its first, so that none ever waits
 
 
-@final
-class InlineExecutor(Executor):
-    """The process itself: a task is carried out when it is submitted."""
-
-    def submit(self, fn: Callable[P, T], /, *args: P.args, **kwargs: P.kwargs) -> Future[T]:
-        """Carry a task out."""
-        future: Future[T] = Future()
-        try:
-            future.set_result(fn(*args, **kwargs))
-        except Exception as error:  # noqa: BLE001 - it is raised where the result is asked for
-            future.set_exception(error)
-        return future
+class BrokenError(HistorySimError):
+    """A process that carried out tasks was killed."""
 
 
 @final
@@ -82,40 +72,27 @@ def _end_with(*sentinels: "int | multiprocessing.connection.Connection") -> None
     os._exit(1)
 
 
-WORKERS_OF_ANY = 256  # workers that are assumed for an executor without a number of them
+@contextlib.contextmanager
+def executor_for(workers: int, given: object = None, *, apart: bool = False) -> Iterator[tuple[Executor | None, int]]:
+    """Yield an executor and its number of workers: the given one, or processes of the block; None is this process.
 
-
-def check_workers(workers: int) -> None:
-    """Check that a number of workers is a whole number of 1 or more."""
+    With ``apart`` one worker is a process of its own, too. Another number of workers than 1 or more is an InputError.
+    """
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
-
-
-@contextlib.contextmanager
-def executor_for(workers: int, given: object = None) -> Iterator[tuple[Executor, int]]:
-    """Yield an executor and its number of workers: the given one, this process, or processes of the block."""
-    check_workers(workers)
-    if given is not None:
-        yield _as_executor(given), getattr(given, "_max_workers", WORKERS_OF_ANY)
-    elif workers == 1:
-        yield InlineExecutor(), 1
+    if isinstance(given, Executor):
+        yield given, getattr(given, "_max_workers", WORKERS_OF_ANY)
+    elif hasattr(given, "get_executor"):
+        # a client of dask.distributed; the same task may be given twice, and shall be carried out twice
+        yield given.get_executor(pure=False), WORKERS_OF_ANY
+    elif given is not None:
+        expected = "an executor of concurrent.futures or mpi4py.futures, or a client of dask.distributed"
+        raise InputError(f"executor is {given!r}; expected {expected}")
+    elif workers == 1 and not apart:
+        yield None, 1
     else:
         with ending(Processes(workers)) as own:
             yield own, workers
-
-
-def _as_executor(given: object) -> Executor:
-    """Return an executor with the interface of concurrent.futures; a client of dask.distributed has one."""
-    if isinstance(given, Executor):
-        return given
-    if hasattr(given, "get_executor"):
-        # the same task may be given twice, and shall be carried out twice
-        made: Executor = given.get_executor(pure=False)
-        return made
-    raise InputError(
-        f"executor is {given!r}; expected an executor of concurrent.futures or mpi4py.futures, or a client of "
-        "dask.distributed"
-    )
 
 
 @contextlib.contextmanager
@@ -132,46 +109,34 @@ def ending(executor: Executor) -> Iterator[Executor]:
 
 
 def outcomes(
-    function: Callable[[T], Any], tasks: Iterable[T], executor: Executor, at_once: int
-) -> Iterator[tuple[T, Any]]:
-    """Yield each task with its result, as they end; `BrokenError` where a process was killed."""
-    waiting, running = deque(tasks), dict[Future[Any], T]()
-    while waiting or running:
-        try:
+    function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, at_once: int
+) -> Iterator[tuple[int, R]]:
+    """Yield the index of each task with its result, as they end; `BrokenError` where a process was killed."""
+    if executor is None:
+        yield from enumerate(map(function, tasks))
+        return
+    waiting, running = deque(enumerate(tasks)), dict[Future[R], int]()
+    try:
+        while waiting or running:
             while waiting and len(running) < at_once:
-                running[executor.submit(function, waiting[0])] = waiting[0]
+                index, task = waiting[0]
+                running[executor.submit(function, task)] = index
                 waiting.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
-            for future in done:
+            # what has ended before a process was killed comes first
+            for future in sorted(done, key=lambda each: each.exception() is not None):
                 yield running[future], future.result()
                 del running[future]
-        except BrokenExecutor as error:
-            raise BrokenError([*running.values()], [*waiting]) from error
+    except BrokenExecutor as error:
+        raise BrokenError("a process was killed, perhaps for lack of memory; take fewer workers") from error
 
 
 def in_order(
-    function: Callable[[T], R], tasks: Sequence[T], executor: Executor, workers: int, done: Callable[[], object]
+    function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, workers: int, done: Callable[[], object]
 ) -> list[R]:
     """Return the results of tasks in their order, and call `done` as each ends."""
     found: dict[int, R] = {}
-    numbered = functools.partial(_of_numbered, function)
-    for (index, _), result in outcomes(numbered, enumerate(tasks), executor, AHEAD * workers):
+    for index, result in outcomes(function, tasks, executor, AHEAD * workers):
         found[index] = result
         done()
     return [found[index] for index in range(len(tasks))]
-
-
-def _of_numbered(function: Callable[[T], R], task: tuple[int, T]) -> R:
-    return function(task[1])
-
-
-class BrokenError(HistorySimError):
-    """A process that carried out tasks was killed."""
-
-    def __init__(self, suspects: list[Any], waiting: list[Any]) -> None:
-        super().__init__(suspects, waiting)
-        self.suspects, self.waiting = suspects, waiting
-        """suspects and waiting: the tasks that were under way, and those that had not begun."""
-
-    def __str__(self) -> str:
-        return "a process that computed was killed, perhaps for lack of memory; take fewer workers"

@@ -121,12 +121,7 @@ HeightDistribution = Gaussian | Tabulated
 
 
 def drawn_summits(
-    distribution: HeightDistribution,
-    radius: ArrayLike,
-    *,
-    summit_density: float,
-    nominal_area: float,
-    seed: int,
+    distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float, seed: int
 ) -> Summits:
     """Return summits drawn at random: independent heights, uniform positions on a square of the nominal area.
 

@@ -279,11 +279,7 @@ def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
     rounding = NO_CURVATURE * np.abs(z).max(initial=0) + 8 * np.finfo(float).eps * abs(mean) / length
     if not abs(curvature) > rounding:
         raise InputError("no sphere fits a surface that is not curved; expected a ball or a hollow, or the form plane")
-    start = [
-        slope_x / curvature,
-        slope_y / curvature,
-        level + (slope_x**2 + slope_y**2) / (2 * curvature),
-    ]
+    start = [slope_x / curvature, slope_y / curvature, level + (slope_x**2 + slope_y**2) / (2 * curvature)]
     steepest = STEEPEST / np.hypot(x - start[0], y - start[1]).max()
     start.append(np.clip(curvature, -steepest, steepest))
     moving = [index for index in range(4) if not (index < 2 and heights.shape[index] == 1)]

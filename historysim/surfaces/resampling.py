@@ -106,10 +106,7 @@ def _indices(
         positions = [x[:, None], y[None, :]]
     else:
         cosine, sine = np.cos(angle), np.sin(angle)
-        positions = [
-            cosine * x[:, None] + sine * y[None, :],
-            cosine * y[None, :] - sine * x[:, None],
-        ]
+        positions = [cosine * x[:, None] + sine * y[None, :], cosine * y[None, :] - sine * x[:, None]]
     steps = zip(positions, pixel_size, have, strict=True)
     return [np.asarray(position / pixel + (size - 1) / 2, dtype=np.float64) for position, pixel, size in steps]
 

@@ -161,12 +161,7 @@ _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
 
 
 def find_summits(
-    heights: Floats,
-    pixel_size: tuple[float, float],
-    rule: int = 9,
-    *,
-    periodic: bool = False,
-    prominence: float = 0.0,
+    heights: Floats, pixel_size: tuple[float, float], rule: int = 9, *, periodic: bool = False, prominence: float = 0.0
 ) -> Summits:
     """Return the summits of a height map (nx, ny) [m]: the points that are higher than all their neighbours.
 
