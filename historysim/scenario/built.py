@@ -22,11 +22,8 @@ from historysim.scenario.surface_kinds import BuiltSurface
 
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
-    from historysim.asperities.laws import FrictionLaw
-    from historysim.contact.materials import MaterialPair
     from historysim.loads.schedule import Cursor
-    from historysim.surfaces.summits import Summits
-
+    from historysim.scenario.scenario import Scenario
 
 WALKED_AT_ONCE = 256  # event times between two looks at the clock
 
@@ -39,26 +36,25 @@ class _EndedError(Exception):
 class BuiltScenario:
     """What a scenario describes, checked and built once."""
 
-    sections: Sections = attrs.field(repr=False)
-    name: str  #: the file's, as messages call it
+    scenario: "Scenario" = attrs.field(repr=False)
     surface: BuiltSurface  #: as it is loaded
     ensemble: Ensemble
-    events: Sequence[Event] = attrs.field(converter=as_events)  #: in time order; each fits the number of asperities
+    events: Sequence[Event]  #: in time order; each fits the number of asperities
 
     def __attrs_post_init__(self) -> None:
         """Check that the events and the recorded indices fit the number of asperities."""
-        record = self.sections.record.asperities
-        with reported(self.name), at("record", "asperities"):
+        name, record = self.scenario.path.name, self.scenario.sections.record.asperities
+        with reported(name), at("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
         for event in self.events if loads_of(self.events) is None else ():
             if problem := event.problem(len(self.ensemble)):
-                raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+                raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
 
     @property
     def replay(self) -> Replay:
         """The replay of the events on the ensemble, as the scenario says."""
-        sections = self.sections
+        sections = self.scenario.sections
         return Replay(
             self.ensemble,
             self.events,
@@ -71,10 +67,7 @@ class BuiltScenario:
     def walk(self, seconds: float) -> float | None:
         """Walk the loads for some seconds, recording nothing; errors as for `Replay`.
 
-        Returns
-        -------
-        float or None
-            The time of the last event that was reached [s], where that was not all of them.
+        Returns the time of the last event that was reached [s], where that was not all of them.
         """
         end = monotonic() + seconds
 
@@ -96,12 +89,12 @@ class BuiltScenario:
 
         None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
-        adhesion = self.sections.adhesion
+        adhesion = self.scenario.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
 
-        with reported(self.name), at("adhesion"):
+        with reported(self.scenario.path.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -111,83 +104,68 @@ class BuiltScenario:
             )
 
 
-def build(
-    sections: Sections,
-    name: str,
-    pair: "MaterialPair",
-    surface: BuiltSurface,
-    events: Sequence[Event],
-    *,
-    notify: Notify,
-) -> BuiltScenario:
+def built(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltScenario:
     """Return a scenario built with the surface as it comes, and its events."""
     events = as_events(events)
-    surface = _as_loaded(name, pair, surface, events, notify)
-    ensemble = ensemble_on(sections, name, pair, surface)
-    return BuiltScenario(sections, name, surface, ensemble, events)
+    if surface.solutions is None and (surface.interacts or surface.ball_radius):
+        surface = _as_loaded(scenario, surface, events, notify)
+    return BuiltScenario(scenario, surface, ensemble_on(scenario, surface), events)
 
 
-def _as_loaded(
-    name: str, pair: "MaterialPair", surface: BuiltSurface, events: Sequence[Event], notify: Notify
-) -> BuiltSurface:
+def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
-    That is the normal contact of a map with interaction, and the nominal area of one that lies on
-    a ball: that of the smooth ball under that load, after Hertz.
+    That is the normal contact of a map with interaction, and the nominal area of one that lies on a ball: that of the
+    smooth ball under that load, after Hertz.
     """
-    if surface.solutions is not None or not (surface.interacts or surface.ball_radius):
-        return surface
-    largest_load = max([0.0, *values_of(events, NormalLoad)]) / pair.contact_modulus
-    largest_approach = max([0.0, *values_of(events, NormalDisplacement)])
+    load = max([0.0, *values_of(events, NormalLoad)]) / scenario.pair().contact_modulus
+    approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
-        surface = attrs.evolve(surface, summits=_on_ball(surface, largest_load, largest_approach))
+        pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
+        area = math.pi * surface.ball_radius * max(pressed, approach)
+        if surface.summits is not None and area > 0:
+            surface = attrs.evolve(surface, summits=surface.summits.on_area(area))
     if not surface.interacts or surface.surface is None:
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with reported(name), at("surface", "interaction"):
+    with reported(scenario.path.name), at("surface", "interaction"):
         solutions = NormalSolutions.of(
-            surface.surface, largest_load=largest_load, largest_approach=largest_approach, progress=True, notify=notify
+            surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
         )
     for notice in solutions.notices:
-        notify(f"{name}: {notice}")
+        notify(f"{scenario.path.name}: {notice}")
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(sections: Sections, name: str, pair: "MaterialPair", surface: BuiltSurface) -> Ensemble:
+def ensemble_on(scenario: "Scenario", surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    with reported(name):
-        friction = _friction(sections, in_surface=surface.friction is not None)
-        coefficients: Any = surface.friction if friction is None else friction
+    sections, pair = scenario.sections, scenario.pair()
+    with reported(scenario.path.name):
+        friction = sections.friction
+        if (friction is None) == (surface.friction is None):
+            both = "given both here and in surface.columns; expected one of them"
+            none = "missing; expected [friction] with a coefficient, or surface.columns.friction"
+            raise misfit(none if friction is None else both, "friction")
+        of_scenario: Any = friction.coefficient if isinstance(friction, Coefficients) else friction
+        coefficients = surface.friction if friction is None else of_scenario
         if surface.curve is not None or surface.solutions is not None:
             _check_steady(sections)
-        if surface.curve is not None:
-            with at("surface"):
-                ensemble = Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
-        elif surface.solutions is not None:
-            ensemble = Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
-        else:
-            with at("surface"):
-                sloping = surface.summits is not None and surface.summits.slope is not None
-                ensemble = (InclinedEnsemble if sloping else Ensemble).from_summits(
-                    pair,
-                    surface.summits,
-                    coefficients,
-                    wear=sections.wear,
-                    follow_sliding=sections.record.sliding,
-                    rings=sections.rings,
-                    yielding=surface.yielding,
-                )
-    return ensemble
-
-
-def _friction(sections: Sections, *, in_surface: bool) -> "float | tuple[float, ...] | FrictionLaw | None":
-    friction = sections.friction
-    if friction is None and not in_surface:
-        raise misfit("missing; expected [friction] with a coefficient, or surface.columns.friction", "friction")
-    if friction is not None and in_surface:
-        raise misfit("given both here and in surface.columns; expected one of them", "friction")
-    return friction.coefficient if isinstance(friction, Coefficients) else friction
+        with at("surface"):
+            if surface.curve is not None:
+                return Ensemble.from_normal_curves(pair, *surface.curve, coefficients, rings=sections.rings)
+            if surface.solutions is not None:
+                return Ensemble.from_solutions(pair, surface.solutions, coefficients, rings=sections.rings)
+            sloping = surface.summits is not None and surface.summits.slope is not None
+            return (InclinedEnsemble if sloping else Ensemble).from_summits(
+                pair,
+                surface.summits,
+                coefficients,
+                wear=sections.wear,
+                follow_sliding=sections.record.sliding,
+                rings=sections.rings,
+                yielding=surface.yielding,
+            )
 
 
 def _check_steady(sections: Sections) -> None:
@@ -200,11 +178,3 @@ def _check_steady(sections: Sections) -> None:
     for place in (key for key, is_asked in asked.items() if is_asked):
         problem = "patches of one contact keep their shape and share one coefficient; expected independent summits"
         raise misfit(problem, *place)
-
-
-def _on_ball(surface: BuiltSurface, load: float, approach: float) -> "Summits | None":
-    """Return the summits on the area of the smooth ball: by Hertz under a load over E* [m²], or at an approach [m]."""
-    radius = surface.ball_radius or 0.0
-    pressed = float(hertz.approach(load, summit_radius=radius, contact_modulus=1.0))
-    area = math.pi * radius * max(pressed, approach)
-    return surface.summits.on_area(area) if surface.summits is not None and area > 0 else surface.summits

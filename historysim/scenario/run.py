@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import attrs
 
@@ -99,14 +99,17 @@ def run(  # noqa: PLR0913 - the options of the command
 
 def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
     """Replay a source into a result, without opening it; first check that it, and files beside it, can be written."""
-    check_outputs([*source.outputs(output), *beside], source.files, force=options.force)
-    with source.log(output, resume=options.resume, notify=options.notify) as file, source.placed():
+    log = [Output(log_beside(output), (LOG,))] if source.makes_log else []
+    check_outputs([Output(output, (RESULT,)), *log, *beside], source.files, force=options.force)
+    with source.log(log_beside(output), options) as file, source.placed():
         write_result(file, output, options)
 
 
 @attrs.frozen
 class Source:
     """What a run replays: here the log of an earlier run, which the run goes on writing."""
+
+    makes_log: ClassVar[bool] = False  #: whether the log is a new one beside the result
 
     path: Path
 
@@ -121,30 +124,20 @@ class Source:
             content = file.sound()
             return file.head, content.events, content.links[-1]
 
-    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - it is there already
-        """Open or make the log that a run writes; whoever has it is the only writer."""
+    def log(self, beside: Path, options: RunOptions) -> LogFile:  # noqa: ARG002 - it is there already
+        """Open the log that a run writes, or make it ``beside`` the result; whoever has it is the only writer."""
         return LogFile(self.path, write=True)
 
     def placed(self) -> AbstractContextManager[None]:
         """Say of an event that cannot be carried out where it stands in what is replayed, if it has a place there."""
         return nullcontext()
 
-    def outputs(self, output: Path) -> tuple[Output, ...]:
-        """Return the files that a run writes."""
-        return (Output(output, (RESULT,)),)
-
-
-class _WithNewLog(Source):
-    """What makes a log beside the result."""
-
-    def outputs(self, output: Path) -> tuple[Output, ...]:
-        return Output(output, (RESULT,)), Output(log_beside(output), (LOG,))
-
 
 @attrs.frozen
-class _ScenarioSource(_WithNewLog):
+class _ScenarioSource(Source):
     """A scenario."""
 
+    makes_log = True
     scenario: Scenario
 
     @property
@@ -158,12 +151,11 @@ class _ScenarioSource(_WithNewLog):
         header, events = self._resolved(notify)
         return header, events, links_of(header, events)[-1]
 
-    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:
-        beside = log_beside(output)
-        if not (resume and beside.exists()):
-            if resume:
-                notify(f"{beside}: there is no log to resume from; the run starts at the beginning")
-            return LogFile.create(beside, *self._resolved(notify))
+    def log(self, beside: Path, options: RunOptions) -> LogFile:
+        if not (options.resume and beside.exists()):
+            if options.resume:
+                options.notify(f"{beside}: there is no log to resume from; the run starts at the beginning")
+            return LogFile.create(beside, *self._resolved(options.notify))
         file = LogFile(beside, write=True)
         if file.head.settings["scenario"] != self.scenario.text:
             file.close()
@@ -191,17 +183,18 @@ class _ScenarioSource(_WithNewLog):
         return header, built.events
 
 
-class _ResultSource(_WithNewLog):
+class _ResultSource(Source):
     """The result of an earlier run, which holds its log."""
+
+    makes_log = True
 
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:  # noqa: ARG002 - of a scenario
         header, content = embedded_log.read(self.path)
         return header, content.events, content.links[-1]
 
-    def log(self, output: Path, *, resume: bool, notify: Notify) -> LogFile:  # noqa: ARG002 - of a scenario
-        beside = log_beside(output)
+    def log(self, beside: Path, options: RunOptions) -> LogFile:
         header, content = embedded_log.read(self.path)
-        if resume and beside.exists():
+        if options.resume and beside.exists():
             file = LogFile(beside, write=True)
             if file.sound().links == content.links:
                 return file
@@ -224,16 +217,11 @@ def source_of(what: str | Path | Scenario | Source, values: Mapping[str, Any] | 
     """
     if isinstance(what, Source):
         return what
-    if isinstance(what, Scenario):
-        return _ScenarioSource(what.path, what)
-    return source_of(load(what, values)) if (kind := _kind_of_run(what, values)) is None else kind(Path(what))
-
-
-def _kind_of_run(what: str | Path, values: Mapping[str, Any] | None) -> type[Source] | None:
-    """Return what an earlier run has written in a file; None where that is a scenario, if anything."""
     # `load` says what is wrong with what is no path
     path = Path(what) if isinstance(what, str | Path) else Path()
-    kind = Source if is_log(path) else _ResultSource if is_netcdf(path) else None
-    if kind is not None and values:
+    if not (is_log(path) or is_netcdf(path)):
+        scenario = what if isinstance(what, Scenario) else load(what, values)
+        return _ScenarioSource(scenario.path, scenario)
+    if values:
         raise InputError(f"{what}: is no scenario (.toml), so that --set has nothing to change; leave it out")
-    return kind
+    return Source(path) if is_log(path) else _ResultSource(path)

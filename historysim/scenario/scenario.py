@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 import attrs
 
 from historysim.basics.limits import at_most, most
-from historysim.basics.units import duration_text, quantity_text
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, brief, counted, html_table, silent
 from historysim.errors import InputError, LoadError, at, misfit
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.document import files_of, parsed, read_sections, sections_of
 from historysim.scenario.grid import with_values
-from historysim.scenario.schema import given, reported
+from historysim.scenario.schema import reported
 from historysim.scenario.sections import Sections, SweepSection
 from historysim.scenario.surface_kinds import BuiltSurface
 
@@ -45,12 +45,11 @@ class Scenario:
     sections: Sections  #: what that means
 
     def _repr_html_(self) -> str:
-        record = self.record if isinstance(self.record, str) else f"{len(self.record):,} chosen"
         lines = [
             ("title", " ".join(self.title.split())),
             ("file", str(self.path)),
-            ("substeps", f"{self.substeps:,}"),
-            ("recorded asperities", record),
+            ("substeps", f"{self.sections.loading.substeps:,}"),
+            ("recorded asperities", self.sections.record.text),
         ]
         return f"{html_table(lines)}<details><summary>TOML</summary><pre>{escape(self.text)}</pre></details>"
 
@@ -58,16 +57,6 @@ class Scenario:
     def title(self) -> str:
         """The title, empty if it has none."""
         return self.sections.title
-
-    @property
-    def substeps(self) -> int:
-        """The number of steps that each stretch between two event times is divided into."""
-        return self.sections.loading.substeps
-
-    @property
-    def record(self) -> str | tuple[int, ...]:
-        """The asperities to record: ``"touching"``, ``"all"``, ``"totals"`` or indices."""
-        return self.sections.record.asperities
 
     @property
     def instrument(self) -> "Instrument":
@@ -79,19 +68,17 @@ class Scenario:
         """Attributes of what is written: who made the data, what for, under which licence (ACDD); named states."""
         from historysim.recording.provenance import named_states_attribute
 
-        foreign = {"packages": ", ".join(self.packages)} if self.packages else {}
+        providers = (each.registry.provider(type(each)) for each in _within(self.sections) if hasattr(each, "registry"))
+        packages = ", ".join(dict.fromkeys(str(provider) for provider in providers if provider is not None))
+        foreign = {"packages": packages} if packages else {}
         return self.sections.metadata.attributes() | named_states_attribute(self.sections.loading.names) | foreign
-
-    @property
-    def packages(self) -> tuple[str, ...]:
-        """Packages of others that have its surface, its loading and its laws, each with its version."""
-        return tuple(dict.fromkeys(_packages(self.sections)))
 
     @property
     def seeds(self) -> list[int]:
         """The seeds of the surface, in the order of the file, and of friction."""
-        drawn = (self.sections.surface, self.sections.friction)
-        return [seed for section in drawn if section is not None for seed in _seeds(section)]
+        drawn = [each for each in (self.sections.surface, self.sections.friction) if each is not None]
+        seeds = [getattr(within, "seed", None) for section in drawn for within in _within(section)]
+        return [seed for seed in seeds if seed is not None]
 
     @property
     def document(self) -> dict[str, Any]:
@@ -124,17 +111,9 @@ class Scenario:
     def build(self, notify: Notify = silent, surface: BuiltSurface | None = None) -> "BuiltScenario":
         """Check the scenario and build what it describes: surface, ensemble and events.
 
-        Parameters
-        ----------
-        notify : callable, optional
-            Takes notices on how the surface was made, unless it is given, and on how a file was read.
-        surface : BuiltSurface, optional
-            What `surface` gives, where it is made already.
+        ``notify`` takes notices on how a file was read, and on the surface, unless what `surface` gives is there.
 
-        Raises
-        ------
-        InputError
-            What cannot be used, or an event that does not fit the number of asperities.
+        Raises InputError: what cannot be used, or an event that does not fit the number of asperities.
         """
         if surface is None:
             surface = self.surface()
@@ -142,9 +121,9 @@ class Scenario:
                 notify(f"{self.path.name}: {notice}")
         events = self.events(notify)
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
-        from historysim.scenario.built import build
+        from historysim.scenario.built import built
 
-        return build(self.sections, self.path.name, self._pair(), surface, events, notify=notify)
+        return built(self, surface, events, notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -157,10 +136,10 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self.sections, self.path.name, self._pair(), surface)
+        return ensemble_on(self, surface)
 
-    def _pair(self) -> "MaterialPair":
-        """Return the pair of materials, with the work of adhesion of ``[adhesion]``."""
+    def pair(self) -> "MaterialPair":
+        """Return the pair of materials, with the work of adhesion of ``[adhesion]``; errors as for `ensemble`."""
         adhesion = self.sections.adhesion
         with reported(self.path.name):
             pair = self.sections.materials.pair()
@@ -186,7 +165,7 @@ class Scenario:
                 with at("friction", "course"):
                     written = course if isinstance(course, FrictionCourse) else course.read(self.path.parent)
                     events = written.along(events)
-            steps = len(events) * self.substeps
+            steps = len(events) * self.sections.loading.substeps
             if steps > most("STEPS"):
                 problem = f"{steps:,} steps; {at_most('STEPS')}; use fewer substeps"
                 raise misfit(problem, "loading", "substeps")
@@ -257,11 +236,8 @@ class Scenario:
         if loading.run != EACH:
             return [self]
         with reported(self.path.name), at("loading"):
-            numbers = runs_of(self.path.parent, loading)
-        return [
-            attrs.evolve(self, sections=attrs.evolve(self.sections, loading=attrs.evolve(loading, run=number)))
-            for number in numbers
-        ]
+            loadings = [attrs.evolve(loading, run=number) for number in runs_of(self.path.parent, loading)]
+        return [attrs.evolve(self, sections=attrs.evolve(self.sections, loading=each)) for each in loadings]
 
     def check_steady_friction(self) -> None:
         """Check that friction has no course, along which a record is not compared; one is an InputError."""
@@ -332,44 +308,23 @@ def as_scenario(scenario: Scenario | str | os.PathLike[str]) -> Scenario:
     return scenario if isinstance(scenario, Scenario) else load(scenario)
 
 
-def _packages(section: attrs.AttrsInstance) -> Iterator[str]:
-    """Yield the packages of others that have the classes of a section, and of those within it."""
-    registry = getattr(section, "registry", None)
-    if registry is not None and (provider := registry.provider(type(section))) is not None:
-        yield str(provider)
+def _within(section: Any) -> Iterator[Any]:  # noqa: ANN401 - sections of any kind
+    """Yield a section, and those within it."""
+    yield section
     for value in attrs.asdict(section, recurse=False).values():
         for each in value.values() if isinstance(value, dict) else (value,):
             if attrs.has(type(each)):
-                yield from _packages(each)
-
-
-def _seeds(section: Any) -> list[int]:  # noqa: ANN401 - a section of any kind
-    """Return the seeds of a section, and of those within it."""
-    seeds: list[int] = []
-    for key, value in given(section).items():
-        if key == "seed":
-            seeds.append(value)
-        elif attrs.has(type(value)):
-            seeds += _seeds(value)
-    return seeds
+                yield from _within(each)
 
 
 def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     """Check a scenario and return it in lines of (label, text), with a warning for each broken assumption of the model.
 
-    Parameters
-    ----------
-    scenario : Scenario
-    walk : float
-        Seconds for which its loads are walked; a line says how far, where that is not enough.
+    Its loads are walked for ``walk`` seconds; a line says how far, where that is not enough.
 
-    Raises
-    ------
-    InputError
-        The scenario, or a file that it names, cannot be used as it is.
-    LoadError
-        Loads that were walked, and that the contact cannot carry.
+    Raises InputError and LoadError: what cannot be used, and loads that were walked and cannot be carried.
     """
+    from historysim.loads.event_sequence import over_text, time_text
     from historysim.recording.provenance import validity_findings
 
     surface = scenario.surface()
@@ -378,33 +333,26 @@ def summary(scenario: Scenario, *, walk: float = 0.0) -> list[tuple[str, str]]:
     ensemble, events, contact = built.ensemble, built.events, built.adhering()
     with scenario.placed():
         reached = built.walk(walk) if walk else None
-    recorded = scenario.record if isinstance(scenario.record, str) else f"{len(scenario.record):,} chosen"
-    before = scenario.unprepared_surface()
+    if reached is not None:
+        notices.append(
+            f"the loads were walked up to t = {time_text(reached)} within {walk:g} s, and not beyond; the environment "
+            "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
+        )
+    laws = {"friction": ensemble.law, "wear": ensemble.wear, "yielding": ensemble.yielding}
+    before, sweep = scenario.unprepared_surface(), scenario.sections.sweep
     return [
         ("title", " ".join(scenario.title.split()) or scenario.path.stem),
         ("asperities", f"{len(ensemble):,}"),
-        ("events", f"{len(events):,} over {duration_text(events[-1].time - events[0].time)}"),
-        ("substeps", str(scenario.substeps)),
-        ("recorded asperities", recorded),
-        *([("friction", ensemble.law.text)] if ensemble.law else []),
-        *([("wear", ensemble.wear.text)] if ensemble.wear else []),
-        *([("yielding", ensemble.yielding.text)] if ensemble.yielding else []),
-        *([("sweep", _sweep_line(scenario.sections.sweep))] if scenario.sections.sweep else []),
+        ("events", f"{len(events):,}{over_text(events)}"),
+        ("substeps", str(scenario.sections.loading.substeps)),
+        ("recorded asperities", scenario.sections.record.text),
+        *((name, law.text) for name, law in laws.items() if law),
+        *([("sweep", _sweep_line(sweep))] if sweep else []),
         *([("map as it comes", _map_line(before)), ("map as prepared", _map_line(built.surface))] if before else []),
         *(contact.summary() if contact else []),
         *(("note", notice) for notice in notices),
-        *([("note", _walked_line(reached, walk))] if reached is not None else []),
         *(("warning", finding.text) for finding in validity_findings(ensemble, events, scenario.instrument)),
     ]
-
-
-def _walked_line(reached: float, seconds: float) -> str:
-    from historysim.loads.event_sequence import time_text
-
-    return (
-        f"the loads were walked up to t = {time_text(reached)} within {seconds:g} s, and not beyond; the environment "
-        "variable HISTORYSIM_MOST_SECONDS_OF_VALIDATION gives more time"
-    )
 
 
 def _sweep_line(sweep: SweepSection) -> str:

@@ -264,6 +264,11 @@ class RecordSection:
     #: friction that evolves, it is recorded in any case.
     sliding: bool = False
 
+    @property
+    def text(self) -> str:
+        """Which asperities, in a word or two."""
+        return self.asperities if isinstance(self.asperities, str) else f"{len(self.asperities):,} chosen"
+
 
 @attrs.frozen
 class SweepSection:

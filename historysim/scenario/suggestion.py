@@ -20,7 +20,7 @@ from historysim.tables import Format, Listing, read_table
 # A word begins at the start of a name or behind a device or a group, and ends where no letter follows.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
 # What the columns of a channel are called, the likeliest first; each is taken where one column fits alone.
-_TIME = (rf"{_AT}(time(stamp)?|zeit|temps|elapsed|t){_END}",)
+_TIME = (rf"{_AT}(time(stamp)?|zeit|temps|elapsed|t){_END}", rf"^\W*(?-i:t){_END}")
 _NORMAL = (rf"normal|press|applied|{_AT}(fn|fz|f_n|n|load|p){_END}",)
 _TANGENTIAL = ("fric|tang|reib|shear", rf"{_AT}(ff|ft|f_t){_END}", rf"{_AT}fx{_END}", rf"lateral|{_AT}(fy|t|q){_END}")
 _STROKE = ("^(?!.*normal).*(tang|lateral|shear|slid)", "disp|weg", "stroke|pos", rf"{_AT}(x|u|ux|s|dx){_END}")

@@ -208,7 +208,7 @@ def _where(name: str) -> str:
 
 def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
     """Return the history of a scenario: with the rows of its asperities, or else with the heights of all of them."""
-    if each and loaded.record == "totals":
+    if each and loaded.sections.record.asperities == "totals":
         raise InputError(
             f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
         )

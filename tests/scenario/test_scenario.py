@@ -66,7 +66,12 @@ def with_loading(loading):
 def test_waypoints_are_events_at_their_times(folder):
     found = loaded(folder, WAYPOINTS)
     assert found.events() == [NormalLoad(0.0, 0.01), TangentialLoad(1.0, 0.003)]
-    assert (found.substeps, found.sections.loading.saturate, found.record, found.title) == (1, False, "touching", "")
+    assert (
+        found.sections.loading.substeps,
+        found.sections.loading.saturate,
+        found.sections.record.asperities,
+        found.title,
+    ) == (1, False, "touching", "")
     assert found.text == WAYPOINTS
 
 
@@ -100,7 +105,7 @@ def test_blocks_run_their_loops_at_each_load(folder):
     peaks = [event.value for event in moved if event.value]
     assert peaks == [1e-7, -1e-7] * 12
     assert [event.time for event in events] == sorted(event.time for event in events)
-    assert found.record == (0, 2)
+    assert found.sections.record.asperities == (0, 2)
 
 
 def test_channels_that_a_block_does_not_name_are_held(folder):
@@ -132,7 +137,11 @@ def test_tables_give_summits_friction_and_loads(folder):
     assert [type(event) for event in events] == [NormalLoad, TangentialDisplacement] * 3
     assert [event.time for event in events] == [0.0, 0.0, 0.5, 0.5, 1.0, 1.0]
     assert [event.value for event in events] == pytest.approx([0.05, 0.0, 0.05, 1e-7, 0.0505, -1e-7])
-    assert (found.substeps, found.sections.loading.saturate, found.record) == (2, True, "totals")
+    assert (found.sections.loading.substeps, found.sections.loading.saturate, found.sections.record.asperities) == (
+        2,
+        True,
+        "totals",
+    )
 
 
 FROM_FILE = """
