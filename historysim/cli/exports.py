@@ -5,10 +5,9 @@ from typing import Any
 
 import click
 
-from historysim.basics import targets
-from historysim.basics.targets import PICTURE, Output
+from historysim.basics.targets import PICTURE
 from historysim.cli import options
-from historysim.cli.output import notice, save, write_answer
+from historysim.cli.output import check_outputs, notice, save, write_answer
 
 CONTROLS = click.Choice(["load", "displacement"])
 
@@ -103,17 +102,17 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.reduced_model import ReducedPicture, form_of, output_of
+    from historysim.exchange.reduced.model_texts import form_of, format_of
+    from historysim.exchange.reduced.reduced_model import ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
     options.check_drawn(size, [picture])
-    drawn = [] if picture is None else [Output(picture, (PICTURE,))]
-    force = options.given("force")
-    targets.check_outputs([*(output_of(*one) for one in forms.items()), *drawn], source.files, force=force)
+    written = [(path, format_of(name)) for path, name in forms.items()]
+    files = check_outputs(source.files, *written, (picture, PICTURE))
     model = carry_out(source, notify=notice, **choices)
     for path, name in forms.items():
-        model.write(path, form=name, force=force)
+        model.write(path, form=name, force=options.given("force"))
     if picture is not None:
         save(ReducedPicture().figure(model, {"size": size}), picture)
-    write_answer(model.summary(), files=[*outputs, picture], data=model.dataset)
+    write_answer(model.summary(), files=files, data=model.dataset)

@@ -12,7 +12,7 @@ import pytest
 from reduced_contacts import LOAD, job, rough
 
 import historysim as hs
-from historysim.exchange.reduced.reduced_model import FORMS
+from historysim.exchange.reduced.model_texts import FORMS
 from historysim.exchange.reduced.reducing import VirginCurve
 
 

@@ -155,10 +155,7 @@ def model_description(unit: Unit, version: int) -> bytes:
     categories = ET.SubElement(root, "LogCategories")
     for name in ("logStatusDiscard", "logStatusError", "logStatusFatal"):
         ET.SubElement(categories, "Category", name=name)
-    if version == 2:
-        _variables_of_2(root, unit)
-    else:
-        _variables_of_3(root, unit)
+    _list_variables(root, unit, version)
     return _written(root)
 
 
@@ -173,54 +170,31 @@ def build_description(unit: Unit) -> bytes:
     return _written(root)
 
 
-def _attributes(variable: UnitVariable, reference: int, starts: Mapping[str, float]) -> dict[str, str]:
-    """Return what both versions say of a variable in the same way, but its type and start."""
-    found = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
-    found |= {"causality": variable.causality, "variability": variable.variability}
-    if variable.name in starts:
+def _list_variables(root: ET.Element, unit: Unit, version: int) -> None:
+    """List the variables, and which outputs depend on which inputs."""
+    shown, structure = (ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure"))
+    # version 2 counts variables from 1, and has none of the time, which is the last
+    listed = [each for each in unit.variables if version == 3 or each.causality != "independent"]
+    number = {each.name: str(place) for place, each in enumerate(listed, start=1 if version == 2 else 0)}
+    for reference, variable in enumerate(listed):
+        attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
+        attributes |= {"causality": variable.causality, "variability": variable.variability}
         # an input or parameter is exact by itself
-        found["start"] = repr(float(starts[variable.name]))
-    return found
-
-
-def _typed(variable: UnitVariable) -> dict[str, str]:
-    limits = {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
-    return limits | ({"unit": variable.unit} if variable.unit else {})
-
-
-def _variables_of_2(root: ET.Element, unit: Unit) -> None:
-    shown = ET.SubElement(root, "ModelVariables")
-    listed = [each for each in unit.variables if each.causality != "independent"]
-    # the index counts from 1; the time is no variable of its own
-    place = {variable.name: str(number) for number, variable in enumerate(listed, start=1)}
-    for variable in listed:
-        attributes = _attributes(variable, unit.variables.index(variable), unit.starts)
-        start = {"start": attributes.pop("start")} if "start" in attributes else {}
-        one = ET.SubElement(shown, "ScalarVariable", attributes)
-        ET.SubElement(one, TYPES[2][variable.kind], start | _typed(variable))
-    structure = ET.SubElement(root, "ModelStructure")
-    outputs, initial = (ET.SubElement(structure, name) for name in ("Outputs", "InitialUnknowns"))
-    for parent, needed in ((outputs, _of(unit, "input", place)), (initial, place["friction_factor"])):
-        for index in _of(unit, "output", place).split():
-            ET.SubElement(parent, "Unknown", index=index, dependencies=needed)
-
-
-def _variables_of_3(root: ET.Element, unit: Unit) -> None:
-    shown = ET.SubElement(root, "ModelVariables")
-    references = {variable.name: str(reference) for reference, variable in enumerate(unit.variables)}
-    for reference, variable in enumerate(unit.variables):
-        attributes = _attributes(variable, reference, unit.starts) | _typed(variable)
-        ET.SubElement(shown, TYPES[3][variable.kind], attributes)
-    structure = ET.SubElement(root, "ModelStructure")
-    factor = references["friction_factor"]
-    for tag, needed in (("Output", _of(unit, "input", references)), ("InitialUnknown", factor)):
-        for output in _of(unit, "output", references).split():
-            ET.SubElement(structure, tag, valueReference=output, dependencies=needed)
-
-
-def _of(unit: Unit, causality: str, number: Mapping[str, str]) -> str:
-    """Return the numbers of all variables of a causality, with spaces between them."""
-    return " ".join(number[each.name] for each in unit.variables if each.causality == causality)
+        typed = {"start": repr(float(unit.starts[variable.name]))} if variable.name in unit.starts else {}
+        typed |= {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
+        typed |= {"unit": variable.unit} if variable.unit else {}
+        if version == 2:
+            ET.SubElement(ET.SubElement(shown, "ScalarVariable", attributes), TYPES[2][variable.kind], typed)
+        else:
+            ET.SubElement(shown, TYPES[3][variable.kind], attributes | typed)
+    inputs, outputs = (
+        [number[v.name] for v in listed if v.causality == causality] for causality in ("input", "output")
+    )
+    for tag, needed in (("Output", " ".join(inputs)), ("InitialUnknown", number["friction_factor"])):
+        parent = ET.SubElement(structure, f"{tag}s") if version == 2 else structure
+        name, of = ("Unknown", "index") if version == 2 else (tag, "valueReference")
+        for output in outputs:
+            ET.SubElement(parent, name, {of: output, "dependencies": needed})
 
 
 def _written(root: ET.Element) -> bytes:

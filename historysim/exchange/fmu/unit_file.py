@@ -9,14 +9,15 @@ import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping, Sequence
+from html import escape
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
-import attrs
 import numpy as np
 
 from historysim.asperities.curves import ROUNDING, NormalCurves
+from historysim.asperities.state import EnsembleState, PlanarState
 from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
@@ -30,9 +31,6 @@ from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_descri
 from historysim.loads.event_sequence import is_planar
 from historysim.memory import get_include
 from historysim.replaying import Replay
-
-if TYPE_CHECKING:
-    from historysim.asperities.state import EnsembleState, PlanarState
 
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
@@ -59,23 +57,13 @@ PREFACE = """/* In a unit of co-simulation nothing of the memory is seen from ou
 LONG_AGO = (1980, 1, 1, 0, 0, 0)  # time of all files in the archive, so that the same contact gives the same bytes
 
 
-@attrs.frozen
-class Controls:
-    """How a unit is driven: by loads or displacements, and whether it holds a load beyond the friction limit there.
+class Controls(NamedTuple):
+    """How a unit is driven, and whether it holds a load beyond the friction limit there."""
 
-    The tangential direction is one, or there are two.
-    """
-
-    normal: str = attrs.field()
-    tangential: str = attrs.field()
+    normal: str  #: "load" or "displacement"
+    tangential: str  #: "load" or "displacement"
     saturate: bool
-    directions: int = 1
-
-    @normal.validator
-    @tangential.validator
-    def _is_control(self, attribute: "attrs.Attribute[str]", value: str) -> None:
-        if value not in {"load", "displacement"}:
-            raise InputError(f"{attribute.name} is {value!r}; expected 'load' or 'displacement'")
+    directions: int  #: tangential ones
 
 
 def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
@@ -142,6 +130,9 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     output = Path(output)
     if fmi not in {2, 3} or isinstance(fmi, bool):
         raise InputError(f"fmi is {fmi!r}; expected 2 or 3")
+    for name, control in (("normal", normal), ("tangential", tangential)):
+        if control not in {"load", "displacement"}:
+            raise InputError(f"{name} is {control!r}; expected 'load' or 'displacement'")
     chosen = _checked_platforms(platforms)
     found = exported(source, notify)
     check_outputs([Output(output, (FMU,))], found.files, force=force)
@@ -317,7 +308,7 @@ def _curve(curves: NormalCurves) -> bytes:
     return np.concatenate([np.asarray(part, dtype="<f8") for part in parts]).tobytes()
 
 
-def _starts(job: Replay, state: "EnsembleState | PlanarState", controls: Controls) -> list[float]:
+def _starts(job: Replay, state: EnsembleState | PlanarState, controls: Controls) -> list[float]:
     """Return where the inputs stand at the start: the normal one, and the tangential one or two."""
     normal = state.normal_load if controls.normal == "load" else state.approach
     found: Any = state.tangential_load
@@ -328,37 +319,22 @@ def _starts(job: Replay, state: "EnsembleState | PlanarState", controls: Control
 
 def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
     """Return the documentation of a unit (HTML)."""
-    from html import escape
-
     rows = "".join(
         f"<tr><td>{escape(each.name)}</td><td>{each.causality}</td><td>{escape(each.unit)}</td>"
         f"<td>{escape(each.text)}</td></tr>"
         for each in unit.variables
     )
-    beyond = (
-        "is held at the limit, which the output <code>saturated</code> shows"
-        if controls.saturate
-        else "discards the step with a message and changes nothing"
-    )
+    beyond = "is held at the limit: output <code>saturated</code>" if controls.saturate else "discards the step"
     start = "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"
-    many, update, slopes = (
-        "two",
-        "in one exact update",
-        "are exact; they are given of loads, approach and displacements",
-    )
-    if controls.directions == 2:
-        many, slopes = "three", "are not given; the outputs of stiffness are on the side of the last step"
-        update = "in one update, which is exact along one line and else within the tolerance of its rings"
-    text = f"""<!DOCTYPE html>
+    return f"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>{escape(unit.name)}</title></head><body>
 <h1>{escape(unit.name)}</h1><p>{escape(unit.text)}</p>
 <p>A rough frictional contact before it slides, with its exact memory, made by historysim. It starts from: {start}. Each
-step carries it straight from where it is to its {many} inputs, {update}, whatever its length. The inputs are
-where the contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it
-gives their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
-{beyond}. Derivatives in the inputs {slopes}.</p>
+step carries it straight from where it is to its inputs, in one update, whatever its length. The inputs are where the
+contact is at the end of the step: a simulator that holds its inputs during a step lags by one step, unless it gives
+their first derivatives (FMI 2.0), or goes back and repeats the step. A tangential load beyond the friction limit
+{beyond}.</p>
 <p>Compile the sources with <code>-std=c11 -ffp-contract=off</code> for the same bits.</p>
 <table border="1"><tr><th>variable</th><th>causality</th><th>unit</th><th>meaning</th></tr>{rows}</table>
 </body></html>
-"""
-    return text.encode()
+""".encode()

@@ -1,21 +1,21 @@
-"""`ReducedModel`: springs in place of a contact, which go to files for other programs and come back from JSON."""
+"""`ReducedModel`: springs in place of a contact, with the bound of their error; its JSON, picture and page."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
+import xarray as xr
 
-from historysim._version import __version__
-from historysim.basics.arguments import Floats
+from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
 from historysim.basics.files import beginning, replacing
-from historysim.basics.targets import Output, check_outputs, check_place, marked
+from historysim.basics.targets import Output, check_outputs
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import html_table, listed
+from historysim.basics.wording import html_table
 from historysim.errors import InputError
-from historysim.exchange.reduced.springs import FORMAT, Springs
+from historysim.exchange.reduced.model_texts import FORMS, form_of, format_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import Picture, figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled, zero_lines
@@ -27,198 +27,207 @@ if TYPE_CHECKING:
 
     from historysim.results.plots.canvas import FigureOrAxes, Place
 
-
-def write_springs(model: Springs, output: Path, *, form: str | None, force: bool) -> None:
-    """Write springs for another program; see `ReducedModel.write`."""
-    name = form_of(output, form)
-    check_outputs([output_of(output, name)], [], force=force)
-    with replacing(output) as unfinished:
-        unfinished.write_text(FORMS[name][1](model, output.stem), encoding="utf-8", newline="\n")
-
-
-def form_of(output: Path, form: str | None) -> str:
-    """Return the form of a file by its name, unless one is given; errors as for `ReducedModel.write`."""
-    if form is not None:
-        if form not in FORMS:
-            raise InputError(f"form {form!r} is not known; expected one of {listed(FORMS)}")
-        return form
-    for name, (ending, _) in FORMS.items():
-        if output.suffix.lower() == ending:
-            return name
-    check_place(output)
-    endings = listed(list(dict.fromkeys(ending for ending, _ in FORMS.values())))
-    raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {endings}")
-
-
-def output_of(output: Path, form: str) -> Output:
-    """Return what is written, as `check_outputs` takes it."""
-    return Output(output, (marked("a reduced model of historysim", FORMS[form][0]),))
-
-
-# ---- texts ----------------------------------------------------------------------------------------------------------
-
-
-def _head(model: Springs, comment: str) -> str:
-    """Return lines that say what a file holds."""
-    lines = [
-        f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
-        f"{model.title}",
-        f"{len(model)} springs in parallel that slide, for a normal load of {model.normal_load:.9g} N.",
-        f"Error of the tangential load of every history at that load: at most {model.bound:.3g} of the friction limit,",
-        f"{model.bound * model.friction_limit:.6g} of {model.friction_limit:.6g} N.",
-        f"Error of the energy of a closed loop: at most {model.energy_bound:.6g} J.",
-    ]
-    if model.scaling is not None:
-        lines.append("Where the normal load varies no bound is known; found, over the friction limit:")
-        lines += [f"  {name}: {value:.3g}" for name, value in model.errors.items()]
-    return "".join(f"{comment} {' '.join(line.split())}\n" for line in lines)
-
-
-def _json(model: Springs, _: str) -> str:
-    return json.dumps({"generator": f"historysim {__version__}", **model.as_dict()}, indent=1, allow_nan=False) + "\n"
-
-
-def _csv(model: Springs, _: str) -> str:
-    lines = ["spring,stiffness [N/m],limit [N],slip_displacement [m]"]
-    rows = _rows(model.stiffness, model.limit, model.slip_displacement)
-    lines += [f"{number},{k!r},{f!r},{r!r}" for number, (k, f, r) in enumerate(rows)]
-    return _head(model, "#") + "\n".join(lines) + "\n"
-
-
-def _rows(*columns: Floats) -> list[tuple[float, ...]]:
-    """Return the rows of columns (spring)."""
-    return [*zip(*(column.tolist() for column in columns), strict=True)]
-
-
-def _python_rows(what: str, *columns: Floats) -> str:
-    """Return the rows of columns (spring) as a list in Python."""
-    rows = "".join(f"    ({', '.join(map(repr, row))}),\n" for row in _rows(*columns))
-    return f"SPRINGS = [  # {what}\n{rows}]\n\n\n"
-
-
-def _opensees(model: Springs, _: str) -> str:
-    rows = [*enumerate(_rows(model.stiffness, model.slip_displacement), start=1)]
-    lines = [f"uniaxialMaterial ElasticPP [expr $tag + {i}] {k!r} {r!r}" for i, (k, r) in rows]
-    tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
-    return (
-        _head(model, "#")
-        + "# Set tag before; the tags above it, one for each spring, have to be free. Force in N, deformation in m.\n"
-        + "if {![info exists tag]} { set tag 1 }\n"
-        + "\n".join(lines)
-        + f"\nuniaxialMaterial Parallel $tag {tags}\n"
-    )
-
-
-def _openseespy(model: Springs, _: str) -> str:
-    return (
-        _head(model, "#")
-        + '"""Make the contact a uniaxial material of OpenSees: force in N, deformation in m."""\n\n'
-        + _python_rows("stiffness [N/m], displacement at which it slides [m]", model.stiffness, model.slip_displacement)
-        + "def contact(ops, tag):\n"
-        + '    """Define material `tag`; the tags above it, one for each spring, have to be free."""\n'
-        + "    for number, (stiffness, slip) in enumerate(SPRINGS, start=1):\n"
-        + '        ops.uniaxialMaterial("ElasticPP", tag + number, stiffness, slip)\n'
-        + '    ops.uniaxialMaterial("Parallel", tag, *range(tag + 1, tag + 1 + len(SPRINGS)))\n'
-    )
-
-
-def _pyharm(model: Springs, _: str) -> str:
-    elements = {
-        f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
-        for number, (k, limit) in enumerate(_rows(model.stiffness, model.limit), start=1)
-    }
-    return (
-        _head(model, "#")
-        + '"""The contact as elements of pyHarm. Give each of them `connect` and `dirs` of your structure."""\n\n'
-        + "ELEMENTS = "
-        + json.dumps(elements, indent=4)
-        + "\n\n\n"
-        + "def contact(connect, dirs):\n"
-        + '    """Return the elements between two nodes, for the dictionary `elements` of pyHarm\'s input."""\n'
-        + '    return {name: {**one, "connect": connect, "dirs": dirs} for name, one in ELEMENTS.items()}\n'
-    )
-
-
-def _tmdsimpy(model: Springs, _: str) -> str:
-    return (
-        _head(model, "#")
-        + '"""The contact as nonlinear forces of TMDSimPy."""\n\n'
-        + _python_rows("kt [N/m], Fs [N]", model.stiffness, model.limit)
-        + "def contact(force, Q, T):\n"
-        + '    """Return nonlinear forces, to be added to a VibrationSystem; `force` is TMDSimPy\'s JenkinsForce."""\n'
-        + "    return [force(Q, T, stiffness, limit) for stiffness, limit in SPRINGS]\n"
-    )
-
-
-def _matlab(model: Springs, name: str) -> str:
-    if not name.isidentifier() or not name.isascii():
-        raise InputError(f"{name}.m: is no name of a function of MATLAB; expected letters, digits and _")
-    scaling, more = model.scaling, model.scaling is not None
-    tables = f"k = [{_matlab_row(model.stiffness)}];\nf = [{_matlab_row(model.limit)}];\n"
-    if scaling is not None:
-        tables = (
-            f"load = [{_matlab_row(scaling.normal_load)}];\nstiffness = {_matlab_table(scaling.stiffness)};\n"
-            f"limit = {_matlab_table(scaling.limit)};\n"
-            "k = interp1(load, stiffness, normal_load);\nf = interp1(load, limit, normal_load);\n"
-        )
-    return (
-        f"function [T, state] = {name}(U, state{', normal_load' if more else ''})\n"
-        + _head(model, "%")
-        + f"% [T, state] = {name}(U, state{', N' if more else ''}) carries the contact to the displacement U [m]"
-        + (" at the normal load N [N]" if more else "")
-        + ".\n% Begin with state = []. To try a step, keep the state of before. T is the tangential load [N].\n"
-        + tables
-        + "if isempty(state)\n  state = struct('U', 0, 'F', zeros(1, numel(k)), 'k', k);\nend\n"
-        + "state.F = max(min(state.F + 0.5*(state.k + k) .* (U - state.U), f), -f);\n"
-        + "state.U = U;\nstate.k = k;\nT = sum(state.F);\nend\n"
-    )
-
-
-def _matlab_table(rows: Floats) -> str:
-    return "[\n" + "".join(f"  {_matlab_row(row)}\n" for row in rows) + "]"
-
-
-def _matlab_row(values: Floats) -> str:
-    return " ".join(map(repr, values.tolist()))
-
-
-def _modelica(model: Springs, name: str) -> str:
-    if not name.isidentifier() or not name.isascii():
-        raise InputError(f"{name}.mo: is no name of a model of Modelica; expected letters, digits and _")
-    stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))
-    return (
-        _head(model, "//")
-        + f'model {name} "Springs in parallel that slide, in place of a rough frictional contact"\n'
-        + "  extends Modelica.Mechanics.Translational.Interfaces.PartialCompliantWithRelativeStates;\n"
-        + f'  parameter Modelica.Units.SI.TranslationalSpringConstant k[:] = {stiffness} "of each spring";\n'
-        + f'  parameter Modelica.Units.SI.Force limit[size(k, 1)] = {limit} "at which each slides";\n'
-        + '  Modelica.Units.SI.Force force[size(k, 1)](each start = 0, each fixed = true) "of each spring";\n'
-        + "equation\n"
-        + "  for i in 1:size(k, 1) loop\n"
-        + "    der(force[i]) = if (force[i] >= limit[i] and v_rel > 0) or (force[i] <= -limit[i] and v_rel < 0)\n"
-        + "      then 0 else k[i]*v_rel;\n"
-        + "  end for;\n"
-        + "  f = sum(force);\n"
-        + f"end {name};\n"
-    )
-
-
-# What is written, by name: the ending that chooses it, and the text of a model for a file of a name.
-FORMS: dict[str, tuple[str, Callable[[Springs, str], str]]] = {
-    "json": (".json", _json),
-    "csv": (".csv", _csv),
-    "modelica": (".mo", _modelica),
-    "matlab": (".m", _matlab),
-    "opensees": (".tcl", _opensees),
-    "openseespy": (".py", _openseespy),
-    "pyharm": (".py", _pyharm),
-    "tmdsimpy": (".py", _tmdsimpy),
-}
+FORMAT = "historysim reduced model 2"  # what the key ``format`` of its JSON says
+SCALED = ("normal_load_N", "stiffness_N_per_m", "limit_N")  # the columns of `Scaling` in its JSON
 
 
 @attrs.frozen(eq=False)
-class ReducedModel(Springs):
-    """Springs in parallel that slide, in place of a contact; see `Springs` for what stands in it."""
+class Scaling:
+    """How springs change with the normal load [N], ascending from 0; straight between the rows."""
+
+    normal_load: Floats
+    stiffness: Floats = attrs.field(repr=False)  #: (row, spring) [N/m]
+    limit: Floats = attrs.field(repr=False)  #: (row, spring) [N]
+
+    def at(self, normal_load: Floats) -> tuple[Floats, Floats]:
+        """Return stiffnesses and limits (step, spring) at normal loads (step) [N] in the table."""
+        row = np.clip(np.searchsorted(self.normal_load, normal_load) - 1, 0, self.normal_load.size - 2)
+        low, high = self.normal_load[row], self.normal_load[row + 1]
+        part = np.clip((normal_load - low) / (high - low), 0.0, 1.0)[:, np.newaxis]
+        stiffness, limit = ((1.0 - part) * each[row] + part * each[row + 1] for each in (self.stiffness, self.limit))
+        return stiffness, limit
+
+
+@attrs.frozen(eq=False)
+class ReducedModel:
+    """Springs in parallel, each of which slides at a limit (Jenkins, Maxwell slip, discrete Iwan), for a contact.
+
+    Attributes
+    ----------
+    normal_load : float
+        At which the springs are placed [N].
+    stiffness : array (spring)
+        [N/m], > 0; springs stand by ascending displacement at which they slide.
+    limit : array (spring)
+        Force at which each slides [N]; their sum is the friction limit of the contact.
+    bound : float
+        Largest error of the tangential load, over the friction limit, of any history at that normal load.
+    energy_bound : float
+        Largest error of the energy that a closed loop takes [J], at that normal load.
+    virgin_displacement, virgin_load : array (point)
+        Points on the virgin curve of the contact itself, from 0 to where all of it slides [m], [N].
+    title : str
+    scaling : Scaling, optional
+        How the springs change with the normal load, where it varies.
+    errors : dict of str to float
+        Largest errors that were found on histories, over the largest friction limit of each; no bounds.
+    """
+
+    normal_load: float
+    stiffness: Floats = attrs.field(repr=False)
+    limit: Floats = attrs.field(repr=False)
+    bound: float
+    energy_bound: float
+    virgin_displacement: Floats = attrs.field(repr=False)
+    virgin_load: Floats = attrs.field(repr=False)
+    title: str = ""
+    scaling: Scaling | None = attrs.field(default=None, repr=False)
+    errors: dict[str, float] = attrs.field(factory=dict)
+
+    def __len__(self) -> int:
+        """Return the number of springs."""
+        return int(self.stiffness.size)
+
+    @property
+    def friction_limit(self) -> float:
+        """Largest tangential load [N]."""
+        return float(self.limit.sum())
+
+    @property
+    def slip_displacement(self) -> Floats:
+        """Displacement at which each spring slides, from rest [m] (spring)."""
+        return self.limit / self.stiffness
+
+    def force(self, displacement: ArrayLike, normal_load: ArrayLike | None = None) -> Floats:
+        """Return the tangential load at the end of each of several steps, from rest [N].
+
+        In a step all springs are strained by the way, with their mean stiffness on the way, and slide at their limit at
+        its end.
+
+        Parameters
+        ----------
+        displacement : array_like (step)
+            [m]; it begins at 0.
+        normal_load : array_like (step), optional
+            [N], within the table of `scaling`; by default that of the model throughout.
+
+        Raises
+        ------
+        InputError
+            Numbers that are not finite, or normal loads where the model has none.
+        """
+        way = np.atleast_1d(checked("displacement", displacement))
+        stiffness, limit = (np.broadcast_to(each, (way.size, len(self))) for each in (self.stiffness, self.limit))
+        if normal_load is not None:
+            stiffness, limit = self._scaled(np.atleast_1d(checked("normal_load", normal_load, least=0.0)), way.shape)
+        force, found = np.zeros(len(self)), np.empty(way.size)
+        # the mean stiffness of each step, from rest
+        means = 0.5 * (np.concatenate([stiffness[:1], stiffness[:-1]]) + stiffness)
+        for step, moved in enumerate(np.diff(way, prepend=0.0)):
+            force = np.clip(force + means[step] * moved, -limit[step], limit[step])
+            found[step] = force.sum()
+        return found
+
+    def _scaled(self, loads: Floats, shape: tuple[int, ...]) -> tuple[Floats, Floats]:
+        """Return stiffnesses and limits (step, spring) at normal loads."""
+        if self.scaling is None:
+            raise InputError("the model is one at a single normal load; expected none, or one made for a range")
+        if loads.shape != shape:
+            raise InputError(f"normal_load has shape {loads.shape}; expected that of displacement, {shape}")
+        if loads.size and loads.max() > self.scaling.normal_load[-1] * (1 + 1e-9):
+            raise InputError(
+                f"normal_load reaches {loads.max():g} N; expected at most {self.scaling.normal_load[-1]:g} N, "
+                "where the table of the model ends"
+            )
+        return self.scaling.at(loads)
+
+    def dataset(self) -> xr.Dataset:
+        """Return the springs as a table along ``spring``, with the bounds as attributes."""
+        units = {"stiffness": "N m-1", "limit": "N", "slip_displacement": "m"}
+        bounds = {
+            "normal_load": self.normal_load,
+            "bound": self.bound,
+            "bound_of_load": self.bound * self.friction_limit,
+            "bound_of_energy": self.energy_bound,
+        }
+        errors = {f"error of {name}": value for name, value in self.errors.items()}
+        columns = {name: ("spring", getattr(self, name), {"units": unit}) for name, unit in units.items()}
+        return xr.Dataset(columns, attrs=bounds | errors)
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): the springs, and how far they may be from the contact."""
+        limit = self.friction_limit
+        bound = f"{self.bound:.3g} of the friction limit ({quantity_text(self.bound * limit, 'N')})"
+        found = [
+            (f"found on {name}", f"{value:.3g} of the largest friction limit") for name, value in self.errors.items()
+        ]
+        lines = [
+            ("springs", str(len(self))),
+            ("normal load", quantity_text(self.normal_load, "N")),
+            ("friction limit", quantity_text(limit, "N")),
+            ("stiffness at rest", quantity_text(float(self.stiffness.sum()), "N/m")),
+            ("slides as a whole from", quantity_text(float(self.slip_displacement[-1]), "m")),
+            ("bound of the tangential load", f"{bound}, for every history at that normal load"),
+            ("bound of the energy of a loop", quantity_text(self.energy_bound, "J")),
+            *found,
+        ]
+        if self.scaling is not None:
+            lines.append(("normal load varies", "springs go with it by a table; the errors found there are no bounds"))
+        return lines
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it as plain lists and numbers, with units in the names."""
+        found: dict[str, Any] = {
+            "format": FORMAT,
+            "title": self.title,
+            "law": "T = sum of F_i; each step F_i goes by stiffness_i times the displacement, and stays within limit_i",
+            "normal_load_N": self.normal_load,
+            "friction_limit_N": self.friction_limit,
+            "bound_of_load_N": self.bound * self.friction_limit,
+            "bound_of_load_over_friction_limit": self.bound,
+            "bound_of_energy_of_a_closed_loop_J": self.energy_bound,
+            "errors_found_over_friction_limit": self.errors,
+            "stiffness_N_per_m": self.stiffness.tolist(),
+            "limit_N": self.limit.tolist(),
+            "virgin_curve_of_the_contact": {
+                "displacement_m": self.virgin_displacement.tolist(),
+                "tangential_load_N": self.virgin_load.tolist(),
+            },
+        }
+        if self.scaling is not None:
+            columns = attrs.astuple(self.scaling, recurse=False)
+            found["with_normal_load"] = {name: each.tolist() for name, each in zip(SCALED, columns, strict=True)}
+        return found
+
+    @classmethod
+    def from_dict(cls, given: Mapping[str, Any]) -> Self:
+        """Return the model of what `as_dict` gave; what is missing, or no number, or uneven, is an InputError."""
+        try:
+            if given["format"] != FORMAT:
+                raise InputError(f"is {given['format']!r}; expected {FORMAT!r}: make it again")
+            curve, table = given["virgin_curve_of_the_contact"], given.get("with_normal_load")
+            found = cls(
+                normal_load=scalar("normal_load_N", given["normal_load_N"], above=0.0),
+                stiffness=checked("stiffness_N_per_m", given["stiffness_N_per_m"], above=0.0),
+                limit=checked("limit_N", given["limit_N"], above=0.0),
+                bound=scalar("bound", given["bound_of_load_over_friction_limit"], least=0.0),
+                energy_bound=scalar("energy bound", given["bound_of_energy_of_a_closed_loop_J"], least=0.0),
+                virgin_displacement=checked("displacement_m", curve["displacement_m"], least=0.0),
+                virgin_load=checked("tangential_load_N", curve["tangential_load_N"], least=0.0),
+                title=str(given["title"]),
+                scaling=table and Scaling(*(checked(name, table[name], least=0.0) for name in SCALED)),
+                errors={name: scalar(name, value) for name, value in given["errors_found_over_friction_limit"].items()},
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise InputError(f"no reduced model as this version writes it ({error}); make it again") from error
+        row = found.stiffness.shape
+        pairs = [(found.limit, row), (found.virgin_load, found.virgin_displacement.shape)]
+        if found.scaling is not None:
+            rows = found.scaling.normal_load.shape + row
+            pairs += [(found.scaling.stiffness, rows), (found.scaling.limit, rows)]
+        if not found.stiffness.size or any(column.shape != shape for column, shape in pairs):
+            raise InputError("lists are empty or of unequal lengths; make it again")
+        return found
 
     def _repr_html_(self) -> str:
         return html_table(self.summary())
@@ -256,7 +265,11 @@ class ReducedModel(Springs):
         OSError
             It cannot be written.
         """
-        write_springs(self, Path(output), form=form, force=force)
+        path = Path(output)
+        name = form_of(path, form)
+        check_outputs([Output(path, (format_of(name),))], [], force=force)
+        with replacing(path) as unfinished:
+            unfinished.write_text(FORMS[name][1](self, path.stem), encoding="utf-8", newline="\n")
 
 
 @FILES.register
@@ -281,11 +294,6 @@ def _figure(model: ReducedModel, *, place: "Place", **_: object) -> "FigureOrAxe
     return ReducedPicture().figure(model, place)
 
 
-@page_of.register(ReducedModel)
-def _page(model: ReducedModel) -> str:
-    return reduced_page(model)
-
-
 SPRINGS = STATE_COLOURS[2]
 NO_BREAK = "\u00a0"
 CAPTION = (
@@ -303,9 +311,9 @@ class ReducedPicture(Picture):
     over the displacement at which it does.
     """
 
-    kind, of, size, alone = "reduced", (Springs,), (COLUMN, 120.0), True
+    kind, of, size, alone = "reduced", (ReducedModel,), (COLUMN, 120.0), True
 
-    def draw(self, canvas: Canvas, data: Springs) -> None:
+    def draw(self, canvas: Canvas, data: ReducedModel) -> None:
         """Draw both, or the loop alone."""
         loop, spectrum = canvas.two(("loop", "springs"), 1.5, stacked=1.6)
         _draw_loop(loop, data)
@@ -315,7 +323,7 @@ class ReducedPicture(Picture):
             _draw_springs(spectrum, data)
 
 
-def _branches(model: Springs) -> tuple[list[Floats], list[Floats]]:
+def _branches(model: ReducedModel) -> tuple[list[Floats], list[Floats]]:
     """Return displacements [m] and loads [N] of the contact on the virgin curve and on both branches of a loop."""
     within = model.virgin_displacement <= AMPLITUDE * model.virgin_displacement[-1]
     way, load = model.virgin_displacement[within], model.virgin_load[within]
@@ -323,7 +331,7 @@ def _branches(model: Springs) -> tuple[list[Floats], list[Floats]]:
     return [way, way[-1] - 2 * way, 2 * way - way[-1]], [load, load[-1] - 2 * load, 2 * load - load[-1]]
 
 
-def _draw_loop(axes: "Axes", model: Springs) -> None:
+def _draw_loop(axes: "Axes", model: ReducedModel) -> None:
     ways, exact = _branches(model)
     reduced, band = model.force(np.concatenate(ways)), model.bound * model.friction_limit
     along, length_unit = scaled(np.concatenate(ways), "m")
@@ -338,7 +346,7 @@ def _draw_loop(axes: "Axes", model: Springs) -> None:
     axes.set(xlabel=f"tangential displacement $U$ ({length_unit})", ylabel=f"tangential load $T$ ({load_unit})")
 
 
-def _draw_springs(axes: "Axes", model: Springs) -> None:
+def _draw_springs(axes: "Axes", model: ReducedModel) -> None:
     slip, slip_unit = scaled(model.slip_displacement, "m")
     force, force_unit = scaled(model.limit, "N")
     axes.vlines(slip, 0, force, color=SPRINGS, linewidth=0.8)
@@ -348,7 +356,8 @@ def _draw_springs(axes: "Axes", model: Springs) -> None:
     axes.set_xlim(left=0)
 
 
-def reduced_page(model: Springs) -> str:
+@page_of.register(ReducedModel)
+def reduced_page(model: ReducedModel) -> str:
     """Return a reduced model as one HTML page that fetches nothing."""
     columns = ((model.stiffness, "N/m"), (model.limit, "N"), (model.slip_displacement, "m"))
     texts = [[quantity_text(value, unit).replace(" ", NO_BREAK) for value in values] for values, unit in columns]
@@ -362,6 +371,6 @@ def reduced_page(model: Springs) -> str:
             Section("Summary", (table(model.summary()),)),
             Section("Validity", (paragraph(bounded), *warning)),
             Section("Picture", (picture(ReducedPicture().figure(model), CAPTION),)),
-            Section("Springs", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
+            Section("ReducedModel", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
         ],
     )

@@ -15,8 +15,7 @@ from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
 from historysim.exchange import CONSTANT, EVOLVES, Exportable, exported
-from historysim.exchange.reduced.reduced_model import ReducedModel
-from historysim.exchange.reduced.springs import Scaling
+from historysim.exchange.reduced.reduced_model import ReducedModel, Scaling
 from historysim.loads.event_sequence import is_planar
 from historysim.replaying import Replay
 
