@@ -371,6 +371,6 @@ def reduced_page(model: ReducedModel) -> str:
             Section("Summary", (table(model.summary()),)),
             Section("Validity", (paragraph(bounded), *warning)),
             Section("Picture", (picture(ReducedPicture().figure(model), CAPTION),)),
-            Section("ReducedModel", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
+            Section("Springs", (table(rows, ("spring", "stiffness", "limit", "slip displacement")),)),
         ],
     )
