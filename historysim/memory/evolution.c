@@ -372,7 +372,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
     walk w;
-    int flag = 0, status = hs_can_evolve(memory, evolution) ? hs_memory_join(memory) : (int)HS_FOREIGN;
+    int flag = 0, status = hs_can_evolve(memory, evolution) ? HS_OK : HS_FOREIGN;
     if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
     if (status != HS_OK) return status;
     w.evolution = evolution;
@@ -411,8 +411,8 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
                    const hs_evolution *evolution) {
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
-    int status = hs_can_evolve(memory, evolution) ? hs_memory_join(memory) : (int)HS_FOREIGN;
-    if (status != HS_OK) return status;
+    if (!hs_can_evolve(memory, evolution)) return HS_FOREIGN;
+    int status = HS_OK;
     hs_evolved *evolved = memory->evolved;
     double stored = hs_stored(memory, NULL), erased = 0.0;
     for (int64_t i = 0; i < count; ++i)

@@ -150,8 +150,7 @@ int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *d
     const hs_contact *contact = memory->contact;
     double compliance = drive->compliance * contact->units.stiffness;
     hs_target target = hs_to_load(memory->tangential_load);
-    int status = hs_memory_join(memory);
-    if (status == HS_OK) status = hs_part_ways(memory, friction, friction);
+    int status = hs_part_ways(memory, friction, friction);
     if (status != HS_OK) return status;
     contact = memory->contact;
     if (memory->tangential_control != HS_LOAD) {

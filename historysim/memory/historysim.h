@@ -146,7 +146,6 @@ typedef struct hs_memory {
     uint8_t *steep;         /* (group) whether the polyline has slopes beyond μ */
     hs_vertex *vertices;    /* (group, capacity) */
     int64_t capacity;
-    struct hs_deep *deep;   /* deeper vertices of a single stack, which copies share; NULL where `vertices` has all */
     hs_evolved *evolved;    /* NULL where asperities do not evolve */
     struct hs_slides *slides; /* when asperities first slid, which copies share; NULL where none has while times were known */
     double approach;        /* of the highest summit; from here on, all is numbers */
@@ -177,10 +176,8 @@ HS_API int hs_belongs(const hs_memory *memory, const hs_memory *like);
 HS_API int hs_memory_evolve(hs_memory *memory);
 /* Follow from now on also how asperities yield, which have not yet. */
 HS_API int hs_memory_yield(hs_memory *memory);
-/* Return an independent copy; NULL where there is no memory. What lies deep is shared and costs nothing. */
+/* Return an independent copy; NULL where there is no memory. */
 HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
-/* Have all vertices of a memory stand in `vertices`, none in `deep`. */
-HS_API int hs_memory_join(hs_memory *memory);
 HS_API void hs_memory_free(hs_memory *memory);
 /* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole [s], NaN where they have not, or the
  * paths had no times; and forget that. */

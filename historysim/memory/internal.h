@@ -38,13 +38,6 @@
 #define HS_WIDE HS_VECTORISED
 #endif
 
-/* What is compiled once for each of its constant arguments. */
-#ifdef __GNUC__
-#define HS_INLINE static inline __attribute__((always_inline))
-#else
-#define HS_INLINE static inline
-#endif
-
 /* What is called seldom, and shall not take registers where it is called. */
 #ifdef __GNUC__
 #define HS_APART __attribute__((noinline, cold))
@@ -93,17 +86,6 @@ static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
                       (hs_memory *)memory,
                       contact->groups == 1 ? (hs_memory *)memory : NULL};
     return group;
-}
-/* Have the outermost vertices of a stack brought near, which is walked soon after that of another group: the processor
- * could not guess where they are. */
-static inline void hs_fetch_ahead(const hs_memory *memory, int64_t index) {
-    const int64_t ahead = index + 16;
-    if (ahead < memory->contact->groups && memory->depth[ahead] > 2) {
-        const char *outer = (const char *)(memory->vertices + ahead * memory->capacity + memory->depth[ahead] - 3);
-        __builtin_prefetch(outer);
-        __builtin_prefetch(outer + 64);
-        __builtin_prefetch(outer + 128);
-    }
 }
 static inline hs_vertex hs_vertex_of(double label, double anchor, double slope, double made_at, double normal,
                                      double tangential) {
@@ -156,22 +138,14 @@ static inline size_t hs_evolved_arrays(int yields) { return yields ? 11 : 6; }
 void hs_sum_yielded(hs_evolved *evolved, int64_t count);
 /* A memory with its arrays, of which nothing is filled in. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
-/* Vertices in a block of the deep end of a single stack. Of the outer end two to three blocks stand in `vertices`. */
-#define HS_BLOCK 32
-const struct hs_deep *hs_below(const struct hs_deep *deep);
 /* Have stacks hold so many vertices each. */
 int hs_memory_reserve(hs_memory *memory, int64_t capacity);
 /* Copy all from a memory of the same contact and groups. */
 int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 /* Put another memory in the place of this one; the other is no longer there. */
 void hs_memory_take(hs_memory *memory, hs_memory *other);
-hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more);
-int hs_memory_split(hs_memory *memory);
 /* Whether a memory can evolve so: it is followed, and arrays are of its asperities. */
 int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution);
-/* The memory itself where nothing lies deep, or a copy that is to be freed with all vertices in `vertices`; NULL where there
- * is no memory. */
-const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined);
 /* Recompute the loads kept with the vertices. */
 void hs_refresh_loads(hs_memory *memory);
 /* Have a group remember nothing: where it touches, no spring is strained. */

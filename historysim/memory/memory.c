@@ -2,28 +2,6 @@
 
 #include "internal.h"
 
-/* A block that lies deep: nothing changes it, and copies share it. */
-struct hs_deep {
-    struct hs_deep *below;
-    int64_t references;
-    hs_vertex vertices[HS_BLOCK];
-};
-
-static struct hs_deep *held(struct hs_deep *deep) {
-    if (deep) __atomic_add_fetch(&deep->references, 1, __ATOMIC_RELAXED);
-    return deep;
-}
-
-static void let_go(struct hs_deep *deep) {
-    while (deep && __atomic_sub_fetch(&deep->references, 1, __ATOMIC_ACQ_REL) == 0) {
-        struct hs_deep *below = deep->below;
-        free(deep);
-        deep = below;
-    }
-}
-
-const struct hs_deep *hs_below(const struct hs_deep *deep) { return deep->below; }
-
 /* ---- what asperities become ------------------------------------------------------------------------------------------- */
 
 static hs_evolved *evolved_of(int64_t count, int yields) {
@@ -165,7 +143,6 @@ int hs_memory_yield(hs_memory *memory) {
 }
 
 static void empty(hs_memory *memory) {
-    let_go(memory->deep);
     hs_slides_let_go(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
@@ -218,66 +195,12 @@ int hs_any_steep(const hs_memory *memory) {
     return memchr(memory->steep, 1, (size_t)memory->contact->groups) != NULL;
 }
 
-/* Copy a memory with so many vertices more than fill the outer end of a single stack, or all that there are. */
-hs_memory *hs_memory_outer_copy(const hs_memory *memory, int64_t more) {
-    int64_t outer = hs_deepest(memory), kept = outer;
-    struct hs_deep *deep = memory->deep;
-    for (; deep && kept - outer < more; deep = deep->below) kept += HS_BLOCK;
-    hs_memory *copy = hs_memory_blank(memory->contact, kept + 4, hs_evolves(memory));
+hs_memory *hs_memory_copy(const hs_memory *memory) {
+    hs_memory *copy = hs_memory_blank(memory->contact, hs_deepest(memory) + 4, hs_evolves(memory));
     if (!copy) return NULL;
     copy_numbers(copy, memory);
-    if (!memory->deep) {
-        copy_stacks(copy, memory);
-        return copy;
-    }
-    int64_t at = kept - outer;
-    memcpy(copy->vertices + at, memory->vertices, (size_t)outer * sizeof *copy->vertices);
-    for (deep = memory->deep; at > 0; deep = deep->below) {
-        at -= HS_BLOCK;
-        memcpy(copy->vertices + at, deep->vertices, sizeof deep->vertices);
-    }
-    copy->depth[0] = kept;
-    copy->deep = held(deep);
+    copy_stacks(copy, memory);
     return copy;
-}
-
-hs_memory *hs_memory_copy(const hs_memory *memory) { return hs_memory_outer_copy(memory, 0); }
-
-/* Have what lies deep in a single stack stand in blocks that copies share. Several stacks, and one that is steeper than μ
- * and may be cut anywhere, are left whole. */
-int hs_memory_split(hs_memory *memory) {
-    if (memory->contact->groups > 1 || memory->depth[0] <= 3 * HS_BLOCK || memory->steep[0]) return HS_OK;
-    int64_t kept = memory->depth[0] - memory->depth[0] % HS_BLOCK - 2 * HS_BLOCK;
-    struct hs_deep *outermost = held(memory->deep);
-    for (int64_t at = 0; at < kept; at += HS_BLOCK) {
-        struct hs_deep *deep = (struct hs_deep *)malloc(sizeof *deep);
-        if (!deep) {
-            let_go(outermost);
-            return HS_OUT_OF_MEMORY;
-        }
-        memcpy(deep->vertices, memory->vertices + at, sizeof deep->vertices);
-        deep->below = outermost;
-        deep->references = 1;
-        outermost = deep;
-    }
-    let_go(memory->deep);
-    memory->deep = outermost;
-    memory->depth[0] -= kept;
-    memmove(memory->vertices, memory->vertices + kept, (size_t)memory->depth[0] * sizeof *memory->vertices);
-    return HS_OK;
-}
-
-int hs_memory_join(hs_memory *memory) {
-    if (!memory->deep) return HS_OK;
-    hs_memory *whole = hs_memory_outer_copy(memory, INT64_MAX / 2);
-    if (!whole) return HS_OUT_OF_MEMORY;
-    hs_memory_take(memory, whole);
-    return HS_OK;
-}
-
-const hs_memory *hs_whole(const hs_memory *memory, hs_memory **joined) {
-    *joined = memory->deep ? hs_memory_outer_copy(memory, INT64_MAX / 2) : NULL;
-    return memory->deep ? *joined : memory;
 }
 
 int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
@@ -362,7 +285,6 @@ static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const i
 /* Put asperities (all arrays) into so many other groups, with other gaps and weights unless these are NULL. */
 static int regroup(hs_memory *memory, int64_t parts, const int64_t *group, const double *gap, const double *weight,
                    const uint8_t *fresh) {
-    if (hs_memory_join(memory) != HS_OK) return HS_OUT_OF_MEMORY;
     const hs_contact *contact = memory->contact;
     int64_t count = contact->count, *parent = (int64_t *)malloc(4 * (size_t)count * sizeof *parent), *place = parent + count;
     if (!parent) return HS_OUT_OF_MEMORY;
@@ -483,13 +405,6 @@ hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     const hs_contact *contact = memory->contact;
     int64_t position = 0, from = 0;
     if (asperity < 0 || asperity >= contact->count) return NULL;
-    if (memory->deep) {
-        hs_memory *joined, *one;
-        const hs_memory *whole = hs_whole(memory, &joined);
-        one = whole ? hs_memory_of_one(whole, asperity) : NULL;
-        hs_memory_free(joined);
-        return one;
-    }
     while (contact->order[position] != asperity) ++position;
     while (contact->first[from + 1] <= position) ++from;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,

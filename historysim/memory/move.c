@@ -50,8 +50,8 @@ HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_poi
 
 /* Do what `hs_move_group` mostly does to a group of one asperity: the front moves inward on one segment, or all springs slide.
  * Adds to the force, and returns 1; or 0, with nothing changed, where it is something else, such as a vertex wiped out by a
- * tie. Compiled once more for an approach that is `held`, as it mostly is. */
-HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
+ * tie. The approach mostly is `held`. */
+static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
                         double load, int held, double *force) {
     const int64_t place = memory->contact->first[index], depth = memory->depth[index];
     const double friction = memory->friction[index], gap = memory->contact->gap[place], weight = memory->contact->weight[place];
@@ -143,12 +143,9 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
     for (int64_t index = 0; index < groups && !still; ++index) {
         int64_t depth = memory->depth[index];
         if (index >= loads->count && depth == 0) break;
-        hs_fetch_ahead(memory, index);
         if (given && index < loads->count && !memory->steep[index]) {
             double own = loads->load[index];
-            if (d == from.d ? slide_one(memory, index, &losses, &from, &to, own, 1, &force)
-                            : slide_one(memory, index, &losses, &from, &to, own, 0, &force))
-                continue;
+            if (slide_one(memory, index, &losses, &from, &to, own, d == from.d, &force)) continue;
         }
         hs_group group = hs_group_of(memory, index);
         if (index >= loads->count) {

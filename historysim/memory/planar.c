@@ -263,7 +263,7 @@ static hs_class *add_class(hs_planar *planar, int64_t group, int64_t start, int6
 static int turn(hs_planar *planar) {
     hs_memory *line = planar->line;
     int64_t *end = (int64_t *)malloc((size_t)planar->height_classes * sizeof *end);
-    int status = end ? hs_memory_join(line) : HS_OUT_OF_MEMORY;
+    int status = end ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !(planar->body = hs_body_new(line, planar->rings, planar->tolerance))) status = HS_OUT_OF_MEMORY;
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
         int64_t classes = classes_of_group(planar, group, end), start = line->contact->first[group];

@@ -4,9 +4,6 @@
 
 /* places in each segment at which tractions are looked at, before the largest is refined */
 #define SAMPLES 16
-/* vertices that are summed up one by one, and terms of the series that stands for more of them from afar */
-#define NEAR_BY 64
-#define TERMS 16
 /* asperities of a group from which sums are kept from row to row */
 #define WORTH_KEEPING 8
 
@@ -59,7 +56,6 @@ static inline void add_stiffness(const hs_memory *memory, int64_t index, double 
 static double sticking_stiffness(const hs_memory *memory, double direction) {
     double stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
-        hs_fetch_ahead(memory, index);
         double friction = memory->friction[index];
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
@@ -81,11 +77,7 @@ double hs_normal_stiffness(const hs_memory *memory) {
 }
 
 double hs_stored_energy(const hs_memory *memory) {
-    hs_memory *joined;
-    const hs_memory *whole = hs_whole(memory, &joined);
-    double stored = whole ? hs_stored(whole, NULL) : (double)NAN;
-    hs_memory_free(joined);
-    return stored * memory->contact->units.energy;
+    return hs_stored(memory, NULL) * memory->contact->units.energy;
 }
 
 int64_t hs_contact_count(const hs_memory *memory) {
@@ -162,72 +154,12 @@ static double rise_of_pressure(hs_curve curve, double low, double high, double p
     return rise;
 }
 
-/* Vertices from `first` up to `last`, as places far below them see them: with labels a = center + t and jumps J of slope,
- * Σ J √(a - s) = √(center - s) Σ_k C(1/2, k) (Σ J t^k) / (center - s)^k. Moments Σ J t^k are over reach^k. */
-typedef struct cluster {
-    int64_t first, last;
-    double center, reach;
-    double moment[TERMS];
-} cluster;
-
-/* Clusters of the vertices of a deep stack: the halves of the one at i are at 2 i + 1 and 2 i + 2. */
-static void gather(cluster *clusters, int64_t i, const hs_vertex *stack, int64_t depth, int64_t first, int64_t last) {
-    cluster *own = clusters + i;
-    own->first = first;
-    own->last = last;
-    own->center = 0.5 * (stack[first].label + stack[last].label);
-    own->reach = 0.5 * (stack[last].label - stack[first].label);
-    memset(own->moment, 0, sizeof own->moment);
-    for (int64_t j = first; j <= last; ++j) {
-        double below = j > 0 ? stack[j].slope : 0.0, above = j + 1 < depth ? stack[j + 1].slope : 0.0;
-        double term = below - above, ratio = own->reach > 0.0 ? (stack[j].label - own->center) / own->reach : 0.0;
-        for (int k = 0; k < TERMS; ++k, term *= ratio) own->moment[k] += term;
-    }
-    if (last - first < NEAR_BY) return;
-    int64_t middle = (first + last) / 2;
-    gather(clusters, 2 * i + 1, stack, depth, first, middle);
-    gather(clusters, 2 * i + 2, stack, depth, middle + 1, last);
-}
-
-/* The clusters of a stack, the whole of it first; NULL where its vertices are few, or there is no memory for them. */
-static cluster *clusters_of(const hs_vertex *stack, int64_t depth) {
-    int64_t leaves = 1;
-    while (leaves * NEAR_BY < depth) leaves *= 2;
-    cluster *clusters = leaves > 1 ? (cluster *)malloc((size_t)(2 * leaves) * sizeof *clusters) : NULL;
-    if (clusters) gather(clusters, 0, stack, depth, 0, depth - 1);
-    return clusters;
-}
-
-/* Σ J √(a - s) of the vertices of a cluster above a place s. */
-static double traction_of(const cluster *clusters, int64_t i, const hs_vertex *stack, int64_t depth, double place) {
-    const cluster *own = clusters + i;
-    double away = own->center - place, sum = 0.0;
-    if (stack[own->last].label <= place) return 0.0;
-    if (away > 3.0 * own->reach) {
-        double ratio = own->reach / away;
-        /* C(1/2, k + 1) = C(1/2, k) (1/2 - k)/(k + 1), from the last term on */
-        for (int k = TERMS - 1; k > 0; --k) sum = (sum + own->moment[k]) * ratio * (1.5 - k) / k;
-        return sqrt(away) * (sum + own->moment[0]);
-    }
-    if (own->last - own->first >= NEAR_BY)
-        return traction_of(clusters, 2 * i + 1, stack, depth, place) +
-               traction_of(clusters, 2 * i + 2, stack, depth, place);
-    for (int64_t j = own->last; j >= own->first && stack[j].label > place; --j) {
-        double below = j > 0 ? stack[j].slope : 0.0, above = j + 1 < depth ? stack[j + 1].slope : 0.0;
-        sum += (below - above) * sqrt(stack[j].label - place);
-    }
-    return sum;
-}
-
 /* |τ|/(μ p) at a place. */
-static double traction_ratio(const hs_group *group, int64_t depth, const cluster *clusters, double place) {
+static double traction_ratio(const hs_group *group, int64_t depth, double place) {
     const hs_vertex *stack = group->stack;
     double traction = 0.0, pressure = rise_of_pressure(group->curve, stack[0].label, stack[depth - 1].label, place);
-    if (clusters)
-        traction = traction_of(clusters, 0, stack, depth, place);
-    else
-        for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j)
-            traction += stack[j].slope * rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
+    for (int64_t j = depth - 1; j > 0 && place_of(group->curve, stack[j].label) > place; --j)
+        traction += stack[j].slope * rise_of_pressure(group->curve, stack[j - 1].label, stack[j].label, place);
     return pressure > 0.0 ? fabs(traction) / (group->friction * pressure) : 0.0;
 }
 
@@ -236,7 +168,6 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     const hs_vertex *stack = group->stack;
     if (depth < 2 || group->friction == 0.0) return 0.0;
     double largest = 0.0;
-    cluster *clusters = group->curve.load ? NULL : clusters_of(stack, depth);
     /* at the edge of a punch, where nothing more comes into contact, all pressures are without end */
     if (place_of(group->curve, stack[depth - 1].label) > place_of(group->curve, stack[depth - 2].label))
         largest = fabs(stack[depth - 1].slope) / group->friction;
@@ -246,7 +177,7 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         double width = sqrt(hs_most(high - place_of(group->curve, stack[j - 1].label), 0.0));
         if (width == 0.0) continue;
         for (int i = 1; i <= SAMPLES; ++i) {
-            double x = width * i / SAMPLES, here = traction_ratio(group, depth, clusters, high - x * x);
+            double x = width * i / SAMPLES, here = traction_ratio(group, depth, high - x * x);
             if (here > best) {
                 best = here;
                 at_best = i;
@@ -256,8 +187,8 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         double high_x = width * hs_least(at_best + 1.0, SAMPLES) / SAMPLES;
         for (int turn = 0; turn < 12; ++turn) {
             double third = (high_x - low_x) / 3.0, x_left = low_x + third, x_right = high_x - third;
-            double left = traction_ratio(group, depth, clusters, high - x_left * x_left);
-            double right = traction_ratio(group, depth, clusters, high - x_right * x_right);
+            double left = traction_ratio(group, depth, high - x_left * x_left);
+            double right = traction_ratio(group, depth, high - x_right * x_right);
             best = hs_most(best, hs_most(left, right));
             if (left < right)
                 low_x = x_left;
@@ -266,7 +197,6 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
         }
         largest = hs_most(largest, best);
     }
-    free(clusters);
     return largest;
 }
 
@@ -310,7 +240,6 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
     double limit = 0.0, ratio = 1.0, stiffness = 0.0;
     int64_t index = 0;
     for (; index < contact->groups && memory->depth[index] > 0; ++index) {
-        hs_fetch_ahead(memory, index);
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
         int64_t depth = memory->depth[index];
         hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index], memory->steep[index]);
@@ -663,14 +592,9 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
 
 int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
     hs_recorder recorder;
-    hs_memory *joined = NULL;
-    /* of totals the outer end says all */
-    const hs_memory *whole = rows->columns ? hs_whole(memory, &joined) : memory;
-    int status = whole ? hs_begin_recording(&recorder, memory->contact, rows) : (int)HS_OUT_OF_MEMORY;
-    if (status == HS_OK) {
-        status = hs_record(&recorder, whole, row, memory->excess != 0.0);
-        hs_end_recording(&recorder);
-    }
-    hs_memory_free(joined);
+    int status = hs_begin_recording(&recorder, memory->contact, rows);
+    if (status != HS_OK) return status;
+    status = hs_record(&recorder, memory, row, memory->excess != 0.0);
+    hs_end_recording(&recorder);
     return status;
 }

@@ -75,7 +75,6 @@ int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *front
     hs_vertex *scratch = NULL;
     for (int64_t index = 0; index < loads->count; ++index) {
         if (fronts->off[index] == 0.0) continue;
-        hs_fetch_ahead(memory, index);
         forget_front(fronts, index);
         hs_group group = hs_group_of(memory, index);
         int64_t depth = memory->depth[index];
@@ -121,7 +120,6 @@ int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, do
 
 static void guess_fronts(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double sign) {
     for (int64_t index = 0; index < loads->count; ++index) {
-        hs_fetch_ahead(memory, index);
         if (memory->depth[index] > 1 && fronts->low[index] == HUGE_VAL && !memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
             hs_guess_front(fronts, index, &group, memory->depth[index], sign);

@@ -71,9 +71,8 @@ static size_t size_of(const head *given) {
 }
 
 size_t hs_memory_size(const hs_memory *memory) {
-    head whole = head_of(memory);
-    for (const struct hs_deep *deep = memory->deep; deep; deep = hs_below(deep)) whole.vertices += HS_BLOCK;
-    return size_of(&whole);
+    head given = head_of(memory);
+    return size_of(&given);
 }
 
 /* Copy numbers to bytes, or from them; returns where the next ones stand. */
@@ -100,11 +99,8 @@ static unsigned char *pass_arrays(const hs_memory *memory, unsigned char *at, in
 }
 
 int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
-    hs_memory *joined;
-    const hs_memory *whole = hs_whole(memory, &joined);
-    if (!whole) return HS_OUT_OF_MEMORY;
-    const hs_contact *contact = whole->contact;
-    head given = head_of(whole);
+    const hs_contact *contact = memory->contact;
+    head given = head_of(memory);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     int fits = size == size_of(&given);
     if (fits) {
@@ -114,11 +110,10 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
         at = pass(at, contact->order, 8 * n, 1);
         at = pass(at, contact->first, 8 * (g + 1), 1);
         at = pass(at, contact->watch, 8 * (size_t)contact->watched, 1);
-        at = pass_arrays(whole, at, 1);
+        at = pass_arrays(memory, at, 1);
         uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
         pass(at, &sum, sizeof sum, 1);
     }
-    hs_memory_free(joined);
     return fits ? HS_OK : HS_NOT_A_STATE;
 }
 
@@ -159,7 +154,7 @@ static const char *check_stack(const hs_memory *memory, int64_t index) {
     }
     /* heights that have become gaps again are rounded; wear that was foreseen too large is taken back */
     double rounding = 1e-3 * CLOSE * (fabs(touch) + fabs(memory->contact->datum) / memory->contact->units.length);
-    if (!memory->deep && (stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)))
+    if ((stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)))
         return "the deepest spring is not that which touches first";
     if (!close_to(stack[depth - 1].anchor, v, fabs(v) + reach)) return "the contact edge is not where the contact is";
     for (int64_t j = 0; j < depth; ++j) {

@@ -90,13 +90,15 @@ hs_path hs_without_dimension(const hs_units *units, const hs_path *path) {
     return found;
 }
 
-/* The path to targets; NaN holds a channel. */
-static hs_path path_to(int normal_control, double normal_target, int tangential_control, double tangential_target) {
-    int normal_held = isnan(normal_target), tangential_held = isnan(tangential_target);
-    hs_path path = {normal_held ? 0.0 : normal_target,
-                    normal_held ? 0.0 : 1.0,
-                    tangential_held ? 0.0 : tangential_target,
-                    tangential_held ? 0.0 : 1.0,
+int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+            double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
+    const hs_units *units = &memory->contact->units;
+    /* NaN holds a channel */
+    int by_normal = !isnan(normal_target), by_tangential = !isnan(tangential_target), held;
+    hs_path path = {by_normal ? normal_target : 0.0,
+                    by_normal,
+                    by_tangential ? tangential_target : 0.0,
+                    by_tangential,
                     1,
                     0,
                     normal_control,
@@ -105,15 +107,11 @@ static hs_path path_to(int normal_control, double normal_target, int tangential_
                     0,
                     NAN,
                     NAN};
-    return path;
-}
-
-static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *drive, hs_refusal *refusal) {
-    const hs_units *units = &memory->contact->units;
-    hs_path path = hs_without_dimension(units, given);
     hs_plan plan;
-    int held;
+    hs_refusal unread;
+    if (!refusal) refusal = &unread;
     refusal->path = 0;
+    path = hs_without_dimension(units, &path);
     hs_set_clock(memory, NAN);
     int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
     if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive, &held);
@@ -124,36 +122,14 @@ static int stepped(hs_memory *memory, const hs_path *given, const hs_drive *driv
     return HS_OK;
 }
 
-int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-            double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
-    hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
-    hs_refusal unread;
-    int status = hs_memory_join(memory);
-    return status == HS_OK ? stepped(memory, &path, drive, refusal ? refusal : &unread) : status;
-}
-
-/* vertices that are left where a step has not asked for deeper ones */
-#define ENOUGH 4
-
 hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                       double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
-    hs_path path = path_to(normal_control, normal_target, tangential_control, tangential_target);
-    hs_refusal unread;
-    if (!refusal) refusal = &unread;
-    refusal->status = HS_OUT_OF_MEMORY;
-    /* a ramp of both loads with a normal load that moves may look at points beside its way */
-    int sweeps = normal_control == HS_LOAD && tangential_control == HS_LOAD && path.normal_fraction > 0.0 &&
-                 normal_target != memory->normal_load * memory->contact->units.load;
-    /* the outer end of a deep memory is copied and stepped alone; where little is left of it, or the path is refused, the
-     * step may have asked for what is deeper, and is done again with more */
-    for (int64_t more = sweeps ? INT64_MAX / 2 : 0;; more = more ? 2 * more : HS_BLOCK) {
-        hs_memory *copy = hs_memory_outer_copy(memory, more);
-        int status = copy ? stepped(copy, &path, drive, refusal) : (int)HS_OUT_OF_MEMORY;
-        int done = !copy || !copy->deep || (status == HS_OK && copy->depth[0] >= ENOUGH);
-        if (done && status == HS_OK && hs_memory_split(copy) == HS_OK) return copy;
-        hs_memory_free(copy);
-        if (done) return NULL;
-    }
+    hs_memory *copy = hs_memory_copy(memory);
+    if (refusal) refusal->status = HS_OUT_OF_MEMORY;
+    if (copy && hs_step(copy, normal_control, normal_target, tangential_control, tangential_target, drive, refusal) == HS_OK)
+        return copy;
+    hs_memory_free(copy);
+    return NULL;
 }
 
 /* numbers of paths times recorded asperities from which threads are worth their start */
@@ -167,8 +143,7 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
     hs_plan plan;
     int flag = 0;
     int64_t work = 0, each = 1 + (memory->contact->count + (rows ? rows->columns : 0)) / 16;
-    int status = hs_memory_join(memory);
-    if (status == HS_OK) status = hs_begin_recording(&recorder, memory->contact, rows);
+    int status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;
     hs_writers *writers = count * (rows ? rows->columns : 0) < HS_LEAST_SHARED
                               ? NULL
