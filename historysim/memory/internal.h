@@ -461,13 +461,11 @@ int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint
 
 /* ---- readout.c ---- */
 
-/* What the inner vertices of a group gave its asperities in the row before, as far as they stay from row to row. */
-typedef struct hs_inner {
-    hs_vertex *stack; /* (depth) as it was at the row before */
-    int64_t depth;
-    int64_t capacity;
-    int64_t summed; /* vertices of which `force` of the recorder holds the sum, the deepest first */
-} hs_inner;
+static inline int8_t hs_slip_state_of(int touches, int slides, int sticks_inside) {
+    int slip = sticks_inside ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+    slip = slides ? slip : HS_FULL_STICK;
+    return (int8_t)(touches ? slip : HS_SEPARATED);
+}
 
 /* Which springs of a group slide: labels where the slip annulus at the edge ends, which is the edge where it sticks, and of
  * the outermost spring that slides, minus infinity where nothing does; and what the edge says. */
@@ -479,19 +477,17 @@ typedef struct hs_zone {
 /* Rows that are written, and what it takes to write them. */
 typedef struct hs_recorder {
     const hs_rows *rows;
-    hs_contact *contact; /* whose order the columns are known in */
+    hs_contact *contact; /* whose order the columns are known in; NULL where that has changed */
     int64_t *place;      /* (column) position of each recorded asperity */
     int64_t *group;      /* (column) */
     double *gap;         /* (column) */
     double *weight;      /* (column) */
-    double *load;        /* (column) dimensionless normal loads of the row before */
-    double *scratch;     /* (count) shares of tangential loads that inner vertices have */
-    double *force;       /* (count) sums over the inner vertices that stay */
-    hs_inner *inner;     /* (group) */
-    hs_zone *zones;      /* (group) of this row; NULL where there are no columns */
-    int64_t groups;
-    int64_t row;     /* the row before, by this recorder; -1 where there is none of this contact */
-    double approach; /* in that row */
+    double *load;        /* (column) dimensionless normal loads */
+    double *inner;       /* (count) shares of tangential loads that inner vertices have */
+    double *kept;        /* (count) of the `summed` deepest of them, which stay from row to row of a single group */
+    hs_vertex *stack;    /* (depth) as it was at the row before */
+    int64_t depth, summed;
+    hs_zone *zones;      /* (group) of this row, room for as many as asperities; NULL where there are no columns */
 } hs_recorder;
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);

@@ -59,8 +59,7 @@ int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t c
             double tangential = weighted(gains, patches->rows, weights + patches->rows);
             rows->normal_load[at + i] = normal;
             rows->tangential_load[at + i] = hs_within(tangential, friction * normal);
-            int inside = stick[r] > touch ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
-            rows->slip_state[at + i] = (int8_t)(whole ? (int)HS_FULL_STICK : inside);
+            rows->slip_state[at + i] = hs_slip_state_of(1, !whole, stick[r] > touch);
         }
     }
     free(weights);

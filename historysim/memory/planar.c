@@ -459,13 +459,13 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
     for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
         int64_t i = position[rows->rows.asperity[c]], at = row * columns + c;
         double gap = contact->gap[i], label = hs_least(front[i], body->approach);
-        int touches = gap < body->approach, slip = label > gap ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
+        int touches = gap < body->approach;
         rows->rows.tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
         rows->rows.tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
         /* radii of knots stand for labels */
         double weight = contact->load ? 1.0 : contact->weight[i];
         rows->rows.stick_radius[at] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
-        rows->rows.slip_state[at] = (int8_t)(!touches ? HS_SEPARATED : front[i] == HUGE_VAL ? HS_FULL_STICK : slip);
+        rows->rows.slip_state[at] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
     }
     free(load);
     free(position);

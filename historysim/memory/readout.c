@@ -4,8 +4,6 @@
 
 /* places in each segment at which tractions are looked at, before the largest is refined */
 #define SAMPLES 16
-/* asperities of a group from which sums are kept from row to row */
-#define WORTH_KEEPING 8
 
 /* ---- which springs slide ----------------------------------------------------------------------------------------------- */
 
@@ -36,12 +34,16 @@ static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacem
     return zone;
 }
 
-/* Add the stiffness of a group, of which the springs below a label stick but for inner discs. */
-static inline void add_stiffness(const hs_memory *memory, int64_t index, double direction, double label, double *stiffness) {
+/* Add dT/dV of a group at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs
+ * that stick now, without those that slide either way. */
+static void add_stiffness(const hs_memory *memory, int64_t index, double direction, double *stiffness) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int64_t depth = memory->depth[index];
     int everywhere = direction == 0.0 || group.friction == 0.0;
+    /* an annulus at the edge, and inner discs where the polyline is steep */
+    double edge = hs_sliding_side(stack, depth, depth - 1, memory->displacement, group.friction);
+    double label = stack[edge != 0.0 && (everywhere || edge == direction) ? depth - 2 : depth - 1].label;
     int known = group.single && label == memory->known_label;
     *stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
     for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
@@ -51,24 +53,11 @@ static inline void add_stiffness(const hs_memory *memory, int64_t index, double 
     }
 }
 
-/* dT/dV at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
- * now, without those that slide either way. */
-static double sticking_stiffness(const hs_memory *memory, double direction) {
-    double stiffness = 0.0;
-    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
-        double friction = memory->friction[index];
-        const hs_vertex *stack = memory->vertices + index * memory->capacity;
-        int64_t depth = memory->depth[index];
-        /* an annulus at the edge, and inner discs where the polyline is steep */
-        double side = hs_sliding_side(stack, depth, depth - 1, memory->displacement, friction);
-        int slides = side != 0.0 && (direction == 0.0 || friction == 0.0 || side == direction);
-        add_stiffness(memory, index, direction, stack[slides ? depth - 2 : depth - 1].label, &stiffness);
-    }
-    return stiffness;
-}
-
 double hs_stiffness(const hs_memory *memory, int direction) {
-    return sticking_stiffness(memory, direction) * memory->contact->units.stiffness;
+    double stiffness = 0.0;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+        add_stiffness(memory, index, direction, &stiffness);
+    return stiffness * memory->contact->units.stiffness;
 }
 
 double hs_normal_stiffness(const hs_memory *memory) {
@@ -244,7 +233,7 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
         int64_t depth = memory->depth[index];
         hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index], memory->steep[index]);
         if (recorder->zones) recorder->zones[index] = zone;
-        add_stiffness(memory, index, 0.0, zone.boundary, &stiffness);
+        add_stiffness(memory, index, 0.0, &stiffness);
         if (memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
             ratio = hs_most(ratio, largest_traction_ratio(&group, depth));
@@ -276,7 +265,8 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
     if (hs_evolves(memory) > 1) record_yielded(memory, totals);
 }
 
-/* Add the share of their tangential loads that the vertices from `first` up to `last` of their group give asperities. */
+/* Add the share of their tangential loads that the vertices from `first` up to `last` of their group give asperities: what the
+ * label and the jump of slope of each say. */
 HS_WIDE static void add_inner_forces(const hs_group *group, int64_t first, int64_t last, double *restrict force) {
     const hs_vertex *stack = group->stack;
     const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
@@ -290,57 +280,31 @@ HS_WIDE static void add_inner_forces(const hs_group *group, int64_t first, int64
     }
 }
 
-/* Whether a kept stack and a present one give terms up to the same vertex. */
-static int alike(const hs_vertex *one, const hs_vertex *other) {
-    return one->label == other->label && one->slope == other->slope;
-}
-
-/* Note the stack for the next row; where there is no memory for it, the next row sums up anew. */
-static void keep_stack(hs_inner *inner, const hs_vertex *stack, int64_t depth, int64_t same) {
-    if (depth > inner->capacity) {
-        hs_vertex *more = (hs_vertex *)realloc(inner->stack, (size_t)(2 * depth) * sizeof *more);
-        inner->depth = 0;
-        if (!more) return;
-        inner->stack = more;
-        inner->capacity = 2 * depth;
+/* The same of all inner vertices of a single group. Deep ones stay from row to row: their sum is kept, so that a row costs what
+ * has changed. The order of the sum is that of the vertices, and so are its bits. */
+static int single_inner_forces(hs_recorder *recorder, const hs_group *group, int64_t depth) {
+    const hs_vertex *stack = group->stack, *before = recorder->stack;
+    const size_t size = (size_t)group->curve.count * sizeof(double);
+    int64_t same = 0;
+    while (same < recorder->depth && same < depth && before[same].label == stack[same].label &&
+           before[same].slope == stack[same].slope)
+        ++same;
+    /* what a vertex adds depends on the slope above it, too */
+    int64_t stays = same > 2 ? same - 2 : 0;
+    if (stays < recorder->summed || recorder->summed == 0) {
+        recorder->summed = 0;
+        memset(recorder->kept, 0, size);
     }
-    memcpy(inner->stack + same, stack + same, (size_t)(depth - same) * sizeof *stack);
-    inner->depth = depth;
-}
-
-/* The share of their tangential loads that the inner vertices of their group give asperities.
- *
- * Vertex j adds what its label and its jump of slope say. Deep vertices stay from row to row: their sum is kept, so that a
- * row costs what has changed. The order of the sum is that of the vertices, and so are its bits. */
-static void inner_forces(hs_recorder *recorder, const hs_memory *memory, int64_t index) {
-    const hs_group own = hs_group_of(memory, index), *group = &own;
-    hs_inner *inner = recorder->inner + index;
-    const hs_vertex *stack = group->stack;
-    double *kept = recorder->force + group->start, *force = recorder->scratch + group->start;
-    int64_t touching = hs_touching(group->curve.gap, group->curve.count, memory->approach);
-    int64_t same = 0, depth = memory->depth[index], least = inner->depth < depth ? inner->depth : depth;
-    while (same < least && alike(inner->stack + same, stack + same)) ++same;
-    int64_t stays = same > 2 && group->curve.count >= WORTH_KEEPING ? same - 2 : 0;
-    if (stays < inner->summed) inner->summed = 0;
-    if (stays > 0 && inner->summed == 0) memset(kept, 0, (size_t)group->curve.count * sizeof *kept);
-    add_inner_forces(group, inner->summed + 1, stays, kept);
-    inner->summed = stays;
-    if (stays > 0)
-        memcpy(force, kept, (size_t)touching * sizeof *force);
-    else
-        memset(force, 0, (size_t)touching * sizeof *force);
-    add_inner_forces(group, stays + 1, depth - 2, force);
-    if (group->curve.count >= WORTH_KEEPING) keep_stack(inner, stack, depth, same);
-}
-
-/* The same of a group of one asperity. */
-static inline double inner_force_of_one(const hs_vertex *stack, int64_t depth, double gap, double weight) {
-    double force = 0.0;
-    for (int64_t j = 1; j < depth - 1; ++j) {
-        double jump = stack[j].slope - stack[j + 1].slope, depth_there = stack[j].label - gap;
-        if (depth_there > 0.0) force += jump * weight * depth_there * sqrt(depth_there);
-    }
-    return force;
+    add_inner_forces(group, recorder->summed + 1, stays, recorder->kept);
+    recorder->summed = stays;
+    memcpy(recorder->inner, recorder->kept, size);
+    add_inner_forces(group, stays + 1, depth - 2, recorder->inner);
+    hs_vertex *more = (hs_vertex *)realloc(recorder->stack, (size_t)depth * sizeof *more);
+    if (!more) return HS_OUT_OF_MEMORY;
+    recorder->stack = more;
+    recorder->depth = depth;
+    memcpy(more, stack, (size_t)depth * sizeof *stack);
+    return HS_OK;
 }
 
 /* Fill in normal loads, also without dimension, and contact radii of asperities in any order. */
@@ -356,45 +320,25 @@ HS_WIDE static void project_normal(const double *restrict gap, const double *res
     }
 }
 
-/* Fill in the tangential load, stick radius and slip state of an asperity.
- *
- * `force` holds the share of the tangential load that the inner vertices have, dimensionless, and gets that of the edge;
- * rounding does not carry it beyond the limit. */
-static inline void project_one(double gap, double weight, double load, double approach, double boundary, double outermost,
-                               double friction, double slope, double load_unit, double radius_unit,
-                               double *restrict force, double *restrict stick, int8_t *restrict state) {
-    double inner = boundary - gap > 0.0 ? boundary - gap : 0.0, limit = friction * fabs(load);
-    double share = *force + slope * load;
-    share = share > -limit ? share : -limit;
-    share = share < limit ? share : limit;
-    int touches = gap < approach;
-    int slip = boundary > gap ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
-    slip = outermost > gap ? slip : HS_FULL_STICK;
-    *force = touches ? share * load_unit : 0.0;
-    *stick = weight * sqrt(inner) * radius_unit;
-    *state = (int8_t)(touches ? slip : HS_SEPARATED);
-}
-
-/* Of asperities of one group in any order. */
-HS_WIDE static void project_group(const double *restrict gap, const double *restrict weight, const double *restrict load,
-                                  int64_t count, double approach, const hs_zone *zone, const hs_units *units,
-                                  double *restrict force, double *restrict stick, int8_t *restrict state) {
-    const double boundary = zone->boundary, outermost = zone->outermost, friction = zone->friction, slope = zone->slope;
+/* Fill in tangential loads, stick radii and slip states of asperities in any order, with the numbers of their zones one after
+ * the other. `force` holds the shares of the tangential load that the inner vertices have, dimensionless, and gets that of the
+ * edge; rounding does not carry it beyond the limit. */
+HS_WIDE static void project_tangential(const double *restrict gap, const double *restrict weight, const double *restrict load,
+                                       int64_t count, double approach, double (*restrict zone)[HS_AT_ONCE],
+                                       const hs_units *units, double *restrict force, double *restrict stick,
+                                       int8_t *restrict state) {
     const double load_unit = units->load, radius_unit = units->radius;
-    for (int64_t i = 0; i < count; ++i)
-        project_one(gap[i], weight[i], load[i], approach, boundary, outermost, friction, slope, load_unit, radius_unit,
-                    force + i, stick + i, state + i);
-}
-
-/* Of asperities of any groups, with the numbers of their zones one after the other. */
-HS_WIDE static void project_mixed(const double *restrict gap, const double *restrict weight, const double *restrict load,
-                                  int64_t count, double approach, double (*restrict zone)[HS_AT_ONCE],
-                                  const hs_units *units, double *restrict force, double *restrict stick,
-                                  int8_t *restrict state) {
-    const double load_unit = units->load, radius_unit = units->radius;
-    for (int64_t i = 0; i < count; ++i)
-        project_one(gap[i], weight[i], load[i], approach, zone[0][i], zone[1][i], zone[2][i], zone[3][i], load_unit,
-                    radius_unit, force + i, stick + i, state + i);
+    for (int64_t i = 0; i < count; ++i) {
+        double boundary = zone[0][i], outermost = zone[1][i], friction = zone[2][i], slope = zone[3][i];
+        double inner = boundary - gap[i] > 0.0 ? boundary - gap[i] : 0.0, limit = friction * fabs(load[i]);
+        double share = force[i] + slope * load[i];
+        share = share > -limit ? share : -limit;
+        share = share < limit ? share : limit;
+        int touches = gap[i] < approach;
+        force[i] = touches ? share * load_unit : 0.0;
+        stick[i] = weight[i] * sqrt(inner) * radius_unit;
+        state[i] = hs_slip_state_of(touches, outermost > gap[i], boundary > gap[i]);
+    }
 }
 
 /* Fill in the columns of a curve with knots: what the springs of each knot carry, those that touch from its label up to that of
@@ -423,8 +367,7 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
         rows->tangential_load[at] = touches ? hs_within(force[1] - force[0], limit) * units->load : 0.0;
         rows->contact_radius[at] = touches ? sqrt(memory->approach - label) * units->radius : 0.0;
         rows->stick_radius[at] = touches ? sqrt(hs_most(boundary - label, 0.0)) * units->radius : 0.0;
-        int slip = boundary > label ? HS_PARTIAL_SLIP : HS_GROSS_SLIP;
-        rows->slip_state[at] = (int8_t)(!touches ? (int)HS_SEPARATED : outermost > label ? slip : (int)HS_FULL_STICK);
+        rows->slip_state[at] = hs_slip_state_of(touches, outermost > label, boundary > label);
     }
 }
 
@@ -434,130 +377,93 @@ static void record_tangential(const hs_recorder *recorder, const hs_memory *memo
     const hs_units *units = &memory->contact->units;
     double zone[4][HS_AT_ONCE], *force = rows->tangential_load + at, *stick = rows->stick_radius + at;
     int8_t *state = rows->slip_state + at;
-    if (recorder->groups == 1) {
-        project_group(recorder->gap, recorder->weight, recorder->load, rows->columns, memory->approach, recorder->zones, units,
-                      force, stick, state);
-        return;
-    }
     for (int64_t begin = 0; begin < rows->columns; begin += HS_AT_ONCE) {
         int count = hs_size_of_block(rows->columns - begin);
-        for (int i = 0; i < count; ++i) {
+        /* of a single group all zones are the same */
+        for (int i = 0; i < count && (begin == 0 || memory->contact->groups > 1); ++i) {
             const hs_zone *own = recorder->zones + recorder->group[begin + i];
             zone[0][i] = own->boundary;
             zone[1][i] = own->outermost;
             zone[2][i] = own->friction;
             zone[3][i] = own->slope;
         }
-        project_mixed(recorder->gap + begin, recorder->weight + begin, recorder->load + begin, count, memory->approach, zone,
-                      units, force + begin, stick + begin, state + begin);
+        project_tangential(recorder->gap + begin, recorder->weight + begin, recorder->load + begin, count, memory->approach,
+                           zone, units, force + begin, stick + begin, state + begin);
     }
 }
 
-static void record_asperities(hs_recorder *recorder, const hs_memory *memory, int64_t row) {
+static int record_asperities(hs_recorder *recorder, const hs_memory *memory, int64_t row) {
     const hs_rows *rows = recorder->rows;
     const hs_contact *contact = memory->contact;
+    int64_t columns = rows->columns, at = row * columns;
+    int status = HS_OK;
     if (contact->load && memory->depth[0] > 0) {
         record_knots(recorder, memory, row);
-        return;
+        return status;
     }
-    int64_t columns = rows->columns, at = row * columns, before = recorder->row * columns;
-    double *normal = rows->normal_load + at, *radius = rows->contact_radius + at;
-    if (recorder->row < 0 || memory->approach != recorder->approach) {
-        project_normal(recorder->gap, recorder->weight, columns, memory->approach, &contact->units, recorder->load, normal,
-                       radius);
-    } else {
-        memcpy(normal, rows->normal_load + before, (size_t)columns * sizeof *normal);
-        memcpy(radius, rows->contact_radius + before, (size_t)columns * sizeof *radius);
-    }
+    project_normal(recorder->gap, recorder->weight, columns, memory->approach, &contact->units, recorder->load,
+                   rows->normal_load + at, rows->contact_radius + at);
     for (int64_t index = 0; index < contact->groups && memory->depth[index] > 0; ++index) {
-        int64_t i = contact->first[index];
-        if (contact->first[index + 1] == i + 1)
-            recorder->scratch[i] = inner_force_of_one(memory->vertices + index * memory->capacity, memory->depth[index],
-                                                      contact->gap[i], contact->weight[i]);
-        else
-            inner_forces(recorder, memory, index);
+        hs_group group = hs_group_of(memory, index);
+        if (group.single) {
+            status = single_inner_forces(recorder, &group, memory->depth[0]);
+        } else {
+            memset(recorder->inner + group.start, 0, (size_t)group.curve.count * sizeof(double));
+            add_inner_forces(&group, 1, memory->depth[index] - 2, recorder->inner + group.start);
+        }
     }
     /* of what does not touch there stands something old, which is not taken */
-    for (int64_t c = 0; c < columns; ++c) rows->tangential_load[at + c] = recorder->scratch[recorder->place[c]];
+    for (int64_t c = 0; c < columns; ++c) rows->tangential_load[at + c] = recorder->inner[recorder->place[c]];
     record_tangential(recorder, memory, at);
-    recorder->row = row;
-    recorder->approach = memory->approach;
+    return status;
 }
 
-static void forget_rows(hs_recorder *recorder) {
-    for (int64_t index = 0; index < recorder->groups; ++index) free(recorder->inner[index].stack);
-    free(recorder->inner);
-    recorder->inner = NULL;
-    recorder->zones = NULL;
-    recorder->groups = 0;
-    recorder->row = -1;
-}
-
-/* The group of the asperity at a position. */
-static int64_t group_at(const hs_contact *contact, int64_t i) {
-    int64_t low = 0, high = contact->groups;
-    while (high - low > 1) {
-        int64_t middle = (low + high) / 2;
-        if (contact->first[middle] <= i)
-            low = middle;
-        else
-            high = middle;
-    }
-    return low;
-}
-
-/* Find where the recorded asperities stand in the order of a contact, of which no row has been written. */
-static int place_columns(hs_recorder *recorder, hs_contact *contact) {
+/* Find where the recorded asperities stand in the order of a contact. */
+static void place_columns(hs_recorder *recorder, hs_contact *contact) {
     const hs_rows *rows = recorder->rows;
-    for (int64_t c = 0; c < rows->columns; ++c)
-        if (rows->asperity[c] < 0 || rows->asperity[c] >= contact->count) return HS_FOREIGN;
-    int64_t *position = (int64_t *)malloc((size_t)contact->count * sizeof *position);
-    forget_rows(recorder);
-    recorder->inner = (hs_inner *)calloc((size_t)contact->groups, sizeof *recorder->inner + sizeof *recorder->zones);
-    if (!position || !recorder->inner) {
-        free(position);
-        return HS_OUT_OF_MEMORY;
-    }
-    recorder->groups = contact->groups;
-    recorder->zones = (hs_zone *)(recorder->inner + contact->groups);
-    for (int64_t i = 0; i < contact->count; ++i) position[contact->order[i]] = i;
+    int64_t *place_of = (int64_t *)recorder->inner, *group_of = (int64_t *)recorder->zones;
+    for (int64_t index = 0; index < contact->groups; ++index)
+        for (int64_t i = contact->first[index]; i < contact->first[index + 1]; ++i) {
+            place_of[contact->order[i]] = i;
+            group_of[contact->order[i]] = index;
+        }
     for (int64_t c = 0; c < rows->columns; ++c) {
-        int64_t i = position[rows->asperity[c]];
+        int64_t i = place_of[rows->asperity[c]];
         recorder->place[c] = i;
-        recorder->group[c] = group_at(contact, i);
+        recorder->group[c] = group_of[rows->asperity[c]];
         recorder->gap[c] = contact->gap[i];
         recorder->weight[c] = contact->weight[i];
     }
-    free(position);
     recorder->contact = contact;
-    return HS_OK;
+    recorder->depth = recorder->summed = 0;
 }
 
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows) {
+    memset(recorder, 0, sizeof *recorder);
     recorder->rows = rows;
-    recorder->place = NULL;
-    recorder->inner = NULL;
-    recorder->zones = NULL;
-    recorder->groups = 0;
     if (!rows || rows->columns == 0) return HS_OK;
     size_t columns = (size_t)rows->columns, count = (size_t)contact->count;
+    for (size_t c = 0; c < columns; ++c)
+        if (rows->asperity[c] < 0 || rows->asperity[c] >= contact->count) return HS_FOREIGN;
     recorder->place = (int64_t *)calloc(5 * columns + 2 * count, sizeof(double));
-    if (!recorder->place) return HS_OUT_OF_MEMORY;
+    recorder->zones = (hs_zone *)malloc(count * sizeof *recorder->zones);
+    if (!recorder->place || !recorder->zones) {
+        hs_end_recording(recorder);
+        return HS_OUT_OF_MEMORY;
+    }
     recorder->group = recorder->place + columns;
     recorder->gap = (double *)(recorder->group + columns);
     recorder->weight = recorder->gap + columns;
     recorder->load = recorder->weight + columns;
-    recorder->scratch = recorder->load + columns;
-    recorder->force = recorder->scratch + count;
-    int status = place_columns(recorder, contact);
-    if (status != HS_OK) hs_end_recording(recorder);
-    return status;
+    recorder->inner = recorder->load + columns;
+    recorder->kept = recorder->inner + count;
+    return HS_OK;
 }
 
 void hs_end_recording(hs_recorder *recorder) {
-    forget_rows(recorder);
     free(recorder->place);
-    recorder->place = NULL;
+    free(recorder->zones);
+    free(recorder->stack);
 }
 
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated) {
@@ -565,11 +471,10 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     const hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     int64_t columns = rows->columns, at = row * columns;
-    if (columns && contact != recorder->contact && place_columns(recorder, memory->contact) != HS_OK)
-        return HS_OUT_OF_MEMORY;
+    if (columns && contact != recorder->contact) place_columns(recorder, memory->contact);
     record_totals(recorder, memory, rows->totals + row, saturated);
     if (columns == 0) return HS_OK;
-    if (rows->normal_load) record_asperities(recorder, memory, row);
+    if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK) return HS_OUT_OF_MEMORY;
     if (rows->dissipated_energy)
         for (int64_t c = 0; c < columns; ++c)
             rows->dissipated_energy[at + c] = memory->each[recorder->place[c]] * contact->units.energy;
