@@ -128,7 +128,6 @@ class Stepper(WholeContact):
 
     def _go_on_from(self, state: EnsembleState) -> None:
         self.memory = copied(state.memory)
-        check(lib.hs_memory_join(self.memory))
         self._start = state.approach
         self._reached, self._move, self._turns, self._time = self.memory.displacement, 0.0, 0, -math.inf
 

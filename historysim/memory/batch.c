@@ -10,8 +10,7 @@
 static double load_of(double label) { return label * sqrt(label); }
 
 static hs_batch_vertex vertex_of(double label, double anchor, double slope, double force) {
-    hs_batch_vertex vertex = {label, anchor, slope, force};
-    return vertex;
+    return (hs_batch_vertex){label, anchor, slope, force};
 }
 
 /* Give a contact at least twice its room at the end of the array. */

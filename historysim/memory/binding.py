@@ -220,9 +220,6 @@ def view(numbers: Any, count: int) -> Array:
 
 def stack(memory: Any, group: int = 0) -> Array:
     """Return a copy of the vertices of a group, the deepest first, with the fields of ``hs_vertex``."""
-    if memory.deep:
-        memory = copied(memory)
-        check(lib.hs_memory_join(memory))
     return view(memory.vertices + group * memory.capacity, memory.depth[group]).copy()
 
 

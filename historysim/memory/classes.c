@@ -153,8 +153,7 @@ hs_body *hs_body_copy(const hs_body *body) {
 /* ---- nodes ------------------------------------------------------------------------------------------------------------ */
 
 static hs_node node_at(const hs_class *part, double label, hs_vector deflection) {
-    hs_node node = {label, hs_load_at(part->curve, label).load, deflection};
-    return node;
+    return (hs_node){label, hs_load_at(part->curve, label).load, deflection};
 }
 
 /* Cut cells that are too wide, which changes nothing. */
@@ -314,9 +313,8 @@ static hs_vector forces(hs_body *body, double edge, hs_vector way, double *lost,
 }
 
 static hs_vector left_of(const hs_planar_aim *aim, hs_vector displacement, hs_vector force) {
-    hs_vector left = {aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
-                      aim->value.y - aim->rigid * displacement.y - aim->compliance.y * force.y};
-    return left;
+    return (hs_vector){aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
+                       aim->value.y - aim->rigid * displacement.y - aim->compliance.y * force.y};
 }
 
 static int is_rigid(const hs_planar_aim *aim) {
@@ -439,8 +437,7 @@ static void begin_loss(hs_class *part, double from, double to) {
     part->slid = part->count + fresh;
     part->held[0] = edge;
     for (int32_t k = 1; k < part->slid; ++k) {
-        hs_held node = {part->nodes[k - fresh].label, 0.0};
-        part->held[k] = node;
+        part->held[k] = (hs_held){part->nodes[k - fresh].label, 0.0};
     }
 }
 
@@ -582,8 +579,7 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
         if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         part->count = problem->rings + 1;
         for (int32_t k = 0; k < part->count; ++k) {
-            hs_node node = {problem->label[k], problem->normal[k], problem->found[k]};
-            part->nodes[k] = node;
+            part->nodes[k] = (hs_node){problem->label[k], problem->normal[k], problem->found[k]};
         }
     }
     body->approach = to->approach;

@@ -455,13 +455,13 @@ typedef struct hs_vector {
  * direction, exactly; from the first turn on rings carry it (README.md, "Two directions"). Numbers without dimension. */
 typedef struct hs_planar {
     hs_memory *line;     /* of one direction; from the first turn on it follows the approach, and no spring of it is strained */
+    int64_t height_classes, rings;
+    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which the step is settled */
+    uint64_t identity;
     hs_vector direction; /* in which it moves, a unit vector */
     hs_vector origin;    /* where its displacement is 0 */
     hs_vector displacement, tangential_load;
     hs_vector excess;    /* what a held load asks for beyond the friction limit */
-    int64_t height_classes, rings;
-    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which the step is settled */
-    uint64_t identity;
     struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
 } hs_planar;
 

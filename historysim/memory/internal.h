@@ -78,19 +78,13 @@ typedef struct hs_group {
 static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
     const hs_contact *contact = memory->contact;
     int64_t start = contact->first[index];
-    hs_group group = {{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
-                      memory->each + start,
-                      memory->vertices + index * memory->capacity,
-                      memory->friction[index],
-                      start,
-                      (hs_memory *)memory,
-                      contact->groups == 1 ? (hs_memory *)memory : NULL};
-    return group;
+    return (hs_group){{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
+                      memory->each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
+                      (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
 }
 static inline hs_vertex hs_vertex_of(double label, double anchor, double slope, double made_at, double normal,
                                      double tangential) {
-    hs_vertex vertex = {label, anchor, slope, made_at, normal, tangential};
-    return vertex;
+    return (hs_vertex){label, anchor, slope, made_at, normal, tangential};
 }
 
 /* ---- paths in (d, V) ---- */
@@ -109,12 +103,10 @@ typedef struct hs_target {
 } hs_target;
 
 static inline hs_target hs_to_displacement(double value) {
-    hs_target target = {value, 1.0, 0.0};
-    return target;
+    return (hs_target){value, 1.0, 0.0};
 }
 static inline hs_target hs_to_load(double value) {
-    hs_target target = {value, 0.0, 1.0};
-    return target;
+    return (hs_target){value, 0.0, 1.0};
 }
 
 /* ---- contact.c, memory.c ---- */
@@ -185,13 +177,11 @@ static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
 }
 /* Let the clock go on to a time, on a path that is straight in approach and displacement. */
 static inline void hs_tick(hs_memory *memory, double time) {
-    hs_clock clock = {memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
-    memory->clock = clock;
+    memory->clock = (hs_clock){memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
 }
 /* Set the clock to a time, from which on paths are timed; NaN where they are not. */
 static inline void hs_set_clock(hs_memory *memory, double time) {
-    hs_clock clock = {time, time, NAN, NAN};
-    memory->clock = clock;
+    memory->clock = (hs_clock){time, time, NAN, NAN};
 }
 static inline int hs_is_timed(const hs_memory *memory) { return !isnan(memory->clock.end); }
 /* Note which asperities of a group first slide on a straight path, on which its coefficient goes straight from `friction` to its

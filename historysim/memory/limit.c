@@ -33,8 +33,7 @@ static double approach_on(const hs_memory *memory, const hs_request *request, do
 
 static station station_at(const hs_memory *memory, const hs_request *request, double share) {
     double d = approach_on(memory, request, share);
-    station found = {share, d, hs_limit_and_slopes(memory, d)};
-    return found;
+    return (station){share, d, hs_limit_and_slopes(memory, d)};
 }
 
 /* The least and the largest coefficient of the groups that touch at an approach. */

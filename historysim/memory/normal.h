@@ -36,8 +36,7 @@ double hs_cube_root(double x);
 
 static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
     double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
-    hs_load found = {half_chord * depth, 1.5 * half_chord};
-    return found;
+    return (hs_load){half_chord * depth, 1.5 * half_chord};
 }
 /* P(a) and P'(a). */
 static inline hs_load hs_load_at(hs_curve curve, double approach) {
@@ -46,8 +45,7 @@ static inline hs_load hs_load_at(hs_curve curve, double approach) {
     return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
 }
 static inline hs_curve hs_all_of(const hs_contact *contact) {
-    hs_curve all = {contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
-    return all;
+    return (hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
 }
 
 #endif

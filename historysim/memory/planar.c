@@ -65,36 +65,31 @@ hs_planar *hs_planar_copy(const hs_planar *planar) {
 
 /* A path in numbers without dimension: what is asked for at its ends. */
 typedef struct plan {
-    int normal_control, tangential_control;
-    int by_loads;          /* whether both loads go straight, otherwise the approach does */
-    hs_vector compliance;  /* of an instrument */
-    double normal[2];      /* normal load or approach */
+    const hs_planar_path *path;
+    int by_load, by_loads;   /* whether the tangential channel goes by load; whether both loads go straight, or the approach */
+    hs_vector compliance;    /* of an instrument */
+    double normal[2];        /* normal load or approach */
     hs_vector tangential[2]; /* load, or displacement of the drive */
-    double times[2];
 } plan;
+
+/* Displacement of the drive of an instrument that the contact holds with a load. */
+static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vector load) {
+    return (hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
+}
 
 static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vector compliance, int saturate) {
     const hs_memory *line = planar->line;
     const hs_units *units = &line->contact->units;
     int by_load = path->tangential_control == HS_LOAD, by_normal = path->normal_control == HS_LOAD;
-    hs_vector u = planar->displacement, t = planar->tangential_load;
-    hs_vector drive = {u.x + compliance.x * t.x, u.y + compliance.y * t.y};
-    hs_vector present = by_load ? hs_plus(t, saturate ? 1.0 : 0.0, planar->excess) : drive;
-    double unit = by_load ? units->load : units->displacement;
+    hs_vector load = hs_plus(planar->tangential_load, saturate ? 1.0 : 0.0, planar->excess);
+    hs_vector present = by_load ? load : drive_at(planar->displacement, compliance, planar->tangential_load);
+    double unit = by_load ? units->load : units->displacement, fraction = path->tangential_fraction;
     hs_vector goal = {path->tangential_target[0] / unit, path->tangential_target[1] / unit};
+    double begin = by_normal ? line->normal_load : line->approach;
     double normal = path->normal_target / (by_normal ? units->load : units->length);
-    plan found = {path->normal_control,
-                  path->tangential_control,
-                  by_load && by_normal,
-                  compliance,
-                  {by_normal ? line->normal_load : line->approach, 0.0},
-                  {present, present},
-                  {path->begin, path->end}};
-    found.normal[1] = path->normal_fraction > 0.0 ? hs_toward(found.normal[0], normal, path->normal_fraction) : found.normal[0];
-    if (path->tangential_fraction == 1.0)
-        found.tangential[1] = goal;
-    else if (path->tangential_fraction > 0.0)
-        found.tangential[1] = hs_plus(present, path->tangential_fraction, hs_plus(goal, -1.0, present));
+    plan found = {path, by_load, by_load && by_normal, compliance, {begin, begin}, {present, present}};
+    if (path->normal_fraction > 0.0) found.normal[1] = hs_toward(begin, normal, path->normal_fraction);
+    if (fraction > 0.0) found.tangential[1] = hs_between(present, goal, fraction);
     return found;
 }
 
@@ -108,7 +103,7 @@ static int has_no_line(const hs_memory *line) {
 /* Whether a path goes on along the line; one that is to begin takes the direction of the path. */
 static int stays_on_line(hs_planar *planar, const plan *path) {
     hs_vector goal = path->tangential[1];
-    if (path->tangential_control == HS_DISPLACED) goal = hs_plus(goal, -1.0, planar->origin);
+    if (!path->by_load) goal = hs_plus(goal, -1.0, planar->origin);
     double size = hs_length(goal), across;
     if (has_no_line(planar->line) && size > 0.0) {
         int aligned = goal.x == 0.0 || goal.y == 0.0;
@@ -120,13 +115,12 @@ static int stays_on_line(hs_planar *planar, const plan *path) {
     return across <= HS_TIE * size;
 }
 
-/* Rows of one direction from a row on, in the places of those of two, but for what has a direction: tangential loads of
- * asperities go to `scalar`, (row, column). */
-static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row, double *scalar) {
+/* Rows of one direction from a row on, in the places of those of two. */
+static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row) {
     hs_rows own = rows->rows;
     double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
     own.totals += row;
-    own.tangential_load = own.tangential_load ? scalar : NULL;
+    if (own.tangential_load) own.tangential_load += 2 * row * own.columns;
     for (int k = 0; k < 5; ++k)
         if (*each[k]) *each[k] += row * own.columns;
     if (own.slip_state) own.slip_state += row * own.columns;
@@ -134,15 +128,15 @@ static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row, double *sca
 }
 
 /* Give what has a direction, in `count` rows from a row on, its components. */
-static void give_direction(const hs_planar *planar, const hs_planar_rows *rows, int64_t row, int64_t count,
-                           const double *scalar) {
+static void give_direction(const hs_planar *planar, const hs_planar_rows *rows, int64_t row, int64_t count) {
     hs_vector direction = planar->direction, origin = planar->origin;
     double unit = planar->line->contact->units.displacement;
     int64_t columns = rows->rows.columns;
-    for (int64_t at = row * columns; at < (row + count) * columns && rows->rows.tangential_load; ++at) {
-        double load = scalar[at - row * columns];
-        rows->rows.tangential_load[2 * at] = load * direction.x;
-        rows->rows.tangential_load[2 * at + 1] = load * direction.y;
+    double *load = rows->rows.tangential_load ? rows->rows.tangential_load + 2 * row * columns : NULL;
+    /* from the last on, since the loads of one direction stand in the first half of their place */
+    for (int64_t at = count * columns - 1; at >= 0 && load; --at) {
+        load[2 * at + 1] = load[at] * direction.y;
+        load[2 * at] = load[at] * direction.x;
     }
     for (int64_t k = row; k < row + count; ++k) {
         hs_totals *totals = rows->rows.totals + k;
@@ -157,47 +151,31 @@ static void give_direction(const hs_planar *planar, const hs_planar_rows *rows, 
     }
 }
 
-static double *scalars_of(const hs_planar_rows *rows, int64_t count) {
-    return (double *)malloc((size_t)(count * rows->rows.columns + 1) * sizeof(double));
-}
-
-static int walk_line(hs_planar *planar, const hs_planar_path *path, const plan *plan, const hs_planar_rows *rows,
-                     const hs_drive *drive, double until, hs_refusal *refusal) {
+static int walk_line(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,
+                     hs_refusal *refusal) {
+    const hs_planar_path *path = plan->path;
     const hs_units *units = &planar->line->contact->units;
-    int by_load = plan->tangential_control == HS_LOAD;
     hs_vector goal = plan->tangential[1];
-    if (!by_load) goal = hs_plus(goal, -1.0, planar->origin);
-    double target = hs_dot(goal, planar->direction) * (by_load ? units->load : units->displacement), fraction = 1.0;
+    if (!plan->by_load) goal = hs_plus(goal, -1.0, planar->origin);
+    double target = hs_dot(goal, planar->direction) * (plan->by_load ? units->load : units->displacement), fraction = 1.0;
     /* along an axis the very number that is asked for, and the very way there */
     int along_axis = planar->direction.x == 0.0 || planar->direction.y == 0.0;
     if (along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0) {
-        target = planar->direction.x != 0.0 ? path->tangential_target[0] : path->tangential_target[1];
+        target = path->tangential_target[planar->direction.x != 0.0 ? 0 : 1];
         fraction = path->tangential_fraction;
     }
     int64_t count = rows ? path->parts - 1 + path->recorded : 0;
-    hs_path along = {path->normal_target,
-                     path->normal_fraction,
-                     target,
-                     path->tangential_fraction > 0.0 ? fraction : 0.0,
-                     rows ? path->parts : 1,
-                     0,
-                     path->normal_control,
-                     path->tangential_control,
-                     count > 0 && path->recorded,
-                     0,
-                     path->begin,
-                     path->end};
+    hs_path along = {path->normal_target, path->normal_fraction, target, path->tangential_fraction > 0.0 ? fraction : 0.0,
+                     rows ? path->parts : 1, 0, path->normal_control, path->tangential_control,
+                     count > 0 && path->recorded, 0, path->begin, path->end};
     hs_drive driven = *drive;
     driven.compliance = (planar->direction.x != 0.0 ? plan->compliance.x : plan->compliance.y) / units->stiffness;
-    double *scalar = count > 0 ? scalars_of(rows, count) : NULL;
-    if (count > 0 && !scalar) return HS_OUT_OF_MEMORY;
     hs_rows own;
-    if (count > 0) own = rows_of_line(rows, path->first_row, scalar);
+    if (count > 0) own = rows_of_line(rows, path->first_row);
     int64_t number = refusal->path;
     int status = hs_walk(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
     refusal->path = number;
-    if (status == HS_OK && count > 0) give_direction(planar, rows, path->first_row, count, scalar);
-    free(scalar);
+    if (status == HS_OK && count > 0) give_direction(planar, rows, path->first_row, count);
     look_along(planar);
     return status;
 }
@@ -242,8 +220,7 @@ static int64_t classes_of_group(const hs_planar *planar, int64_t group, int64_t 
     return found;
 }
 
-/* Add a class of asperities at positions from `start` up to `end`, without nodes. */
-static hs_class *add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end) {
+hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end) {
     const hs_contact *contact = planar->line->contact;
     hs_body *body = planar->body;
     hs_class *parts = (hs_class *)realloc(body->parts, (size_t)(body->classes + 1) * sizeof *parts);
@@ -268,7 +245,7 @@ static int turn(hs_planar *planar) {
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
         int64_t classes = classes_of_group(planar, group, end), start = line->contact->first[group];
         for (int64_t k = 0; k < classes && status == HS_OK; start = end[k++]) {
-            hs_class *part = add_class(planar, group, start, end[k]);
+            hs_class *part = hs_add_class(planar, group, start, end[k]);
             status = part ? nodes_of_line(planar, part) : HS_OUT_OF_MEMORY;
         }
     }
@@ -327,46 +304,31 @@ static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_ref
 /* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
 static int target_of(hs_planar *planar, const plan *plan, double share, int saturate, hs_planar_target *to, hs_refusal *refusal) {
     const hs_memory *line = planar->line;
+    int by_normal = plan->path->normal_control == HS_LOAD;
     double normal = hs_toward(plan->normal[0], plan->normal[1], share);
-    hs_vector asked = share == 1.0 ? plan->tangential[1]
-                                   : hs_plus(plan->tangential[0], share, hs_plus(plan->tangential[1], -1.0, plan->tangential[0]));
-    hs_vector each = {1.0, 1.0};
-    int by_load = plan->tangential_control == HS_LOAD;
+    hs_vector asked = hs_between(plan->tangential[0], plan->tangential[1], share);
     to->by_loads = plan->by_loads;
-    to->time = hs_toward(plan->times[0], plan->times[1], share);
-    if (plan->normal_control == HS_LOAD && !plan->by_loads && share < 1.0) {
-        /* the approach goes straight */
-        double end = hs_approach_for(line, plan->normal[1]);
-        to->approach = line->approach + share * (end - line->approach);
-        to->normal_load = hs_load_at(hs_all_of(line->contact), to->approach).load;
-    } else if (plan->normal_control == HS_LOAD) {
+    to->time = hs_toward(plan->path->begin, plan->path->end, share);
+    if (by_normal && (plan->by_loads || share == 1.0)) {
         to->normal_load = normal;
         to->approach = hs_approach_for(line, normal);
     } else {
-        to->approach = normal;
-        to->normal_load = normal == line->approach ? line->normal_load : hs_load_at(hs_all_of(line->contact), normal).load;
+        /* the approach goes straight */
+        to->approach = by_normal ? line->approach + share * (hs_approach_for(line, plan->normal[1]) - line->approach) : normal;
+        to->normal_load = to->approach == line->approach && !by_normal
+                              ? line->normal_load
+                              : hs_load_at(hs_all_of(line->contact), to->approach).load;
     }
     to->aim.value = asked;
-    to->aim.rigid = by_load ? 0.0 : 1.0;
-    to->aim.compliance = by_load ? each : plan->compliance;
+    to->aim.rigid = plan->by_load ? 0.0 : 1.0;
+    to->aim.compliance = plan->by_load ? (hs_vector){1.0, 1.0} : plan->compliance;
     planar->excess = nowhere;
-    if (!by_load) return HS_OK;
+    if (!plan->by_load) return HS_OK;
     if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
     to->aim.value = hs_held_load(planar->body, to->approach, asked);
     if (hs_length(asked) > hs_body_limit(planar->body, to->approach) * (1.0 + HS_LIMIT_SLACK))
         planar->excess = hs_plus(asked, -1.0, to->aim.value);
     return HS_OK;
-}
-
-/* A row of a line. */
-static int read_line(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
-    double *scalar = scalars_of(rows, 1);
-    if (!scalar) return HS_OUT_OF_MEMORY;
-    hs_rows own = rows_of_line(rows, row, scalar);
-    int status = hs_read(planar->line, &own, 0);
-    if (status == HS_OK) give_direction(planar, rows, row, 1, scalar);
-    free(scalar);
-    return status;
 }
 
 /* Loads that a node gives the asperities of a class. */
@@ -434,8 +396,10 @@ static void put_vectors(const hs_planar *planar, const hs_planar_rows *rows, int
 }
 
 int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
-    int status = read_line(planar, rows, row);
+    hs_rows own = rows_of_line(rows, row);
+    int status = hs_read(planar->line, &own, 0);
     hs_body *body = planar->body;
+    if (status == HS_OK) give_direction(planar, rows, row, 1);
     if (status != HS_OK || !body) return status;
     const hs_contact *contact = planar->line->contact;
     const hs_units *units = &contact->units;
@@ -475,8 +439,9 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
 /* ---- paths ---------------------------------------------------------------------------------------------------------------- */
 
 /* Walk a path with rings. */
-static int travel(hs_planar *planar, const hs_planar_path *path, const plan *plan, const hs_planar_rows *rows,
-                  const hs_drive *drive, double until, hs_refusal *refusal) {
+static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,
+                  hs_refusal *refusal) {
+    const hs_planar_path *path = plan->path;
     int64_t work = 0;
     int status = planar->body ? HS_OK : turn(planar);
     if (status == HS_OK) planar->body->time = path->begin;
@@ -497,7 +462,7 @@ static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector co
                      const hs_drive *drive, double until, hs_refusal *refusal) {
     plan plan = planned(planar, path, compliance, drive->saturate);
     int along = !planar->body && stays_on_line(planar, &plan);
-    int status = (along ? walk_line : travel)(planar, path, &plan, rows, drive, until, refusal);
+    int status = (along ? walk_line : travel)(planar, &plan, rows, drive, until, refusal);
     planar->line->normal_control = path->normal_control;
     planar->line->tangential_control = path->tangential_control;
     return status;
@@ -571,10 +536,10 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     for (int64_t group = 0; group < contact->groups; ++group)
         line->friction[group] = friction[contact->order[contact->first[group]]];
     int by_load = line->tangential_control == HS_LOAD;
-    hs_vector u = planar->displacement, t = hs_plus(planar->tangential_load, 1.0, planar->excess), each = {1.0, 1.0};
+    hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
-    hs_vector drives = {u.x + yields.x * t.x, u.y + yields.y * t.y};
-    hs_planar_aim aim = {by_load ? t : drives, by_load ? 0.0 : 1.0, by_load ? each : yields};
+    hs_planar_aim aim = {drive_at(planar->displacement, yields, t), 1.0, yields};
+    if (by_load) aim = (hs_planar_aim){t, 0.0, {1.0, 1.0}};
     planar->excess = nowhere;
     double approach = planar->body->approach;
     if (by_load) aim.value = hs_held_load(planar->body, approach, t);
@@ -582,194 +547,4 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
         planar->excess = hs_plus(t, -1.0, aim.value);
     int status = hs_body_relax(planar->body, &aim);
     return status == HS_OK ? follow(planar) : status;
-}
-
-/* ---- bytes ------------------------------------------------------------------------------------------------------------------ */
-
-#define FORMAT 1
-static const char magic[8] = {'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'};
-
-/* What stands first; the bytes of the line follow, then classes with their nodes, then a checksum. */
-typedef struct head {
-    char magic[8];
-    uint32_t format;
-    uint32_t order; /* 1 in the byte order of the machine that wrote */
-    int64_t height_classes, rings;
-    double tolerance;
-    uint64_t identity;
-    hs_vector direction, origin, displacement, tangential_load, excess;
-    uint64_t line;   /* bytes of the line */
-    int64_t classes; /* -1 where there are no rings */
-    int64_t nodes;
-} head;
-/* A class, before its nodes. */
-typedef struct class_head {
-    int64_t group, start, count, nodes;
-} class_head;
-/* A node. */
-typedef struct node_bytes {
-    double label;
-    hs_vector deflection;
-} node_bytes;
-
-static head head_of(const hs_planar *planar) {
-    head found;
-    memset(&found, 0, sizeof found);
-    memcpy(found.magic, magic, sizeof magic);
-    found.format = FORMAT;
-    found.order = 1;
-    found.height_classes = planar->height_classes;
-    found.rings = planar->rings;
-    found.tolerance = planar->tolerance;
-    found.identity = planar->identity;
-    found.direction = planar->direction;
-    found.origin = planar->origin;
-    found.displacement = planar->displacement;
-    found.tangential_load = planar->tangential_load;
-    found.excess = planar->excess;
-    found.line = hs_memory_size(planar->line);
-    found.classes = planar->body ? planar->body->classes : -1;
-    for (int64_t c = 0; c < found.classes; ++c) found.nodes += planar->body->parts[c].count;
-    return found;
-}
-
-static size_t size_of(const head *given) {
-    size_t classes = given->classes > 0 ? (size_t)given->classes : 0;
-    return sizeof *given + (size_t)given->line + classes * sizeof(class_head) + (size_t)given->nodes * sizeof(node_bytes) +
-           sizeof(uint64_t);
-}
-
-size_t hs_planar_size(const hs_planar *planar) {
-    head given = head_of(planar);
-    return size_of(&given);
-}
-
-static unsigned char *put(unsigned char *to, const void *from, size_t size) {
-    memcpy(to, from, size);
-    return to + size;
-}
-
-int hs_planar_write(const hs_planar *planar, void *bytes, size_t size) {
-    head given = head_of(planar);
-    if (size != size_of(&given)) return HS_NOT_A_STATE;
-    unsigned char *at = put((unsigned char *)bytes, &given, sizeof given);
-    int status = hs_memory_write(planar->line, at, (size_t)given.line);
-    if (status != HS_OK) return status;
-    at += given.line;
-    for (int64_t c = 0; c < given.classes; ++c) {
-        const hs_class *part = planar->body->parts + c;
-        class_head own = {part->group, part->start, part->curve.count, part->count};
-        at = put(at, &own, sizeof own);
-        for (int32_t k = 0; k < part->count; ++k) {
-            node_bytes node = {part->nodes[k].label, part->nodes[k].deflection};
-            at = put(at, &node, sizeof node);
-        }
-    }
-    uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
-    put(at, &sum, sizeof sum);
-    return HS_OK;
-}
-
-static const unsigned char *take(const unsigned char *from, void *to, size_t size) {
-    memcpy(to, from, size);
-    return from + size;
-}
-
-static int is_finite(hs_vector a) { return isfinite(a.x) && isfinite(a.y); }
-
-static const char *check_head(const unsigned char *bytes, size_t size, head *given) {
-    if (size < sizeof *given + sizeof(uint64_t) || memcmp(bytes, magic, sizeof magic) != 0)
-        return "the bytes are no saved memory of two directions";
-    take(bytes, given, sizeof *given);
-    if (given->order != 1) return "the bytes were written on a machine of another byte order";
-    if (given->format != FORMAT) return "the memory was saved in a format of another version";
-    int64_t most = (int64_t)(size / sizeof(node_bytes));
-    if (given->line > size || given->classes < -1 || given->classes > most || given->nodes < 0 || given->nodes > most ||
-        size != size_of(given))
-        return "the bytes are cut off, or too many";
-    uint64_t sum;
-    take(bytes + size - sizeof sum, &sum, sizeof sum);
-    if (sum != hs_digest(0, bytes, size - sizeof sum)) return "the bytes are damaged: their checksum differs";
-    if (given->height_classes < 1 || given->height_classes > HS_MOST_RINGS || given->rings < 1 || given->rings > HS_MOST_RINGS ||
-        !(given->tolerance > 0.0))
-        return "a setting is out of its range";
-    if (!is_finite(given->direction) || !is_finite(given->origin) || !is_finite(given->displacement) ||
-        !is_finite(given->tangential_load) || !is_finite(given->excess) || fabs(hs_length(given->direction) - 1.0) > 1e-9)
-        return "a vector is not finite, or a direction is none";
-    return NULL;
-}
-
-/* Read one class of asperities that begin at `start`; NULL, or what is wrong. */
-static const char *read_class(hs_planar *planar, const unsigned char **at, int64_t *start, int64_t *left) {
-    const hs_contact *contact = planar->line->contact;
-    class_head own;
-    *at = take(*at, &own, sizeof own);
-    int fits = own.group >= 0 && own.group < contact->groups && own.start == *start && own.count > 0 &&
-               own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
-    if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
-        return "classes do not fit";
-    hs_class *part = add_class(planar, own.group, own.start, own.start + own.count);
-    if (!part || hs_class_room(part, own.nodes) != HS_OK) return "there is not enough memory";
-    double deepest = part->curve.gap[0], approach = planar->line->approach, friction = planar->line->friction[own.group];
-    if ((own.nodes > 0) != (approach > deepest)) return "a class has nodes where it does not touch, or none where it does";
-    for (int64_t k = 0; k < own.nodes; ++k) {
-        node_bytes given;
-        *at = take(*at, &given, sizeof given);
-        int stands = k == 0 ? given.label == approach : given.label < part->nodes[k - 1].label;
-        if (!stands || !is_finite(given.deflection) || (k == own.nodes - 1 && given.label != deepest))
-            return "nodes do not go from the edge to the deepest spring";
-        hs_node node = {given.label, hs_load_at(part->curve, given.label).load, given.deflection};
-        part->nodes[k] = node;
-        part->count = (int32_t)k + 1;
-        double limit = 1.001 * friction * sqrt(approach - given.label);
-        if (k == 0 ? hs_length(given.deflection) > 0.0 : hs_length(hs_ring_traction(part->nodes, (int32_t)k)) > limit)
-            return "a traction is beyond the friction limit";
-    }
-    *start += own.count;
-    *left -= own.nodes;
-    return NULL;
-}
-
-int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why) {
-    const unsigned char *at = (const unsigned char *)bytes;
-    head given;
-    *why = check_head(at, size, &given);
-    if (*why) return HS_NOT_A_STATE;
-    hs_planar *found = (hs_planar *)calloc(1, sizeof *found);
-    *why = "there is not enough memory";
-    if (!found) return HS_NOT_A_STATE;
-    at += sizeof given;
-    int status = hs_memory_read(at, (size_t)given.line, like ? like->line : NULL, &found->line, why);
-    at += given.line;
-    found->direction = given.direction;
-    found->origin = given.origin;
-    found->displacement = given.displacement;
-    found->tangential_load = given.tangential_load;
-    found->excess = given.excess;
-    found->height_classes = given.height_classes;
-    found->rings = given.rings;
-    found->tolerance = given.tolerance;
-    found->identity = given.identity;
-    if (status == HS_OK && given.classes >= 0) {
-        int64_t start = 0, left = given.nodes;
-        found->body = hs_body_new(found->line, found->rings, found->tolerance);
-        *why = found->body ? NULL : "there is not enough memory";
-        for (int64_t c = 0; c < given.classes && !*why; ++c) *why = read_class(found, &at, &start, &left);
-        if (!*why && (start != found->line->contact->count || left != 0)) *why = "classes do not fit";
-        if (*why) {
-            status = HS_NOT_A_STATE;
-        } else {
-            found->body->displacement = found->displacement;
-            found->body->tangential_load = found->tangential_load;
-        }
-    }
-    if (status == HS_OK && like && found->identity != like->identity) {
-        *why = "the state is of another contact, or of other rings";
-        status = HS_FOREIGN;
-    }
-    if (status == HS_OK)
-        *planar = found;
-    else
-        hs_planar_free(found);
-    return status;
 }

@@ -19,14 +19,12 @@ hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load)
     int64_t top = depth - 1;
     const hs_vertex *last = stack + top;
     if (d >= last->label) {
-        hs_edge edge = {top, last->label, last->anchor, last->normal, last->tangential};
-        return edge;
+        return (hs_edge){top, last->label, last->anchor, last->normal, last->tangential};
     }
     while (top > 1 && stack[top - 1].label >= d) --top;
     last = stack + top;
-    hs_edge edge = {top, d, last->anchor - last->slope * (last->label - d), load,
-                    last->tangential - last->slope * (last->normal - load)};
-    return edge;
+    return (hs_edge){top, d, last->anchor - last->slope * (last->label - d), load,
+                     last->tangential - last->slope * (last->normal - load)};
 }
 
 /* Where slip from the edge inward ends: how many vertices are kept, rigid·a + compliance·P(a) at the front, the direction
@@ -53,8 +51,7 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         double y_low = rigid * low->anchor + compliance * low->tangential;
         double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
         if (slip_low < -tie && slope != sign * friction) {
-            front found = {segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
-            return found;
+            return (front){segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
         }
         --segment;
         x = x_low;
@@ -62,12 +59,10 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         met_vertex = slip <= tie;
     }
     if (!met_vertex) {
-        front found = {0, x, sign, slip};
-        return found;
+        return (front){0, x, sign, slip};
     }
     while (segment > 0 && stack[segment].slope == sign * friction) --segment;
-    front found = {segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
-    return found;
+    return (front){segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
 }
 
 /* Of the springs between the slip front and the edge d1 that slipped on a straight path.
@@ -246,19 +241,16 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
     hs_edge edge = hs_edge_at(stack, depth, to.d, load);
     if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
         double slope = (to.v - edge.anchor) / (to.d - edge.label);
-        hs_force found = {edge.tangential + slope * (load - edge.normal), (load - edge.normal) / (to.d - from.d), 0.0};
-        return found;
+        return (hs_force){edge.tangential + slope * (load - edge.normal), (load - edge.normal) / (to.d - from.d), 0.0};
     }
     if (to.v == edge.anchor) {
-        hs_force found = {edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
-        return found;
+        return (hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
     }
     front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
     if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
     double slope = at.sign * friction;
     if (at.kept == 0) {
-        hs_force found = {slope * load, 0.0, 0.0};
-        return found;
+        return (hs_force){slope * load, 0.0, 0.0};
     }
     hs_load there = hs_load_at(group->curve, at.x);
     const hs_vertex *low = stack + at.kept - 1;

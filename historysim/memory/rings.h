@@ -67,8 +67,11 @@ typedef struct hs_ring_problem {
 } hs_ring_problem;
 
 static inline hs_vector hs_plus(hs_vector a, double scale, hs_vector b) {
-    hs_vector sum = {a.x + scale * b.x, a.y + scale * b.y};
-    return sum;
+    return (hs_vector){a.x + scale * b.x, a.y + scale * b.y};
+}
+/* A share of the way from one to another; the other itself at the end. */
+static inline hs_vector hs_between(hs_vector from, hs_vector to, double share) {
+    return share == 1.0 ? to : hs_plus(from, share, hs_plus(to, -1.0, from));
 }
 static inline double hs_dot(hs_vector a, hs_vector b) { return a.x * b.x + a.y * b.y; }
 static inline double hs_length(hs_vector a) { return sqrt(hs_dot(a, a)); }
@@ -122,6 +125,8 @@ hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
 hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);
+/* Add a class of asperities at positions from `start` up to `end`, without nodes. */
+hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end);
 /* Energy that the springs of a class hold, added per asperity of it unless `each` is NULL. */
 double hs_class_stored(const hs_class *part, double *each);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */

@@ -1,21 +1,58 @@
 /* Memories as bytes, and whether what was read is one.
  *
- * The bytes are: a head, the arrays of the contact, of the memory, its vertices without room above them, what asperities
- * have become, when they first slid, and a checksum (`hs_digest`) of all of that. */
+ * The bytes of one direction are: a head, the arrays of the contact, of the memory, its vertices without room above them, what
+ * asperities have become, when they first slid, and a checksum (`hs_digest`) of all of that. Those of two directions are: a
+ * head, the bytes of the line, classes with their nodes, and a checksum. */
 
-#include "internal.h"
+#include "rings.h"
 
-#define FORMAT 3
+#define MEMORY_FORMAT 3
+#define PLANAR_FORMAT 1
 #define EVOLVES 1
 #define KNOTS 2
 #define YIELDS 4
 #define SLIDES 8
-static const char magic[8] = {'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'};
 
-typedef struct head {
+static const char no_memory[] = "there is not enough memory";
+
+/* What all heads begin with. */
+typedef struct frame {
     char magic[8];
     uint32_t format;
     uint32_t order; /* 1 in the byte order of the machine that wrote */
+} frame;
+static const frame memory_frame = {{'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'}, MEMORY_FORMAT, 1};
+static const frame planar_frame = {{'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'}, PLANAR_FORMAT, 1};
+
+/* Copy a head out of bytes; NULL, or what is wrong with them. */
+static const char *take_head(const unsigned char *bytes, size_t size, const frame *own, void *head, size_t head_size) {
+    const frame *given = (const frame *)head;
+    if (size < head_size + sizeof(uint64_t) || memcmp(bytes, own->magic, sizeof own->magic) != 0)
+        return own == &memory_frame ? "the bytes are no saved memory" : "the bytes are no saved memory of two directions";
+    memcpy(head, bytes, head_size);
+    if (given->order != own->order) return "the bytes were written on a machine of another byte order";
+    return given->format != own->format ? "the memory was saved in a format of another version" : NULL;
+}
+
+static const char *check_sum(const unsigned char *bytes, size_t size) {
+    uint64_t sum;
+    memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
+    return sum != hs_digest(0, bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;
+}
+
+static void put_sum(unsigned char *bytes, size_t size) {
+    uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
+    memcpy(bytes + size - sizeof sum, &sum, sizeof sum);
+}
+
+/* Copy numbers to bytes, or from them; returns where the next ones stand. */
+static unsigned char *pass(unsigned char *bytes, const void *numbers, size_t size, int writes) {
+    if (size) memcpy(writes ? bytes : (void *)numbers, writes ? numbers : bytes, size);
+    return bytes + size;
+}
+
+typedef struct head {
+    frame begin;
     int64_t count, groups, vertices, what; /* a sum of EVOLVES, KNOTS, YIELDS and SLIDES */
     int64_t normal_control, tangential_control;
     uint64_t identity;
@@ -26,34 +63,24 @@ typedef struct head {
     int64_t watched;
 } head;
 
-/* numbers of 8 bytes behind the head; flags of one byte follow them */
-static uint64_t numbers_of(const head *given) {
-    uint64_t n = (uint64_t)given->count, g = (uint64_t)given->groups;
-    uint64_t evolved = given->what & EVOLVES ? hs_evolved_arrays((given->what & YIELDS) != 0) * n : 0;
-    uint64_t watched = (uint64_t)given->watched, slides = given->what & SLIDES ? (watched ? watched : n) : 0;
-    return 4 * n + 3 * g + 1 + watched + 6 * (uint64_t)given->vertices + evolved + slides;
-}
-static uint64_t flags_of(const head *given) {
-    return (uint64_t)given->groups + (given->what & EVOLVES ? (uint64_t)given->count : 0);
-}
-
-static int64_t vertices_of(const hs_memory *memory) {
-    int64_t vertices = 0;
-    for (int64_t index = 0; index < memory->contact->groups; ++index) vertices += memory->depth[index];
-    return vertices;
+static size_t size_of(const head *given) {
+    size_t n = (size_t)given->count, g = (size_t)given->groups, watched = (size_t)given->watched;
+    size_t evolved = given->what & EVOLVES ? hs_evolved_arrays((given->what & YIELDS) != 0) * n : 0;
+    size_t slides = given->what & SLIDES ? (watched ? watched : n) : 0;
+    size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)given->vertices + evolved + slides;
+    /* flags of one byte stand behind the numbers */
+    return sizeof *given + 8 * numbers + g + (given->what & EVOLVES ? n : 0) + sizeof(uint64_t);
 }
 
 static head head_of(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     head found;
     memset(&found, 0, sizeof found);
-    memcpy(found.magic, magic, sizeof magic);
-    found.format = FORMAT;
-    found.order = 1;
+    found.begin = memory_frame;
     found.count = contact->count;
     found.groups = contact->groups;
     found.watched = contact->watched;
-    found.vertices = vertices_of(memory);
+    for (int64_t index = 0; index < contact->groups; ++index) found.vertices += memory->depth[index];
     found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
                  (memory->slides ? SLIDES : 0);
     found.normal_control = memory->normal_control;
@@ -66,19 +93,9 @@ static head head_of(const hs_memory *memory) {
     return found;
 }
 
-static size_t size_of(const head *given) {
-    return sizeof *given + 8 * (size_t)numbers_of(given) + (size_t)flags_of(given) + sizeof(uint64_t);
-}
-
 size_t hs_memory_size(const hs_memory *memory) {
     head given = head_of(memory);
     return size_of(&given);
-}
-
-/* Copy numbers to bytes, or from them; returns where the next ones stand. */
-static unsigned char *pass(unsigned char *bytes, const void *numbers, size_t size, int writes) {
-    if (size) memcpy(writes ? bytes : (void *)numbers, writes ? numbers : bytes, size);
-    return bytes + size;
 }
 
 /* Copy the arrays of a memory to bytes behind those of its contact, or from them. */
@@ -102,22 +119,19 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     const hs_contact *contact = memory->contact;
     head given = head_of(memory);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
-    int fits = size == size_of(&given);
-    if (fits) {
-        unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
-        at = pass(at, contact->gap, 8 * n, 1);
-        at = pass(at, contact->weight, 8 * n, 1);
-        at = pass(at, contact->order, 8 * n, 1);
-        at = pass(at, contact->first, 8 * (g + 1), 1);
-        at = pass(at, contact->watch, 8 * (size_t)contact->watched, 1);
-        at = pass_arrays(memory, at, 1);
-        uint64_t sum = hs_digest(0, bytes, size - sizeof sum);
-        pass(at, &sum, sizeof sum, 1);
-    }
-    return fits ? HS_OK : HS_NOT_A_STATE;
+    if (size != size_of(&given)) return HS_NOT_A_STATE;
+    unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
+    at = pass(at, contact->gap, 8 * n, 1);
+    at = pass(at, contact->weight, 8 * n, 1);
+    at = pass(at, contact->order, 8 * n, 1);
+    at = pass(at, contact->first, 8 * (g + 1), 1);
+    at = pass(at, contact->watch, 8 * (size_t)contact->watched, 1);
+    pass_arrays(memory, at, 1);
+    put_sum((unsigned char *)bytes, size);
+    return HS_OK;
 }
 
-/* ---- whether it is one ---------------------------------------------------------------------------------------------------- */
+/* ---- whether it is one ---- */
 
 static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
 
@@ -137,64 +151,52 @@ static double blur_at(hs_curve curve, double approach, double load) {
     return CLOSE * load + (hs_load_at(curve, approach + off).load - hs_load_at(curve, approach - off).load);
 }
 
-static const char *check_stack(const hs_memory *memory, int64_t index) {
+/* Whether the vertices of a group go from its deepest spring to the edge, on lines of their slopes. */
+static int is_stack(const hs_memory *memory, int64_t index) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
     int64_t depth = memory->depth[index];
     double touch = group.curve.gap[0], approach = memory->approach, v = memory->displacement;
-    if (depth == 0) return approach > touch ? "a group that touches has no vertices" : NULL;
-    if (depth == 1 || approach <= touch) return "the vertices of a group do not fit its approach";
-    if (!all_finite((const double *)stack, 6 * depth)) return "a vertex is not finite";
-    if (stack[depth - 1].label != approach) return "the contact edge is not at the approach";
+    if (depth == 0 || approach <= touch) return depth == 0 && approach <= touch;
+    if (depth == 1 || !all_finite((const double *)stack, 6 * depth) || stack[depth - 1].label != approach) return 0;
     double blur = blur_at(group.curve, approach, stack[depth - 1].normal), reach = group.friction * (approach - stack[0].label);
     for (int64_t j = 1; j < depth; ++j) {
-        if (stack[j].label < stack[j - 1].label) return "labels of vertices do not rise";
-        if (!memory->steep[index] && fabs(stack[j].slope) > group.friction) return "a slope is beyond the friction coefficient";
+        if (stack[j].label < stack[j - 1].label || (!memory->steep[index] && fabs(stack[j].slope) > group.friction)) return 0;
         reach = hs_most(reach, hs_most(fabs(stack[j].anchor), fabs(stack[j].slope) * (approach - stack[0].label)));
     }
     /* heights that have become gaps again are rounded; wear that was foreseen too large is taken back */
     double rounding = 1e-3 * CLOSE * (fabs(touch) + fabs(memory->contact->datum) / memory->contact->units.length);
-    if ((stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)))
-        return "the deepest spring is not that which touches first";
-    if (!close_to(stack[depth - 1].anchor, v, fabs(v) + reach)) return "the contact edge is not where the contact is";
+    if (stack[0].tangential != 0.0 || (stack[0].label > touch + rounding && hs_evolves(memory) != 1)) return 0;
+    if (!close_to(stack[depth - 1].anchor, v, fabs(v) + reach)) return 0;
     for (int64_t j = 0; j < depth; ++j) {
         const hs_vertex *here = stack + j;
-        if (fabs(here->normal - hs_load_at(group.curve, here->label).load) > blur) return "a load is not that of its label";
+        if (fabs(here->normal - hs_load_at(group.curve, here->label).load) > blur) return 0;
         if (j == 0) continue;
         double rise = here->slope * (here->label - here[-1].label), gain = here->slope * (here->normal - here[-1].normal);
         /* tangential loads are as exact as the tolerance of the path that led to them */
+        double slack = (group.friction + fabs(here->slope)) * stack[depth - 1].normal;
         if (!close_to(here->anchor - here[-1].anchor, rise, fabs(v) + reach) ||
-            fabs(here->tangential - here[-1].tangential - gain) > (group.friction + fabs(here->slope)) * stack[depth - 1].normal)
-            return "an anchor or a tangential load is not that of the slope";
+            fabs(here->tangential - here[-1].tangential - gain) > slack)
+            return 0;
     }
-    return NULL;
+    return 1;
 }
 
-static const char *check_contact(const hs_contact *contact) {
-    const double *units = &contact->units.load;
-    int knots = contact->load != NULL;
-    for (int k = 0; k < 7; ++k)
-        if (!(isfinite(units[k]) && units[k] > 0.0)) return "a unit is not a positive number";
+/* Whether units follow from one another, and weights are those of summits, or do not fall from knot to knot. */
+static int is_contact(const hs_contact *contact) {
     const hs_units *one = &contact->units;
+    for (int k = 0; k < 7; ++k)
+        if (!(isfinite((&one->load)[k]) && (&one->load)[k] > 0.0)) return 0;
     if (one->radius != one->length || !close_to(one->area, 3.141592653589793 * one->length * one->length, one->area) ||
         !close_to(one->stiffness * one->displacement, one->load, one->load) ||
         !close_to(one->energy, one->load * one->displacement, one->energy) || one->area < DBL_MIN || one->energy < DBL_MIN)
-        return "units do not follow from one another";
-    if (!isfinite(contact->datum)) return "the datum is not finite";
-    if (!all_finite(contact->gap, contact->count) || !all_finite(contact->weight, contact->count))
-        return "a gap or weight is not finite";
+        return 0;
     for (int64_t i = 0; i < contact->count; ++i)
-        if (knots ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0)
-            return "a weight is not that of a summit, or falls from knot to knot";
-    if (contact->first[0] != 0 || contact->first[contact->groups] != contact->count) return "groups do not fit";
-    for (int64_t index = 0; index < contact->groups; ++index) {
-        int64_t begin = contact->first[index], end = contact->first[index + 1];
-        if (begin < 0 || end <= begin || end > contact->count) return "groups do not fit";
-        if (index > 0 && contact->gap[begin] < contact->gap[contact->first[index - 1]]) return "groups are not in order";
-        for (int64_t i = begin + 1; i < end; ++i)
-            if (contact->gap[i] < contact->gap[i - 1]) return "gaps of a group are not in order";
-    }
-    return NULL;
+        if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0) return 0;
+    for (int64_t i = 1; i < contact->watched; ++i)
+        if (contact->watch[i] < contact->watch[i - 1]) return 0;
+    return isfinite(contact->datum) && all_finite(contact->gap, contact->count) &&
+           all_finite(contact->weight, contact->count) && all_finite(contact->watch, contact->watched);
 }
 
 /* An asperity has yielded to the Hertz contact of its load and radius, or not at all. */
@@ -208,111 +210,83 @@ static int is_yielded(const hs_evolved *evolved, int64_t i, const hs_units *unit
            close_to(lowered + a * a / radius, reached, reached + fabs(evolved->virgin_height[i]) * 1e-3);
 }
 
-static const char *check_evolved(const hs_memory *memory) {
+/* Whether what asperities have become fits their gaps and weights. */
+static int is_evolved(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_units *units = &contact->units;
     int yields = hs_evolves(memory) > 1;
-    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count))
-        return "what an asperity has become is not finite";
-    if (contact->load) return "knots of a normal curve do not evolve";
+    if (!all_finite(evolved->summit_height, (int64_t)hs_evolved_arrays(yields) * contact->count) || contact->load) return 0;
     for (int64_t k = 0; k < contact->count; ++k) {
         int64_t i = contact->order[k];
         double height = evolved->summit_height[i], radius = evolved->summit_radius[i];
         double gap = contact->gap[k] * units->length, share = contact->weight[k] * contact->weight[k];
-        if (!(radius > 0.0)) return "a radius is not positive";
-        if (!close_to(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap)) ||
-            !close_to(radius / units->length, share, share))
-            return "a summit is not that of its gap and weight";
-        if (!(evolved->slid_distance[i] >= 0.0 && evolved->worn_volume[i] >= 0.0 && evolved->shaped_volume[i] >= 0.0))
-            return "a slid distance or a worn volume is negative";
-        if (yields && !is_yielded(evolved, i, units)) return "a summit is not what yielding has left of the earlier one";
-        if (evolved->given[i] > 1) return "a flag is neither 0 nor 1";
+        int is_summit = radius > 0.0 && close_to(radius / units->length, share, share) &&
+                        close_to(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
+        if (!is_summit || evolved->slid_distance[i] < 0.0 || evolved->worn_volume[i] < 0.0 ||
+            evolved->shaped_volume[i] < 0.0 || evolved->given[i] > 1 || (yields && !is_yielded(evolved, i, units)))
+            return 0;
     }
-    return NULL;
+    return 1;
 }
 
 const char *hs_memory_check(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
-    const char *wrong = check_contact(contact);
-    if (wrong) return wrong;
-    if (!all_finite(&memory->approach, 6)) return "a load, or where the contact is, is not finite";
-    if (!all_finite(memory->friction, contact->groups)) return "a friction coefficient is not finite";
-    if (!all_finite(memory->each, contact->count)) return "a dissipated energy is not finite";
+    if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
+    if (!all_finite(&memory->approach, 6) || !all_finite(memory->friction, contact->groups) ||
+        !all_finite(memory->each, contact->count))
+        return "a load, a displacement, a coefficient or an energy is not finite";
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
         return "a channel is controlled in no known way";
     hs_curve all = hs_all_of(contact);
     double load = hs_load_at(all, memory->approach).load;
     if (fabs(memory->normal_load - load) > blur_at(all, memory->approach, load))
         return "the normal load is not that of the approach";
-    for (int64_t index = 0; index < contact->groups; ++index) {
-        if (memory->friction[index] < 0.0) return "a friction coefficient is negative";
-        if (memory->steep[index] > 1) return "a flag is neither 0 nor 1";
-        wrong = check_stack(memory, index);
-        if (wrong) return wrong;
-    }
+    for (int64_t index = 0; index < contact->groups; ++index)
+        if (memory->friction[index] < 0.0 || memory->steep[index] > 1 || !is_stack(memory, index))
+            return "the vertices of a group do not fit its friction, its loads, or where the contact is";
     for (int64_t i = 0; memory->slides && i < hs_watched(contact); ++i)
         if (isinf(memory->slides->time[i])) return "a time is not finite";
-    return memory->evolved ? check_evolved(memory) : NULL;
+    return memory->evolved && !is_evolved(memory) ? "what an asperity has become does not fit its summit" : NULL;
 }
 
-/* ---- read ------------------------------------------------------------------------------------------------------------------ */
-
-/* Have a contact watch labels that stand in the bytes; NULL, or what is wrong with them. */
-static const char *read_watch(hs_contact *contact, int64_t watched, const unsigned char *at) {
-    if (watched == 0) return NULL;
-    double *watch = (double *)malloc((size_t)watched * 8);
-    if (!watch) return "there is not enough memory";
-    memcpy(watch, at, (size_t)watched * 8);
-    contact->watched = watched;
-    contact->watch = watch;
-    for (int64_t i = 0; i < watched; ++i)
-        if (!isfinite(watch[i]) || (i && watch[i] < watch[i - 1])) return "labels that are watched do not rise";
-    return NULL;
-}
-
-/* Put gaps and weights that stand in the bytes into the caller's numbering, with the group of each asperity; returns whether
- * order and groups allow it. */
-static int unsorted(const head *given, const unsigned char *at, const int64_t *order, double *gap, double *weight,
-                    int64_t *group) {
-    const int64_t *first = order + given->count;
-    const size_t n = (size_t)given->count;
-    if (first[0] != 0 || first[given->groups] != given->count) return 0;
-    for (size_t i = 0; i < n; ++i) group[i] = -1;
-    for (int64_t index = 0; index < given->groups; ++index)
-        if (first[index] < 0 || first[index] >= first[index + 1] || first[index + 1] > given->count) return 0;
-    for (int64_t index = 0; index < given->groups; ++index)
-        for (int64_t i = first[index]; i < first[index + 1]; ++i) {
-            int64_t own = order[i];
-            if (own < 0 || own >= given->count || group[own] >= 0) return 0;
-            group[own] = index;
-            memcpy(gap + own, at + 8 * (size_t)i, 8);
-            memcpy(weight + own, at + 8 * (n + (size_t)i), 8);
-            if (!isfinite(gap[own]) || !isfinite(weight[own])) return 0;
-        }
-    return 1;
-}
+/* ---- read ---- */
 
 /* The contact that stands in the bytes, in the order in which it was written; NULL with `why` where it is none. */
 static hs_contact *read_contact(const head *given, const unsigned char *at, hs_contact *like, const char **why) {
-    size_t n = (size_t)given->count, g = (size_t)given->groups;
-    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *group = order + n + g + 1;
+    const size_t n = (size_t)given->count, g = (size_t)given->groups, watched = (size_t)given->watched;
+    int64_t *order = (int64_t *)malloc((4 * n + g + 1) * 8), *first = order + n, *group = first + g + 1;
     double *gap = (double *)(group + n), *weight = gap + n;
-    hs_contact *contact = NULL;
-    *why = "there is not enough memory";
+    *why = no_memory;
     if (!order) return NULL;
     memcpy(order, at + 16 * n, 8 * (n + g + 1));
-    if (!unsorted(given, at, order, gap, weight, group))
-        *why = "groups do not fit";
-    else
-        contact = hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0, &given->units,
-                                given->datum);
-    if (contact) {
-        /* an order that is not the one that they have belongs to other numbers */
-        int same = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
-                   memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, order + n, 8 * (g + 1)) == 0;
-        *why = same ? read_watch(contact, given->watched, at + 8 * (3 * n + g + 1)) : "asperities are not in order";
+    for (size_t i = 0; i < n; ++i) group[i] = -1;
+    int fits = first[0] == 0 && first[g] == given->count;
+    for (size_t index = 0; index < g && fits; ++index) {
+        fits = first[index] < first[index + 1] && first[index + 1] <= given->count;
+        for (int64_t i = first[index]; fits && i < first[index + 1]; ++i) {
+            int64_t own = order[i];
+            fits = own >= 0 && own < given->count && group[own] < 0;
+            if (!fits) break;
+            group[own] = (int64_t)index;
+            memcpy(gap + own, at + 8 * (size_t)i, 8);
+            memcpy(weight + own, at + 8 * (n + (size_t)i), 8);
+            fits = isfinite(gap[own]) && isfinite(weight[own]);
+        }
     }
+    hs_contact *contact = fits ? hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0,
+                                               &given->units, given->datum)
+                               : NULL;
+    if (contact && watched) contact->watch = (double *)malloc(8 * watched);
+    if (contact && (contact->watch || !watched)) {
+        contact->watched = given->watched;
+        pass((unsigned char *)at + 8 * (3 * n + g + 1), contact->watch, 8 * watched, 0);
+        /* an order that is not the one that they have belongs to other numbers */
+        fits = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
+               memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, first, 8 * (g + 1)) == 0;
+        *why = NULL;
+    }
+    if (!fits) *why = "groups do not fit";
     free(order);
     if (contact && (*why || (like && hs_contact_alike(like, contact)))) {
         hs_contact_free(contact);
@@ -332,15 +306,12 @@ static int has_those_of(const hs_memory *memory, const hs_memory *like) {
 
 /* What is wrong with the bytes as a whole, or NULL; the head is taken out. */
 static const char *check_bytes(const unsigned char *bytes, size_t size, head *given) {
-    if (size < sizeof *given + sizeof(uint64_t) || memcmp(bytes, magic, sizeof magic) != 0)
-        return "the bytes are no saved memory";
-    memcpy(given, bytes, sizeof *given);
-    if (given->order != 1) return "the bytes were written on a machine of another byte order";
-    if (given->format != FORMAT) return "the memory was saved in a format of another version";
+    const char *wrong = take_head(bytes, size, &memory_frame, given, sizeof *given);
+    if (wrong) return wrong;
     int64_t most = (int64_t)(size / 8), what = given->what & ~(int64_t)SLIDES;
-    int is_kind = what == 0 || what == EVOLVES || what == KNOTS || what == (EVOLVES | YIELDS);
-    if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count ||
-        given->watched < 0 || given->watched > (given->groups > 1 ? 0 : most) || given->vertices < 0 || given->vertices > most || !is_kind || (what == KNOTS && given->groups > 1) ||
+    int is_kind = what == 0 || what == EVOLVES || (what == KNOTS && given->groups == 1) || what == (EVOLVES | YIELDS);
+    if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count || given->watched < 0 ||
+        given->watched > (given->groups > 1 ? 0 : most) || given->vertices < 0 || given->vertices > most || !is_kind ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
     if (!is_control(given->normal_control) || !is_control(given->tangential_control))
@@ -348,13 +319,22 @@ static const char *check_bytes(const unsigned char *bytes, size_t size, head *gi
     for (int k = 0; k < 3; ++k)
         if (!isfinite(given->together[k]) || (!(given->what & EVOLVES) && given->together[k] != 0.0))
             return "a sum over all asperities is not what they have become";
-    uint64_t sum;
-    memcpy(&sum, bytes + size - sizeof sum, sizeof sum);
-    return sum != hs_digest(0, bytes, size - sizeof sum) ? "the bytes are damaged: their checksum differs" : NULL;
+    return check_sum(bytes, size);
+}
+
+/* Vertices of the deepest of the stacks that stand in the bytes; -1 where their depths do not fit. */
+static int64_t deepest_of(const head *given, const unsigned char *depths) {
+    int64_t deepest = 0, left = given->vertices, depth;
+    for (int64_t index = 0; index < given->groups; ++index, left -= depth) {
+        memcpy(&depth, depths + 8 * index, 8);
+        if (depth < 0 || depth > left) return -1;
+        deepest = depth > deepest ? depth : deepest;
+    }
+    return left == 0 ? deepest : -1;
 }
 
 int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_memory **memory, const char **why) {
-    const unsigned char *at = (const unsigned char *)bytes;
+    unsigned char *at = (unsigned char *)bytes;
     head given;
     *why = check_bytes(at, size, &given);
     if (*why) return HS_NOT_A_STATE;
@@ -364,40 +344,25 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     if (!contact) return HS_NOT_A_STATE;
     at += 8 * (3 * n + g + 1 + (size_t)given.watched);
     /* depths stand behind friction and energies; they say how much room the vertices take */
-    const unsigned char *depths = at + 8 * (g + n);
-    int64_t deepest = 0, vertices = 0;
-    for (size_t index = 0; index < g; ++index) {
-        int64_t depth;
-        memcpy(&depth, depths + 8 * index, 8);
-        if (depth < 0 || depth > given.vertices - vertices) deepest = -1;
-        if (deepest < 0) break;
-        vertices += depth;
-        if (depth > deepest) deepest = depth;
-    }
-    hs_memory *found = NULL;
-    *why = "depths of stacks do not fit";
-    if (deepest >= 0 && vertices == given.vertices) {
-        found = hs_memory_blank(contact, deepest + 4, !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1);
-        *why = "there is not enough memory";
-    }
+    int64_t deepest = deepest_of(&given, at + 8 * (g + n));
+    int evolves = !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1, slides = (given.what & SLIDES) != 0;
+    hs_memory *found = deepest < 0 ? NULL : hs_memory_blank(contact, deepest + 4, evolves);
+    *why = deepest < 0 ? "depths of stacks do not fit" : no_memory;
     hs_contact_free(contact);
-    if (!found) return HS_NOT_A_STATE;
+    /* times are noted in a place of their own */
+    if (!found || (slides && hs_slides_assign(found, NULL) != HS_OK)) {
+        hs_memory_free(found);
+        return HS_NOT_A_STATE;
+    }
     memcpy(&found->approach, given.now, sizeof given.now);
     found->identity = given.identity;
     found->normal_control = (int32_t)given.normal_control;
     found->tangential_control = (int32_t)given.tangential_control;
-    /* times are noted in a place of their own */
-    int slides = (given.what & SLIDES) != 0, status = slides ? hs_slides_assign(found, NULL) : (int)HS_OK;
-    if (status == HS_OK) pass_arrays(found, (unsigned char *)at, 0);
-    if (status == HS_OK && slides) status = hs_slides_assign(found, found->slides->time);
-    if (status != HS_OK) {
-        hs_memory_free(found);
-        *why = "there is not enough memory";
-        return HS_NOT_A_STATE;
-    }
+    pass_arrays(found, at, 0);
+    if (slides) hs_slides_assign(found, found->slides->time);
     if (found->evolved) memcpy(&found->evolved->slid_together, given.together, sizeof given.together);
-    if (given.what & YIELDS) hs_sum_yielded(found->evolved, given.count);
-    status = HS_NOT_A_STATE;
+    if (evolves > 1) hs_sum_yielded(found->evolved, given.count);
+    int status = HS_NOT_A_STATE;
     *why = hs_memory_check(found);
     if (!*why && like && !hs_belongs(found, like)) {
         *why = "the state is of another contact";
@@ -410,4 +375,138 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     }
     *memory = found;
     return HS_OK;
+}
+
+/* ---- two directions ---- */
+
+typedef struct planar_head {
+    frame begin;
+    uint64_t numbers[14]; /* of hs_planar, from the number of its classes on */
+    uint64_t line;        /* bytes of the line */
+    int64_t classes;      /* -1 where there are no rings */
+    int64_t nodes;
+} planar_head;
+/* A class, before its nodes. */
+typedef struct class_head {
+    int64_t group, start, count, nodes;
+} class_head;
+/* labels and deflections are written, loads follow */
+#define NODE_BYTES (sizeof(double) + sizeof(hs_vector))
+
+static planar_head planar_head_of(const hs_planar *planar) {
+    planar_head found = {planar_frame, {0}, hs_memory_size(planar->line), planar->body ? planar->body->classes : -1, 0};
+    memcpy(found.numbers, &planar->height_classes, sizeof found.numbers);
+    for (int64_t c = 0; c < found.classes; ++c) found.nodes += planar->body->parts[c].count;
+    return found;
+}
+
+static size_t size_of_planar(const planar_head *given) {
+    size_t classes = given->classes > 0 ? (size_t)given->classes : 0;
+    return sizeof *given + (size_t)given->line + classes * sizeof(class_head) + (size_t)given->nodes * NODE_BYTES +
+           sizeof(uint64_t);
+}
+
+size_t hs_planar_size(const hs_planar *planar) {
+    planar_head given = planar_head_of(planar);
+    return size_of_planar(&given);
+}
+
+static unsigned char *pass_node(unsigned char *at, const hs_node *node, int writes) {
+    return pass(pass(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
+}
+
+int hs_planar_write(const hs_planar *planar, void *bytes, size_t size) {
+    planar_head given = planar_head_of(planar);
+    if (size != size_of_planar(&given)) return HS_NOT_A_STATE;
+    unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
+    int status = hs_memory_write(planar->line, at, (size_t)given.line);
+    if (status != HS_OK) return status;
+    at += given.line;
+    for (int64_t c = 0; c < given.classes; ++c) {
+        const hs_class *part = planar->body->parts + c;
+        class_head own = {part->group, part->start, part->curve.count, part->count};
+        at = pass(at, &own, sizeof own, 1);
+        for (int32_t k = 0; k < part->count; ++k) at = pass_node(at, part->nodes + k, 1);
+    }
+    put_sum((unsigned char *)bytes, size);
+    return HS_OK;
+}
+
+static int has_good_numbers(const hs_planar *planar) {
+    return planar->height_classes >= 1 && planar->height_classes <= HS_MOST_RINGS && planar->rings >= 1 &&
+           planar->rings <= HS_MOST_RINGS && planar->tolerance > 0.0 && all_finite(&planar->direction.x, 10) &&
+           fabs(hs_length(planar->direction) - 1.0) <= 1e-9;
+}
+
+/* Read one class of asperities that begin at `start`; NULL, or what is wrong. */
+static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *start, int64_t *left) {
+    const hs_contact *contact = planar->line->contact;
+    class_head own;
+    *at = pass(*at, &own, sizeof own, 0);
+    int fits = own.group >= 0 && own.group < contact->groups && own.start == *start && own.count > 0 &&
+               own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
+    if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
+        return "classes do not fit";
+    hs_class *part = hs_add_class(planar, own.group, own.start, own.start + own.count);
+    if (!part || hs_class_room(part, own.nodes) != HS_OK) return no_memory;
+    double deepest = part->curve.gap[0], approach = planar->line->approach, friction = planar->line->friction[own.group];
+    if ((own.nodes > 0) != (approach > deepest)) return "classes do not fit";
+    for (int32_t k = 0; k < own.nodes; ++k) {
+        hs_node *node = part->nodes + k;
+        *at = pass_node(*at, node, 0);
+        node->normal = hs_load_at(part->curve, node->label).load;
+        part->count = k + 1;
+        int stands = k == 0 ? node->label == approach : node->label < node[-1].label;
+        if (!stands || !all_finite(&node->deflection.x, 2) || (k == own.nodes - 1 && node->label != deepest))
+            return "nodes do not go from the edge to the deepest spring";
+        double limit = 1.001 * friction * sqrt(approach - node->label);
+        if (k == 0 ? hs_length(node->deflection) > 0.0 : hs_length(hs_ring_traction(part->nodes, k)) > limit)
+            return "a traction is beyond the friction limit";
+    }
+    *start += own.count;
+    *left -= own.nodes;
+    return NULL;
+}
+
+/* Read all classes; NULL, or what is wrong. */
+static const char *read_body(hs_planar *planar, const planar_head *given, unsigned char *at) {
+    int64_t start = 0, left = given->nodes;
+    hs_body *body = planar->body = hs_body_new(planar->line, planar->rings, planar->tolerance);
+    if (!body) return no_memory;
+    body->displacement = planar->displacement;
+    body->tangential_load = planar->tangential_load;
+    for (int64_t c = 0; c < given->classes; ++c) {
+        const char *wrong = read_class(planar, &at, &start, &left);
+        if (wrong) return wrong;
+    }
+    return start != planar->line->contact->count || left != 0 ? "classes do not fit" : NULL;
+}
+
+int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why) {
+    unsigned char *at = (unsigned char *)bytes;
+    planar_head given;
+    *why = take_head(at, size, &planar_frame, &given, sizeof given);
+    int64_t most = (int64_t)(size / NODE_BYTES);
+    if (!*why && (given.line > size || given.classes < -1 || given.classes > most || given.nodes < 0 || given.nodes > most ||
+                  size != size_of_planar(&given)))
+        *why = "the bytes are cut off, or too many";
+    if (!*why) *why = check_sum(at, size);
+    hs_planar *found = *why ? NULL : (hs_planar *)calloc(1, sizeof *found);
+    if (!*why && !found) *why = no_memory;
+    if (*why) return HS_NOT_A_STATE;
+    memcpy(&found->height_classes, given.numbers, sizeof given.numbers);
+    at += sizeof given;
+    int status = hs_memory_read(at, (size_t)given.line, like ? like->line : NULL, &found->line, why);
+    if (status == HS_OK && !has_good_numbers(found)) *why = "a setting or a vector is out of its range";
+    if (status == HS_OK && !*why && given.classes >= 0) *why = read_body(found, &given, at + given.line);
+    if (status == HS_OK && *why) status = HS_NOT_A_STATE;
+    if (status == HS_OK && like && found->identity != like->identity) {
+        *why = "the state is of another contact, or of other rings";
+        status = HS_FOREIGN;
+    }
+    if (status == HS_OK)
+        *planar = found;
+    else
+        hs_planar_free(found);
+    return status;
 }

@@ -61,8 +61,7 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
             /* what begins to slide keeps its friction until then */
             double still = ahead && start > 0.0 && end > 0.0 ? 1.0 - ahead[whose] / w->moved : 0.0;
             if (law->depends_on == HS_ON_SLID_DISTANCE && still > 0.0 && still < 1.0) {
-                station begins = {still, friction, friction};
-                w->stations[count++] = begins;
+                w->stations[count++] = (station){still, friction, friction};
             }
             for (int k = 0; k <= between; ++k) {
                 station *here = w->stations + count++;
@@ -76,8 +75,7 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
                 if (touches) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
-            station only = {1.0, 0.0, friction};
-            w->stations[count++] = only;
+            w->stations[count++] = (station){1.0, 0.0, friction};
         }
     }
     w->first_station[contact->groups] = count;

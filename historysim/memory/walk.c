@@ -94,19 +94,11 @@ int hs_step(hs_memory *memory, int normal_control, double normal_target, int tan
             double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
     /* NaN holds a channel */
-    int by_normal = !isnan(normal_target), by_tangential = !isnan(tangential_target), held;
-    hs_path path = {by_normal ? normal_target : 0.0,
-                    by_normal,
-                    by_tangential ? tangential_target : 0.0,
-                    by_tangential,
-                    1,
-                    0,
-                    normal_control,
-                    tangential_control,
-                    1,
-                    0,
-                    NAN,
-                    NAN};
+    double normal_fraction = isnan(normal_target) ? 0.0 : 1.0, tangential_fraction = isnan(tangential_target) ? 0.0 : 1.0;
+    hs_path path = {normal_fraction > 0.0 ? normal_target : 0.0, normal_fraction,
+                    tangential_fraction > 0.0 ? tangential_target : 0.0, tangential_fraction,
+                    1, 0, normal_control, tangential_control, 1, 0, NAN, NAN};
+    int held;
     hs_plan plan;
     hs_refusal unread;
     if (!refusal) refusal = &unread;

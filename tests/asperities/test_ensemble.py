@@ -355,7 +355,6 @@ def test_an_approach_whose_load_no_float_holds_is_no_contact(tiny):
 
 
 def test_a_deep_memory_is_walked_on_whole():
-    """A step copies the outer end of a deep memory alone; a walk and a change of friction take all of it, once."""
     ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5)
     state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
     for k in range(300):

@@ -78,7 +78,7 @@ def test_a_virgin_height_that_no_summit_had_is_refused():
     content = bytearray(state.to_bytes())
     at = content.index(virgin.tobytes())
     struct.pack_into("=d", content, at, virgin[0] + 1.0)
-    with pytest.raises(hs.InputError, match="not what yielding has left"):
+    with pytest.raises(hs.InputError, match="does not fit its summit"):
         hs.EnsembleState.from_bytes(sealed(content))
 
 

@@ -420,37 +420,27 @@ static void do_summits(history *h) {
     require(status == HS_OK || status == HS_LAW_FAILED, "is not pressed again");
 }
 
-/* Read a state in all ways; what is shared with copies must not matter. */
+/* Read a state in all ways. */
 static void do_read(history *h) {
     int64_t asperity[MOST];
+    const hs_memory *memory = h->memory;
     doing = "read";
-    hs_memory *joined = (hs_memory *)there(hs_memory_copy(h->memory));
-    require(hs_memory_join(joined) == HS_OK, "is not joined");
-    const hs_memory *both[] = {h->memory, joined};
-    uint64_t start = digest, found[2], drawn = random_state;
-    for (int k = 0; k < 2; ++k) {
-        digest = start;
-        random_state = drawn;
-        hs_rows rows = new_rows(asperity, h->count, 1);
-        require(hs_read(both[k], &rows, 0) == HS_OK, "fails");
-        note_rows(&rows, 1);
-        hs_slopes slopes = hs_slopes_of(both[k], h->deepest * between(0.0, 1.0));
-        double numbers[] = {slopes.tangential,           slopes.coupling,            slopes.normal,
-                            hs_stiffness(both[k], -1),   hs_stiffness(both[k], 0),   hs_stiffness(both[k], 1),
-                            hs_normal_stiffness(both[k]), hs_stored_energy(both[k]), (double)hs_contact_count(both[k])};
-        note(numbers, sizeof numbers);
-        for (int64_t i = 0; i < h->count; ++i) {
-            hs_memory *one = (hs_memory *)there(hs_memory_of_one(both[k], i));
-            size_t size;
-            unsigned char *bytes = bytes_of(one, &size);
-            note(bytes, size);
-            free(bytes);
-            hs_memory_free(one);
-        }
-        found[k] = digest;
+    hs_rows rows = new_rows(asperity, h->count, 1);
+    require(hs_read(memory, &rows, 0) == HS_OK, "fails");
+    note_rows(&rows, 1);
+    hs_slopes slopes = hs_slopes_of(memory, h->deepest * between(0.0, 1.0));
+    double numbers[] = {slopes.tangential,           slopes.coupling,          slopes.normal,
+                        hs_stiffness(memory, -1),    hs_stiffness(memory, 0),  hs_stiffness(memory, 1),
+                        hs_normal_stiffness(memory), hs_stored_energy(memory), (double)hs_contact_count(memory)};
+    note(numbers, sizeof numbers);
+    for (int64_t i = 0; i < h->count; ++i) {
+        hs_memory *one = (hs_memory *)there(hs_memory_of_one(memory, i));
+        size_t size;
+        unsigned char *bytes = bytes_of(one, &size);
+        note(bytes, size);
+        free(bytes);
+        hs_memory_free(one);
     }
-    require(found[0] == found[1], "what is read depends on what copies share");
-    hs_memory_free(joined);
 }
 
 static void do_copy(history *h) {
@@ -460,7 +450,6 @@ static void do_copy(history *h) {
         hs_memory *other = h->copy[k];
         h->copy[k] = h->memory;
         h->memory = other;
-        if (one_in(3)) require(hs_memory_join(h->memory) == HS_OK, "is not joined");
         return;
     }
     hs_memory_free(h->copy[k]);
@@ -581,7 +570,7 @@ static void require_sound(history *h) {
         if (memory->depth[g] == 0) continue;
         /* what chords foresee of wear may be taken back, within their tolerance */
         double slack = (memory->evolved ? h->drive.tolerance : 1e-9) * size;
-        require(memory->deep || stack[0].label <= contact->gap[contact->first[g]] + slack, "begins beyond its gap");
+        require(stack[0].label <= contact->gap[contact->first[g]] + slack, "begins beyond its gap");
         double steepest = memory->friction[g], rounded = 1e-12 * (size + h->farthest);
         for (int64_t j = 1; j < memory->depth[g]; ++j)
             if (fabs(stack[j].slope) > steepest) steepest = fabs(stack[j].slope);

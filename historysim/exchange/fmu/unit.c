@@ -97,8 +97,7 @@ static hs_tangential tangential_of(const hs_kept *memory, int direction) {
 static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
     hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, 1.0, 1, 0, NORMAL_CONTROL, TANGENTIAL_CONTROL, 0, 0, NAN, NAN};
     hs_planar *before = unit->now.memory, *after = hs_planar_copy(before);
-    int status = after ? hs_memory_join(after->line) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) status = hs_planar_walk(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal);
+    int status = after ? hs_planar_walk(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
         unit->now.way[0] = after->displacement.x - before->displacement.x;
         unit->now.way[1] = after->displacement.y - before->displacement.y;
@@ -125,7 +124,7 @@ static int stiffness(hs_unit *unit, int component, double *value) {
 
 static int same_start(hs_unit *unit) {
     unit->now.memory = KEPT(copy)(unit->start);
-    if (!unit->now.memory || hs_memory_join(line_of(unit->now.memory)) != HS_OK) return out_of_memory(unit);
+    if (!unit->now.memory) return out_of_memory(unit);
     const hs_memory *memory = line_of(unit->now.memory);
     const hs_units *units = &memory->contact->units;
     unit->now.input[0] = NORMAL_CONTROL == HS_LOAD ? memory->normal_load * units->load : memory->approach * units->length;
@@ -454,10 +453,7 @@ int hs_unit_save(hs_unit *unit, hs_moment **saved) {
 
 int hs_unit_restore(hs_unit *unit, const hs_moment *saved) {
     hs_kept *copy = KEPT(copy)(saved->memory);
-    if (!copy || hs_memory_join(line_of(copy)) != HS_OK) {
-        KEPT(free)(copy);
-        return out_of_memory(unit);
-    }
+    if (!copy) return out_of_memory(unit);
     KEPT(free)(unit->now.memory);
     unit->now = *saved;
     unit->now.memory = copy;
