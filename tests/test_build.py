@@ -295,7 +295,7 @@ def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
         packed.extractall(tmp_path, filter="data")
     assert not [name for name in names if name.endswith((LIBRARY, hatch_build.DECLARATIONS))]
     unpacked = tmp_path / sources.name.removesuffix(".tar.gz")
-    python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), folder=unpacked)
+    python("-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path), folder=unpacked, CFLAGS="-O0")
     assert not (unpacked / hatch_build.PLACE / LIBRARY).exists()
     (wheel,) = tmp_path.glob("*.whl")
     check_wheel(wheel, tmp_path / "wheel")

@@ -287,7 +287,8 @@ COMMANDS = {
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_every_command_answers_or_says_that_it_goes_with_one_direction(tmp_path, scenario):
+def test_every_command_answers_or_says_that_it_goes_with_one_direction(tmp_path, scenario, monkeypatch):
+    monkeypatch.setenv("CFLAGS", "-O0")
     hs.run(scenario, tmp_path / "plane.nc")
     places = {"nc": tmp_path / "plane.nc", "log": tmp_path / "plane.history", "toml": scenario}
     for number, (command, expected) in enumerate(COMMANDS.items()):
