@@ -63,9 +63,8 @@ class Problem:
 class Root:
     """A root, or why there is none."""
 
-    value: float = math.nan
-    #: value and output: of the key, and what the scenario gives there; NaN where there is none.
-    output: float = math.nan
+    value: float = math.nan  #: of the key
+    output: float = math.nan  #: what the scenario gives there
     reason: str = ""  #: why there is none
     others: int = 0  #: further values in the range at which the output crosses the target
     rises: bool = False  #: whether the output is greater at the greatest value of the key than at the least one
@@ -202,10 +201,13 @@ def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root],
         notify(f"… and {len(notes) - MOST_NOTICES:,} more notes of this kind")
     if problem.limit is None:
         return
-    if any("seed" in name for point in points[:1] for name in point) and (
-        few := _too_few(len(roots), problem.quantile)
-    ):
-        notify(few)
+    least, sure = _fewest(problem.quantile)
+    if len(roots) < least and any("seed" in name for name in points[0]):
+        share, further = f"{problem.quantile:.0%}", len(roots) + 1
+        notify(
+            f"{share} is asked of {len(roots)} points: it is the outermost of them, and one further point in {further} "
+            f"goes beyond it. It takes {least} for {share}, and {sure} to be 95 % sure of it; give more seeds"
+        )
     limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
         if count := sum(one.throughout == side for one in roots):
@@ -213,20 +215,13 @@ def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root],
             notify(f"{problem.output} stays {side} {limit} over the whole of between at {points_of}")
 
 
-def _too_few(count: int, share: float) -> str:
-    """Return a note where points are too few for a share of all such points; empty where they are not.
+def _fewest(share: float) -> tuple[int, int]:
+    """Return how many points it takes for a share of all such points, and how many to be 95 % sure of it.
 
     A further point is within the greatest of n with the chance n/(n + 1), and the greatest is beyond a share q of all
     points with the confidence 1 - q^n, whatever the distribution (Wilks, *Ann. Math. Stat.* 12 (1941) 91).
     """
-    least, sure = math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
-    if count >= least:
-        return ""
-    return (
-        f"{share:.0%} is asked of {count} points: it is the outermost of them, and one further point in "
-        f"{count + 1} goes beyond it. It takes {least} for {share:.0%}, and {sure} to be 95 % "
-        "sure of it; give more seeds"
-    )
+    return math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
 
 
 def _limited(problem: Problem, roots: Sequence[Root]) -> float:
@@ -278,7 +273,8 @@ def _crossing(problem: Problem, point: Point) -> Root:
     if not crossings.size:
         least, most = (quantity_text(end, problem.unit) for end in (outputs.min(), outputs.max()))
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
-            return Root(reason=f"{problem.output} is {least} whatever {problem.key} is{_why_none(problem, outputs)}")
+            expected = "expected a key that changes it, and for a drift two normal loads"
+            return Root(reason=f"{problem.output} is {least} whatever {problem.key} is; {expected}")
         reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
         return Root(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
     first = int(crossings[0])
@@ -298,13 +294,6 @@ def _crossing(problem: Problem, point: Point) -> Root:
         reached = quantity_text(output, problem.unit)
         return Root(reason=f"{problem.output} jumps past its target at {problem.key} = {root:.6g}, to {reached}")
     return Root(root, output, others=crossings.size - 1, rises=rises)
-
-
-def _why_none(problem: Problem, outputs: Floats) -> str:
-    """Return why the key does not change an output, where that is known."""
-    if problem.output.endswith("drift") and not np.any(outputs):
-        return ": the history has no two normal loads for it to change between; expected loads that differ"
-    return "; expected a key that changes it"
 
 
 def _output_at(problem: Problem, value: float, point: Point) -> float:

@@ -1,10 +1,11 @@
 """Design studies: what a texture, a contact or a finish does to the preliminary displacement.
 
 Each is one call that makes a scenario and sweeps over it; the attribute ``scenario`` of the Dataset holds it, so that
-``historysim sweep`` makes the same again. Quantities are in SI, or strings with a unit
-(``"50 mN"``). A *Quantities* parameter also takes several values, an array or a range as in ``[sweep.over]``, which
-become a dimension. ``**options`` are ``workers``, ``executor``, ``store``, ``progress`` and ``notify`` of
-`historysim.sweep`. A value that cannot be used is an InputError with its key.
+``historysim sweep`` makes the same again. Quantities are in SI, or strings with a unit (``"50 mN"``): ``normal_load`` F of
+all asperities together [N], ``radius`` R of one [m], ``pitch`` from one to the next [m], ``friction`` μ. *Quantities*
+may be several, an array or a range as in ``[sweep.over]``, which become a dimension. ``**options`` are ``workers``,
+``executor``, ``store``, ``progress`` and ``notify`` of `historysim.sweep`. A value that cannot be used is an InputError
+with its key.
 
 Along ``surface_seed`` each number also has ``NAME_mean``, ``NAME_standard_deviation`` and ``NAME_quantile``, as by
 `historysim.spread`. Figures and sections are those of Winogrodzka's thesis.
@@ -12,13 +13,11 @@ Along ``surface_seed`` each number also has ``NAME_mean``, ``NAME_standard_devia
 
 import json
 import math
-import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any
 
 import attrs
 
-from historysim.basics.wording import Notify
 from historysim.contact.materials import Material, MaterialPair
 from historysim.errors import InputError, at
 from historysim.scenario.grid import expand, place_of, plain, with_values
@@ -34,7 +33,7 @@ __all__ = ["equal_asperities", "radius_load_friction", "roughness", "texture_tol
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__
 
 
 Quantity = float | str  # A value in SI, or a string with a unit
@@ -47,16 +46,6 @@ FRICTION = "friction.coefficient"
 NOT_IN_A_SCENARIO = ("roughness", "ball_radius", "source")  # of a material: what changes no contact
 
 
-class StudyOptions(TypedDict, total=False):
-    """How a sweep is carried out, as for `historysim.sweep`."""
-
-    workers: int
-    executor: Any
-    store: str | os.PathLike[str] | None
-    progress: bool
-    notify: Notify
-
-
 def equal_asperities(
     pair: MaterialPair,
     *,
@@ -66,27 +55,16 @@ def equal_asperities(
     pitch: Quantity,
     count: Iterable[tuple[int, int]] | tuple[int, int] = ((1, 1), (2, 2), (4, 4), (8, 8)),
     scaling: str | Iterable[str] = ("self-similar", "curvature-invariant"),
-    **options: Unpack[StudyOptions],
+    **options: Any,
 ) -> "xr.Dataset":
     """Return what n equal asperities in place of one do, which carry F/n each.
 
     By ``"self-similar"`` scaling each has the radius R/√n, and the preliminary displacement falls as n^(-1/2); by
     ``"curvature-invariant"`` scaling each keeps R, and it falls as n^(-2/3), while the contact area grows as n^(1/3).
 
-    Parameters
-    ----------
-    radius, normal_load
-        R of the one asperity that they replace [m], F of all together [N].
-    pitch
-        Distance from one to the next [m], which changes warnings alone.
-    count : (nx, ny) or several of them
-        Their numbers along x and y, with the dimension ``asperity_count``, n.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``preliminary_displacement``, ``peak_approach`` [m] and ``peak_contact_area`` [m²]. Section 6.2.1, Fig. 6.4,
-        with the load per contact F/n.
+    The radius is that of the one asperity that they replace. ``count`` is (nx, ny), or several of them, and becomes the
+    dimension ``asperity_count``, n; the pitch changes warnings alone. The Dataset has ``preliminary_displacement``,
+    ``peak_approach`` [m] and ``peak_contact_area`` [m²]: section 6.2.1, Fig. 6.4, with the load per contact F/n.
     """
     surface = {"kind": "textured", "pitch": pitch}
     values = {"surface.scaling": scaling, "surface.radius": radius, FRICTION: friction, LOAD: normal_load}
@@ -111,24 +89,13 @@ def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario
     height_scatter: Quantities,
     radius_scatter: float | Iterable[float] = 0.0,
     seeds: Seeds = range(1, 11),
-    **options: Unpack[StudyOptions],
+    **options: Any,
 ) -> "xr.Dataset":
     """Return what scatter of heights and radii does to a texture of ``count`` (nx, ny) asperities, over seeds.
 
-    Parameters
-    ----------
-    pitch, radius, normal_load
-        Distance from one to the next [m], R of each [m], F of all together [N].
-    height_scatter
-        Standard deviation of the Gaussian heights [m].
-    radius_scatter
-        Standard deviation of the log-normal radii over their mean.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``preliminary_displacement`` [m] and ``peak_contact_count`` along ``surface_seed``. Sections 6.2 and 7.3: equal
-        radii and heights are asked for.
+    Scatters are the standard deviation of the Gaussian heights [m], and that of the log-normal radii over their mean.
+    The Dataset has ``preliminary_displacement`` [m] and ``peak_contact_count`` along ``surface_seed``. Sections 6.2 and
+    7.3: equal radii and heights are asked for.
     """
     surface = {"kind": "textured", "count": count, "pitch": pitch}
     scatter = {"surface.height_scatter": height_scatter, "surface.radius_scatter": radius_scatter}
@@ -144,21 +111,13 @@ def radius_load_friction(
     normal_load: Quantities,
     friction: Quantities,
     later_load: Quantities | None = None,
-    **options: Unpack[StudyOptions],
+    **options: Any,
 ) -> "xr.Dataset":
     """Return the preliminary displacement of one contact, which goes as R^(-1/3) N^(2/3) μ, and how it drifts.
 
-    Parameters
-    ----------
-    radius, normal_load, later_load
-        R [m], N [N], and the load to which it changes [N].
-
-    Returns
-    -------
-    xarray.Dataset
-        ``preliminary_displacement`` [m] at the greater of the two loads; with a later load also ``drift``, |δ2 - δ1|
-        [m], and ``branch_drift`` [m], by how much the backward branch is off the 2 δ1 that it should take. Section
-        6.2.1, Figs. 6.5 (radius), 6.6 (load) and 6.7 (friction).
+    The Dataset has ``preliminary_displacement`` [m] at the greater of the two loads; with a ``later_load``, to which the
+    load changes [N], also ``drift``, |δ2 - δ1| [m], and ``branch_drift`` [m], by how much the backward branch is off the
+    2 δ1 that it should take. Section 6.2.1, Figs. 6.5 (radius), 6.6 (load) and 6.7 (friction).
     """
     values = {"surface.radius": radius, FRICTION: friction, LOAD: normal_load}
     outputs = ["preliminary_displacement"]
@@ -178,22 +137,14 @@ def roughness(
     shape: tuple[int, int] = (256, 256),
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
-    **options: Unpack[StudyOptions],
+    **options: Any,
 ) -> "xr.Dataset":
     """Return what random surfaces of other roughness and autocorrelation length do, over random seeds.
 
-    Parameters
-    ----------
-    rms_height, autocorrelation_length, normal_load
-        Rq of the Gaussian heights [m], β, at which the exponential autocorrelation falls to 0.1 [m], N [N].
-    shape, pixel_size
-        Points (nx, ny) of the map, and their distance in m. Summits are found by the 9-point rule.
-
-    Returns
-    -------
-    xarray.Dataset
-        ``preliminary_displacement`` [m], ``presliding_work`` [J], ``peak_contact_count`` and ``peak_contact_area`` [m²]
-        along ``surface_seed``. Figs. 5.9 to 5.13, 6.9 and 6.10.
+    The maps have ``shape`` points (nx, ny), ``pixel_size`` apart [m], Gaussian heights of ``rms_height`` Rq [m], and an
+    exponential autocorrelation that falls to 0.1 at ``autocorrelation_length`` [m]; summits are those of the 9-point
+    rule. The Dataset has ``preliminary_displacement`` [m], ``presliding_work`` [J], ``peak_contact_count`` and
+    ``peak_contact_area`` [m²] along ``surface_seed``. Figs. 5.9 to 5.13, 6.9 and 6.10.
     """
     surface = {"kind": "random", "shape": shape, "pixel_size": pixel_size}
     finish = {"surface.rms_height": rms_height, "surface.autocorrelation_length": autocorrelation_length}
@@ -209,7 +160,7 @@ def _swept(
     values: Mapping[str, Any],
     *,
     outputs: Sequence[str],
-    **options: Unpack[StudyOptions],
+    **options: Any,
 ) -> "xr.Dataset":
     """Return the sweep of a study (``NAME: what it is``) over those values of which there are several.
 
@@ -245,18 +196,18 @@ def _swept(
 
 def _materials(pair: MaterialPair) -> tuple[str, dict[str, Any]]:
     """Return what a pair is called, and its table; a work of adhesion, which changes nothing, is not in it."""
+
+    def given(of: object, keys: Iterable[str]) -> dict[str, Any]:
+        return {key: value for key in keys if (value := getattr(of, key)) is not None}
+
     if pair.first is None or pair.second is None:
-        return "Given moduli", _given(pair, ("contact_modulus", "shear_modulus", "hardness", "yield_stress"))
+        return "Given moduli", given(pair, ("contact_modulus", "shear_modulus", "hardness", "yield_stress"))
     fields = [field.name for field in attrs.fields(Material) if field.name not in NOT_IN_A_SCENARIO]
-    both = {"first": _given(pair.first, fields), "second": _given(pair.second, fields)}
+    both = {"first": given(pair.first, fields), "second": given(pair.second, fields)}
     return f"{pair.first.name} on {pair.second.name}", both
 
 
-def _given(of: object, keys: Iterable[str]) -> dict[str, Any]:
-    return {key: getattr(of, key) for key in keys if getattr(of, key) is not None}
-
-
-def _is_several(value: object, *, of_pairs: bool = False) -> bool:
+def _is_several(value: Any, *, of_pairs: bool = False) -> bool:
     """Return whether a value is an array or a range; of pairs (nx, ny), whether there are several."""
     if hasattr(value, "tolist"):
         value = value.tolist()

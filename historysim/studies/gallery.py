@@ -27,9 +27,6 @@ if TYPE_CHECKING:
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
 EXAMPLE = "# historysim gallery: example"  # the line of a script that says that it may be carried out
-CALCULATED = "calculated"  # the function of a script that returns what is drawn
-# functions of a script that take it, and return a figure or several, and the rows of a table
-DRAWN, ROWS = "drawn", "rows"
 
 
 def gallery(
@@ -104,12 +101,10 @@ def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:
 
     Links to folders are not followed.
     """
-    paths = []
-    for path in sorted(folder.rglob("*")):
-        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
-        if not hidden and is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path))):
-            paths.append(path)
-    return paths
+    visible = (
+        path for path in sorted(folder.rglob("*")) if not any(part[0] == "." for part in path.relative_to(folder).parts)
+    )
+    return [path for path in visible if is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path)))]
 
 
 def _is_example(path: Path) -> bool:
@@ -145,16 +140,16 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text)
     functions = runpy.run_path(str(path))
-    if functions.get(CALCULATED) is None:
-        raise InputError(f"has no function {CALCULATED}; expected one that returns what is drawn")
-    found = functions[CALCULATED]()
-    if DRAWN not in functions and isinstance(found, xr.Dataset):
+    if functions.get("calculated") is None:
+        raise InputError("has no function calculated; expected one that returns what is drawn")
+    found = functions["calculated"]()
+    if "drawn" not in functions and isinstance(found, xr.Dataset):
         parts = sweep_pictures(found)
     else:
-        made = functions.get(DRAWN, plot)(found)
+        made = functions.get("drawn", plot)(found)
         parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
-    if ROWS in functions:
-        heading, *rows = functions[ROWS](found)
+    if "rows" in functions:
+        heading, *rows = functions["rows"](found)
         parts.append(table(rows, heading))
     return title, texts, parts
 

@@ -173,7 +173,7 @@ def unit_of(sections: Sections, key: str) -> str:
     return unit
 
 
-def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:  # noqa: ANN401 - a section, or a value
+def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
 
 

@@ -8,7 +8,6 @@ from typing import Any
 from historysim.basics.limits import most
 from historysim.basics.wording import Lines
 from historysim.errors import InputError, LoadError
-from historysim.scenario.grid import Point
 from historysim.scenario.scenario import Scenario, load, summary
 
 
@@ -47,7 +46,7 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
     seconds, begin = most("SECONDS_OF_VALIDATION"), monotonic()
-    ends: dict[int, Point] = {}
+    ends: dict[int, dict[str, Any]] = {}
     if loaded.sections.sweep is not None:
         from historysim.studies.sweep import sweep_of
 
@@ -64,18 +63,13 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     lines = summary(loaded, walk=seconds)
     for number, point in ends.items():
         # a cell that takes long is left to the sweep
-        if (left := begin + seconds - monotonic()) > 0 and (problem := _problem(loaded, point, left)):
+        if (left := begin + seconds - monotonic()) <= 0:
+            break
+        try:
+            cell = loaded.at(point)
+            with cell.placed():
+                cell.build().walk(left)
+        except (InputError, LoadError) as error:
             where = ", ".join(f"{key} = {value}" for key, value in point.items())
-            lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {problem}"))
+            lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {error}"))
     return Lines(lines)
-
-
-def _problem(scenario: Scenario, point: Point, seconds: float) -> str:
-    """Return why a cell of a sweep cannot be computed; empty where it can."""
-    try:
-        cell = scenario.at(point)
-        with cell.placed():
-            cell.build().walk(seconds)
-    except (InputError, LoadError) as error:
-        return str(error)
-    return ""
