@@ -32,29 +32,15 @@ _NUMBER: Any = attrs.Converter(_number, takes_field=True)  # type: ignore[misc]
 
 @attrs.frozen
 class GreenwoodWilliamson:
-    """A surface of summits with Gaussian heights and one radius, under a rigid flat.
+    """A surface of summits with Gaussian heights and one radius, under a rigid flat."""
 
-    Parameters
-    ----------
-    contact_modulus : float
-        E* [Pa], > 0.
-    summit_radius : float
-        R [m], > 0.
-    height_deviation : float
-        Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is larger.
-    summit_density : float
-        D [1/m²], > 0.
-    nominal_area : float
-        A0 [m²], > 0.
-    mean_height : float
-        Mean height of the summits over the datum from which separations count [m].
-    """
-
-    contact_modulus: float = attrs.field(converter=_NUMBER)
-    summit_radius: float = attrs.field(converter=_NUMBER)
+    contact_modulus: float = attrs.field(converter=_NUMBER)  #: E* [Pa], > 0
+    summit_radius: float = attrs.field(converter=_NUMBER)  #: R [m], > 0
+    #: Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is larger.
     height_deviation: float = attrs.field(converter=_NUMBER)
-    summit_density: float = attrs.field(converter=_NUMBER)
-    nominal_area: float = attrs.field(converter=_NUMBER)
+    summit_density: float = attrs.field(converter=_NUMBER)  #: D [1/m²], > 0
+    nominal_area: float = attrs.field(converter=_NUMBER)  #: A0 [m²], > 0
+    #: Mean height of the summits over the datum from which separations count [m].
     mean_height: float = attrs.field(default=0.0, converter=_NUMBER)
 
     @classmethod

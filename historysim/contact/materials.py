@@ -61,31 +61,6 @@ _LEAST_MODULUS, _LARGEST_MODULUS = 1e3, 1e18
 class Material:
     """An elastic, isotropic material.
 
-    Parameters
-    ----------
-    name : str
-        Name, as it appears in output.
-    youngs_modulus : float
-        Young's modulus E [Pa], > 0.
-    poissons_ratio : float
-        Poisson's ratio ν [1], -1 < ν ≤ 0.5.
-    shear_modulus : float, optional
-        Shear modulus G [Pa], > 0; E / (2 (1 + ν)) where it is not given. Tabulated values of anisotropic or rounded
-        data need not agree with that relation.
-    surface_energy : float, optional
-        Surface energy γ [J/m²], > 0.
-    roughness : tuple of float, optional
-        Lower and upper end of the rms roughness Rq of the samples [m].
-    ball_radius : float, optional
-        Radius of the sample ball [m], > 0; None for a flat.
-    source : str, optional
-        Where the numbers come from; two materials that differ in nothing else are equal.
-    hardness, yield_stress : float, optional
-        Indentation hardness H and yield stress in tension Y [Pa], > 0, with which it is checked whether the asperities
-        are elastic.
-    fracture_toughness : float, optional
-        K_Ic [Pa √m], > 0, with which it is checked whether a brittle material cracks.
-
     Raises
     ------
     InputError
@@ -105,22 +80,31 @@ class Material:
     26666666666.666668
     """
 
-    name: str = attrs.field(validator=_TEXT)
-    youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_POSITIVE)
-    poissons_ratio: Number = attrs.field(converter=as_float, validator=_POISSON)
+    name: str = attrs.field(validator=_TEXT)  #: as it appears in output
+    youngs_modulus: Pressure = attrs.field(converter=pascals, validator=_POSITIVE)  #: Young's modulus E [Pa], > 0
+    poissons_ratio: Number = attrs.field(converter=as_float, validator=_POISSON)  #: ν [1], -1 < ν ≤ 0.5
+    #: Shear modulus G [Pa], > 0; E / (2 (1 + ν)) where it is not given. Tabulated values of anisotropic or rounded data
+    #: need not agree with that relation.
     shear_modulus: Pressure = attrs.field(  # type: ignore[assignment] - a number once it is made
         default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN
     )
+    #: Surface energy γ [J/m²], > 0.
     surface_energy: SurfaceEnergy | None = attrs.field(
         default=None, converter=optional(joules_per_area), validator=_POSITIVE_IF_KNOWN
     )
+    #: Lower and upper end of the rms roughness Rq of the samples [m].
     roughness: Annotated[tuple[float, float], Quantity("m")] | None = attrs.field(
         default=None, converter=optional(_metres_each), validator=attrs.validators.optional(_RANGE)
     )
+    #: Radius of the sample ball [m], > 0; None for a flat.
     ball_radius: Length | None = attrs.field(default=None, converter=optional(metres), validator=_POSITIVE_IF_KNOWN)
+    #: Where the numbers come from; two materials that differ in nothing else are equal.
     source: str = attrs.field(default="", validator=_TEXT, eq=False, repr=False)
+    #: Indentation hardness H [Pa], > 0, with which it is checked whether the asperities are elastic.
     hardness: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
+    #: Yield stress in tension Y [Pa], > 0, likewise.
     yield_stress: Pressure | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
+    #: K_Ic [Pa √m], > 0, with which it is checked whether a brittle material cracks.
     fracture_toughness: FractureToughness | None = attrs.field(
         default=None, converter=optional(pascals_root_metre), validator=_POSITIVE_IF_KNOWN
     )

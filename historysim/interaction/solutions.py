@@ -163,10 +163,11 @@ class NormalSolutions:
         if abs(change) <= MOST_CHANGE:
             return ()
         becomes = f"changes by {change:+.0%}" if np.isfinite(change) else "is lost"
+        patches = counted(self.count, "patch", "patches")
         notice = (
-            f"{self.point.size:,} points of the map touch, in {counted(self.count, 'patch', 'patches')}, and the contact "
-            f"area {becomes} without every second point of the map: areas, patches and pressures are those of the grid, "
-            "not of the surface; take a finer map, or filter it (s_filter)"
+            f"{self.point.size:,} points of the map touch, in {patches}, and the contact area {becomes} without every "
+            "second point of the map: areas, patches and pressures are those of the grid, not of the surface; take a "
+            "finer map, or filter it (s_filter)"
         )
         return (notice,)
 

@@ -159,14 +159,8 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     point : dict
         Values of its keys, as ``{"friction.coefficient": 0.3, "surface.seed": 7}``.
     outputs : sequence of str
-        Names of summaries, of totals along ``step``, or of variables of each asperity along ``step`` and ``asperity``;
-        by default `DEFAULT_OUTPUTS`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The outputs; where some have rows, with the coordinate ``time``. The attribute ``validity`` has the assumptions
-        of the model that do not hold, as in a history.
+        As for `historysim.sweep`; by default `DEFAULT_OUTPUTS`. The attribute ``validity`` has the assumptions of the
+        model that do not hold, as in a history.
 
     Raises
     ------

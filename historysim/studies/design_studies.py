@@ -1,11 +1,11 @@
 """Design studies: what a texture, a contact or a finish does to the preliminary displacement.
 
 Each is one call that makes a scenario and sweeps over it; the attribute ``scenario`` of the Dataset holds it, so that
-``historysim sweep`` makes the same again. Quantities are in SI, or strings with a unit (``"50 mN"``): ``normal_load`` F of
-all asperities together [N], ``radius`` R of one [m], ``pitch`` from one to the next [m], ``friction`` μ. *Quantities*
-may be several, an array or a range as in ``[sweep.over]``, which become a dimension. ``**options`` are ``workers``,
-``executor``, ``store``, ``progress`` and ``notify`` of `historysim.sweep`. A value that cannot be used is an InputError
-with its key.
+``historysim sweep`` makes the same again. Quantities are in SI, or strings with a unit (``"50 mN"``): ``normal_load`` F
+of all asperities together [N], ``radius`` R of one [m], ``pitch`` from one to the next [m], ``friction`` μ.
+*Quantities* may be several, an array or a range as in ``[sweep.over]``, which become a dimension. ``**options`` are
+``workers``, ``executor``, ``store``, ``progress`` and ``notify`` of `historysim.sweep`. A value that cannot be used is
+an InputError with its key.
 
 Along ``surface_seed`` each number also has ``NAME_mean``, ``NAME_standard_deviation`` and ``NAME_quantile``, as by
 `historysim.spread`. Figures and sections are those of Winogrodzka's thesis.
@@ -115,9 +115,9 @@ def radius_load_friction(
 ) -> "xr.Dataset":
     """Return the preliminary displacement of one contact, which goes as R^(-1/3) N^(2/3) μ, and how it drifts.
 
-    The Dataset has ``preliminary_displacement`` [m] at the greater of the two loads; with a ``later_load``, to which the
-    load changes [N], also ``drift``, |δ2 - δ1| [m], and ``branch_drift`` [m], by how much the backward branch is off the
-    2 δ1 that it should take. Section 6.2.1, Figs. 6.5 (radius), 6.6 (load) and 6.7 (friction).
+    The Dataset has ``preliminary_displacement`` [m] at the greater of the two loads; with a ``later_load``, to which
+    the load changes [N], also ``drift``, |δ2 - δ1| [m], and ``branch_drift`` [m], by how much the backward branch is
+    off the 2 δ1 that it should take. Section 6.2.1, Figs. 6.5 (radius), 6.6 (load) and 6.7 (friction).
     """
     values = {"surface.radius": radius, FRICTION: friction, LOAD: normal_load}
     outputs = ["preliminary_displacement"]

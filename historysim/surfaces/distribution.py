@@ -1,10 +1,8 @@
 """Summits without a height map: from a distribution of their heights, or in a regular array.
 
-Heights of a distribution, Gaussian or a table of heights and densities, are drawn at random with a seed, or are its
-quantiles: the medians of n intervals of equal probability. A regular array may replace one asperity by n equal ones
-that share its load, F/n each: self-similar ones have R/√n, curvature-invariant ones keep R (Winogrodzka, *Pre-sliding
-behaviour of multi asperity ceramic contacts*, University of Twente, section 6.2.1; the loads per contact printed there,
-F/n² and F/√n, do not add up to F and are not used).
+A regular array may replace one asperity by n equal ones that share its load, F/n each: self-similar ones have R/√n,
+curvature-invariant ones keep R (Winogrodzka, *Pre-sliding behaviour of multi asperity ceramic contacts*, section 6.2.1;
+the loads per contact printed there, F/n² and F/√n, do not add up to F and are not used).
 """
 
 import math
@@ -33,15 +31,7 @@ def generator(seed: object) -> np.random.Generator:
 
 @attrs.frozen(init=False)
 class Gaussian:
-    """Gaussian heights.
-
-    Parameters
-    ----------
-    rms_height : float
-        Root mean square of the heights about their mean [m], > 0.
-    mean : float
-        Mean height over the datum [m].
-    """
+    """Gaussian heights, of this rms height about their mean [m], > 0, and this mean over the datum [m]."""
 
     rms_height: float
     mean: float
@@ -65,18 +55,8 @@ class Gaussian:
 class Tabulated(FrozenArrays):
     """Heights with a density given in a table, straight between its rows and 0 outside.
 
-    Parameters
-    ----------
-    height : array_like (row)
-        Increasing heights over the datum [m], two or more.
-    density : array_like (row)
-        Probability density there, 0 or more and not 0 throughout, in any unit: it is normalised.
-
-    Raises
-    ------
-    InputError
-        A number that is not finite or a negative density, heights that do not increase, arrays of different lengths,
-        or a density that is 0 throughout.
+    Heights (row) [m] increase; the density (row) is 0 or more in any unit, and is normalised. Two rows or more; a
+    density that is 0 throughout, and anything else, is an InputError.
     """
 
     height: Floats
@@ -125,16 +105,9 @@ def drawn_summits(
 ) -> Summits:
     """Return summits drawn at random: independent heights, uniform positions on a square of the nominal area.
 
-    Parameters
-    ----------
-    distribution : HeightDistribution
-        `Gaussian` or `Tabulated`. One seed gives the same positions and the same ranking by height with either.
-    radius : array_like
-        R [m], > 0; one for all, or one per summit.
-    summit_density, nominal_area : float
-        D [1/m²] and A0 [m²], > 0; D A0, rounded, is the number of summits, at least 1 and at most `MOST_SUMMITS`.
-    seed : int
-        Whole number, 0 or more.
+    There are D A0 of them, rounded, with D ``summit_density`` [1/m²] and A0 ``nominal_area`` [m²], at least 1 and at
+    most `MOST_SUMMITS`; their radii [m] are one for all, or one per summit. One seed, a whole number of 0 or more,
+    gives the same positions and the same ranking by height with either distribution.
     """
     count = _count(summit_density, nominal_area)
     random = generator(seed)
@@ -174,10 +147,8 @@ def textured_summits(
         Distance from one summit to the next along x and y [m], > 0.
     radius : float
         R [m], > 0, the mean of the radii.
-    height_scatter : float
-        Standard deviation of the heights around 0 [m], Gaussian.
-    radius_scatter : float
-        Standard deviation of the radii over R [1], 0 to 1. They are log-normal, so that every radius is positive.
+    height_scatter, radius_scatter : float
+        Standard deviation of the Gaussian heights around 0 [m], and of the log-normal radii over R [1], 0 to 1.
     seed : int, optional
         Needed for scatter. One seed gives the same heights with any scatter of the radii, and the other way round.
     """

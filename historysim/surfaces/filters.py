@@ -29,18 +29,13 @@ GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of Gauss
 def gaussian_mean(
     heights: Floats, pixel_size: tuple[float, float], cutoff: float, *, periodic: bool = False, robust: bool = False
 ) -> Floats:
-    """Return the mean surface of a Gaussian filter: the waves that are longer than the cut-off.
+    """Return the mean surface (nx, ny) [m] of a Gaussian filter: the waves that are longer than a cut-off λ [m].
 
     At each point it is the height there of the plane that fits the heights around it best, each with the weight
-    exp(-π (x² + y²)/(α λ)²), α = √(ln 2/π). Far from borders and missing points that is the weighted mean, and
-    passes a wave of length λ_w with exp(-π (α λ/λ_w)²) of its amplitude: half at the cut-off. At borders and
-    beside missing points, where the weighted mean alone would bend, a plane stays a plane (regression of first order).
-
-    The robust filter fits again with Tukey's biweight of the residuals, (1 - (r/c)²)² within c = 4.4478 times the
-    median of their absolute values, until that settles: narrow pits and spikes do not draw the mean surface.
-
-    Heights (nx, ny), pixel size and cut-off λ in m; NaN where heights are missing. Raises InputError: a cut-off shorter
-    than two pixels, or longer than the surface.
+    exp(-π (x² + y²)/(α λ)²), α = √(ln 2/π). At borders and beside missing points (NaN), where the weighted mean alone
+    would bend, a plane stays a plane (regression of first order). The robust filter fits again with Tukey's biweight of
+    the residuals, (1 - (r/c)²)² within c = 4.4478 times the median of their absolute values, until that settles. A
+    cut-off shorter than two pixels, or longer than the surface, is an InputError.
     """
     cutoff = scalar("cutoff", cutoff, above=0)
     lengths = [points * pixel for points, pixel in zip(heights.shape, pixel_size, strict=True) if points > 1]
@@ -198,9 +193,8 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree
     """Return the form of a surface: least squares of the height over the points that are not missing.
 
     "quadratic" has all six terms up to second order, "polynomial" all up to its degree, 0 to 12; "sphere" has a free
-    centre and radius, so that a tilted ball needs no levelling first. On a profile they are a line, a parabola and a
-    circle. Raises InputError: another form, a degree out of range or of another form, too few points for it, or a
-    surface that no sphere fits.
+    centre and radius, so that a tilted ball needs no levelling first. Another form or degree, too few points, or a
+    surface that no sphere fits, are an InputError.
     """
     if kind not in FORMS:
         raise InputError(f"form is {kind!r}; expected one of {', '.join(FORMS)}")
@@ -248,10 +242,7 @@ def _polynomial(heights: Floats, degree: int) -> Floats:
 
 
 def _centred(present: ArrayLike) -> tuple[Floats, float]:
-    """Return the indices counted from the middle of the present ones, and how far these reach from it.
-
-    Counted from the middle of the map, a small piece that alone is present would cost the form its digits.
-    """
+    """Return the indices counted from the middle of the present ones, and how far these reach from it."""
     first, last = np.flatnonzero(present)[[0, -1]]
     return np.arange(np.size(present)) - (first + last) / 2, float(last - first) / 2
 

@@ -37,12 +37,8 @@ def resampled(
 
     The map (nx, ny) is moved by ``shift`` [m] along x and y, and turned by ``rotation`` [rad] from x towards y. The
     other grid has ``shape`` points, ``onto`` [m] apart. The heights are exact where points coincide, NaN outside the
-    map and where splines would need a missing point. Raises InputError: a shift or rotation that is not finite; a map
-    and a profile, or profiles along different axes; an interpolation that cannot be had for this map: ``"fourier"``
-    needs a periodic map without missing points, ``"none"`` (by the nearest whole number of pixels) one pixel size, and
-    neither turns.
-
-    Splines smooth, and the Fourier series loses the sine of the shortest wave: see README.md, "Sum".
+    map and where splines would need a missing point. What each interpolation takes: README.md, "Sum". One that cannot
+    be had for this map, or a map and a profile, are an InputError.
     """
     offset, angle = _checked(heights.shape, shape, shift, rotation)
     _check_interpolation(interpolation, heights, pixel_size, onto, periodic=periodic, angle=angle)
@@ -157,8 +153,7 @@ def _by_waves(heights: Floats, x: Floats, y: Floats) -> Floats:
 def _wave_weights(index: Floats, count: int) -> Floats:
     """Return what each of count points that repeat adds at each index: the sum of all their waves, of weight 1/count.
 
-    That is sin(πt)/(n sin(πt/n)) at a distance of t points for odd n, and sin(πt)/(n tan(πt/n)) for even n, where the
-    shortest wave is a cosine (the Dirichlet kernels).
+    At a distance of t points sin(πt)/(n sin(πt/n)) for odd n, else sin(πt)/(n tan(πt/n)) (the Dirichlet kernels).
     """
     distance = index[:, None] - np.arange(count)
     # to the nearest copy of each point: one period on, sines beside their zeros would lose digits

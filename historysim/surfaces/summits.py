@@ -81,22 +81,10 @@ class Summits(FrozenArrays):
     def meeting(self, other: "Summits", *, shift: tuple[float, float] = (0.0, 0.0)) -> Self:
         """Return where these summits meet those of a body that lies on them, as summits with slopes.
 
-        Summits are the spheres of their radii. Each chooses the one that it touches first as the bodies approach; those
-        that have chosen each other meet. Where their centres lie b apart along x and y, of which b_x from this one to
-        the other, they touch at the height z1 + z2 - (ρ - √(ρ² - b²)) with ρ = R1 + R2, on a slope of -b_x/√(ρ² - b²),
-        with the radius R1 R2/ρ.
-
-        Parameters
-        ----------
-        other : Summits
-            With heights from a datum of its own towards these.
-        shift : pair of float
-            By which the other is moved along x and y [m].
-
-        Raises
-        ------
-        InputError
-            Summits without positions, or of which none meet.
+        Summits are the spheres of their radii; README.md of `historysim.contact`, "Inclined asperities", has the
+        equations. Each chooses the one that it touches first as the bodies approach; those that have chosen each other
+        meet. The other body has heights from a datum of its own towards these, and is moved by ``shift`` along x and y
+        [m]. Summits without positions, or of which none meet, are an InputError.
         """
         if self.x is None or self.y is None or other.x is None or other.y is None:
             raise InputError("summits without positions cannot meet others; expected x and y of both")
@@ -165,20 +153,12 @@ def find_summits(
 ) -> Summits:
     """Return the summits of a height map (nx, ny) [m]: the points that are higher than all their neighbours.
 
-    R = 1/κ with κ = (κ_x + κ_y)/2 of the central differences κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y
-    (Greenwood 1984; with the 3-point rule κ = κ_x). A plateau with only lower points around it is one summit, in the
-    middle of its points and with the mean of their curvatures. Neither a border nor a missing point (NaN) may be beside
-    a summit; a ridge that runs around a periodic surface is none.
-
-    Parameters
-    ----------
-    heights, pixel_size, periodic
-        As of a `Surface`.
-    rule : {3, 5, 9}
-        Points that are compared: 9 with the diagonal neighbours, 5 without. 3 is for profiles and finds the peaks
-        of each profile along x; along y where the map has only one point along x.
-    prominence : float
-        Least height [m] of a summit over the highest saddle on the way to a higher point, ≥ 0; see `prominences`.
+    The ``rule`` is 9 with the diagonal neighbours, 5 without, and 3 for profiles: the peaks of each along x, or along y
+    where the map has only one point along x. R = 1/κ with κ = (κ_x + κ_y)/2 of the central differences
+    κ_x = |z(x-1) - 2z + z(x+1)|/p_x² (Greenwood 1984; by the rule 3 κ = κ_x). A plateau with only lower points around
+    it is one summit, in the middle of its points and with the mean of their curvatures. Neither a border nor a missing
+    point (NaN) may be beside a summit; a ridge that runs around a periodic surface is none. Of a summit the
+    ``prominence`` is the height [m] over the highest saddle on the way to a higher point; see `prominences`.
     """
     prominence = scalar("prominence", prominence, least=0)
     if not isinstance(rule, int) or rule not in _AROUND:
@@ -292,13 +272,11 @@ def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -
 
 
 def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:
-    """Return the prominence of each local maximum: its height over the highest saddle on the way to a higher point.
+    """Return the prominence of each local maximum (nx, ny) [m], at its first point; 0 at all other points.
 
-    Points are flooded from the highest down. Where two hills meet, the lower one ends, with the height of its
-    top over the meeting point: what Wolf pruning takes away in turn, the lowest hill first, is the same.
-
-    It stands at the first point of each top (nx, ny) [m]; infinite where no way leads higher; 0 at all other points.
-    No way crosses missing points; ``offsets`` says which points are neighbours.
+    It is the height over the highest saddle on the way to a higher point, infinite where no way leads higher. Points
+    are flooded from the highest down; where two hills meet, the lower one ends: Wolf pruning, the lowest hill first, is
+    the same.
     """
     flat = np.ascontiguousarray(heights, dtype=np.float64).ravel()
     order = np.argsort(-flat, kind="stable")[: int(np.isfinite(flat).sum())]
