@@ -4,20 +4,16 @@ Parameters are ``normal_load`` N [N], ``tangential_load`` T [N], ``summit_radius
 arrays that broadcast; of load and friction a drift takes two, before and after. Errors are those of `hertz`.
 """
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from historysim.basics.arguments import Floats, checked
-from historysim.contact import hertz, mindlin
-
-if TYPE_CHECKING:
-    from historysim.contact.materials import MaterialPair
+from historysim.contact import hertz
+from historysim.contact.materials import MaterialPair
 
 
 def preliminary_displacement(
-    pair: "MaterialPair", *, normal_load: ArrayLike, summit_radius: ArrayLike, friction: ArrayLike
+    pair: MaterialPair, *, normal_load: ArrayLike, summit_radius: ArrayLike, friction: ArrayLike
 ) -> Floats:
     """Return the displacement at which one virgin contact slides, θ μ δ [m], with the approach δ ∝ N^(2/3) R^(-1/3)."""
     approach = hertz.approach(normal_load, summit_radius=summit_radius, contact_modulus=pair.contact_modulus)
@@ -25,7 +21,7 @@ def preliminary_displacement(
 
 
 def drift(
-    pair: "MaterialPair",
+    pair: MaterialPair,
     *,
     normal_load: tuple[ArrayLike, ArrayLike],
     summit_radius: ArrayLike,
@@ -37,7 +33,7 @@ def drift(
 
 
 def branch_drift(
-    pair: "MaterialPair",
+    pair: MaterialPair,
     *,
     normal_load: tuple[ArrayLike, ArrayLike],
     summit_radius: ArrayLike,
@@ -59,32 +55,8 @@ def backward_branch(first: Floats, second: Floats) -> Floats:
     return np.minimum(first, second) + second
 
 
-def positioning_error(
-    pair: "MaterialPair",
-    *,
-    tangential_load: ArrayLike,
-    normal_load: ArrayLike,
-    summit_radius: ArrayLike,
-    friction: ArrayLike,
-) -> Floats:
-    """Return the displacement that is left when the tangential load of one contact goes there and back to 0 [m].
-
-    From the virgin state at a constant normal load, with |T| ≤ μN where it turns back; (2^(1/3) - 1) δ_t,max, some .26
-    of it, after a load at the friction limit.
-    """
-    approach = hertz.approach(normal_load, summit_radius=summit_radius, contact_modulus=pair.contact_modulus)
-    return mindlin.displacement_after_reversal(
-        0.0,
-        reversal_load=tangential_load,
-        normal_load=normal_load,
-        contact_radius=hertz.contact_radius(approach, summit_radius=summit_radius),
-        shear_modulus=pair.shear_modulus,
-        friction=friction,
-    )
-
-
 def _before_and_after(
-    pair: "MaterialPair",
+    pair: MaterialPair,
     normal_load: tuple[ArrayLike, ArrayLike],
     summit_radius: ArrayLike,
     friction: tuple[ArrayLike, ArrayLike],

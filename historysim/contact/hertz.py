@@ -16,23 +16,6 @@ from historysim.basics.arguments import Floats, checked
 from historysim.errors import InputError
 
 
-def effective_radius(first: ArrayLike, second: ArrayLike) -> Floats:
-    """Return the radius R [m] of the sphere on a flat that is equivalent to two spheres: 1/R = 1/R1 + 1/R2.
-
-    Radii [m] are infinite for a flat, and negative for a hollow, which has to be wider than the sphere in it.
-    """
-    radii = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        # of a flat 1/inf = 0
-        curvature = 1 / radii[0] + 1 / radii[1]
-    if not np.all((curvature > 0) & np.isfinite(curvature)):
-        raise InputError(
-            f"radii {first!r} m and {second!r} m do not touch at a point; expected 1/R1 + 1/R2 finite and > 0: at "
-            "least one sphere, and a hollow (negative radius) wider than the sphere in it"
-        )
-    return 1 / curvature
-
-
 def contact_radius(approach: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
     """Return the contact radius a [m]: a² = R δ, and 0 where the surfaces are apart."""
     return np.sqrt(checked("summit_radius", summit_radius, above=0) * _depth(approach))

@@ -229,20 +229,6 @@ class MaterialPair:
     first, second : Material
         The order does not change the moduli. None where the pair is made from its moduli.
 
-    Attributes
-    ----------
-    contact_modulus : float
-        E* [Pa], > 0, with 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
-    shear_modulus : float
-        G* [Pa], > 0, with 1/G* = (2 - ν1)/G1 + (2 - ν2)/G2: the convention in which the tangential stiffness of a
-        circle of radius a is 8 G* a.
-    hardness, yield_stress : float or None
-        H and Y [Pa] of the softer material, as far as they are known.
-    cracking_load : float or None
-        The lower one of the two materials (`Material.cracking_load`) [N].
-    work_of_adhesion : float or None
-        W = 2√(γ1 γ2) [J/m²] (Girifalco and Good); None where a surface energy is not known. The replay has no adhesion.
-
     Notes
     -----
     Hertz (1882); Mindlin, *J. Appl. Mech.* 16 (1949) 259-268; Johnson, *Contact Mechanics* (1985), sections 4.2
@@ -257,13 +243,19 @@ class MaterialPair:
 
     first: Material | None
     second: Material | None
+    #: E* [Pa], > 0, with 1/E* = (1 - ν1²)/E1 + (1 - ν2²)/E2.
     contact_modulus: float = attrs.field(converter=pascals, validator=_POSITIVE)
+    #: G* [Pa], > 0, with 1/G* = (2 - ν1)/G1 + (2 - ν2)/G2: the convention in which the tangential stiffness of a circle
+    #: of radius a is 8 G* a.
     shear_modulus: float = attrs.field(converter=pascals, validator=_POSITIVE)
+    #: H and Y [Pa] of the softer material, as far as they are known.
     hardness: float | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
     yield_stress: float | None = attrs.field(default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
+    #: W = 2√(γ1 γ2) [J/m²] (Girifalco and Good); None where a surface energy is not known. The replay has no adhesion.
     work_of_adhesion: float | None = attrs.field(
         default=None, converter=optional(joules_per_area), validator=_POSITIVE_IF_KNOWN
     )
+    #: The lower one of the two materials (`Material.cracking_load`) [N].
     cracking_load: float | None = attrs.field(default=None, converter=optional(newtons), validator=_POSITIVE_IF_KNOWN)
 
     def __init__(self, first: Material, second: Material) -> None:
@@ -292,6 +284,7 @@ class MaterialPair:
         *,
         contact_modulus: float,
         shear_modulus: float,
+        #: H and Y [Pa] of the softer material, as far as they are known.
         hardness: float | None = None,
         yield_stress: float | None = None,
         work_of_adhesion: float | None = None,

@@ -8,9 +8,9 @@ Friction and Lubrication of Solids* (1950); elliptic contacts: Johnson, *Contact
 
 import functools
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from scipy import special
 
 from historysim.basics.arguments import ArrayLike, Floats, checked, scalar
@@ -23,9 +23,6 @@ from historysim.interaction.solutions import NormalSolutions
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import Summits
 from historysim.surfaces.surface_statistics import SpectralMoments
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 HOLDS = 0.2  # relative difference from the whole map up to which a law counts as holding
 # Points of the Gauss-Legendre rules for the mean curvature of a summit, and for the difference of its curvatures.
@@ -43,7 +40,7 @@ def area_laws(
     rule: int = 9,
     whole_map: bool = True,
     notify: Notify = silent,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return the real contact area of a map over the normal load by the laws in use.
 
     These are "Bowden–Tabor" N/H, with a hardness; "Greenwood–Williamson" with mean radius and deviation of the summits;
@@ -75,8 +72,6 @@ def area_laws(
     InputError
         A profile, no summits, a load that is not > 0, or a map that cannot be solved.
     """
-    import xarray as xr
-
     if 1 in surface.shape:
         raise InputError("a profile has no contact area; expected a height map")
     loads = np.sort(np.atleast_1d(checked("normal_load", normal_load, above=0)))

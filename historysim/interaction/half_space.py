@@ -1,10 +1,4 @@
-"""A rigid flat on a rough elastic half-space without friction: by active sets where few points touch, else by CG.
-
-`FewPoints` is exact. With p the pressures of the points that touch, G the displacement of one point under the pressure
-of another, and z how deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
-others. So p is straight in the approach a from one touch to the next; the first point is a flat punch of one pixel.
-`HalfSpace` takes conjugate gradients on Fourier transforms.
-"""
+"""A rigid flat on a rough elastic half-space without friction: by active sets where few points touch, else by CG."""
 
 import math
 import time
@@ -197,7 +191,12 @@ class Row(NamedTuple):
 
 
 class FewPoints:
-    """Contact of the highest points of a map (nx, ny), with the displacement at each offset under a unit pressure."""
+    """Contact of the highest points of a map (nx, ny), with the displacement at each offset under a unit pressure.
+
+    It is exact. With p the pressures of the points that touch, G the displacement of one point under the pressure of
+    another, and z how deep a point lies below the highest, p = G⁻¹ (a - z) on those points, and z + G p > a on all
+    others. So p is straight in the approach a from one touch to the next; the first point is a flat punch of one pixel.
+    """
 
     def __init__(self, heights: Floats, influence: Floats, *, periodic: bool) -> None:
         depth = heights.max() - heights.ravel()
@@ -254,12 +253,13 @@ class FewPoints:
             gap = self._depth - approach + self._matrix[:, inside] @ pressure
             leaves = inside[pressure < -ROUNDING * np.abs(pressure).max()]
             comes = np.flatnonzero(~touching & (gap <= ROUNDING * approach))
+            settled = not leaves.size and not comes.size
             # those that come at this approach itself carry nothing before it
-            if first is None and not leaves.size and not (gap[comes] < -ROUNDING * approach).any():
+            at_once = not leaves.size and not (gap[comes] < -ROUNDING * approach).any()
+            if first is None and (at_once or settled):
                 first = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
-            if not leaves.size and not comes.size:
-                settled = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
-                return first or settled, touching, following
+            if settled and first is not None:
+                return first, touching, following
             touching[leaves] = False
             touching[comes] = True
         return None

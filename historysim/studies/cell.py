@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
+import xarray as xr
 
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
@@ -19,8 +20,6 @@ from historysim.scenario.scenario import Scenario
 from historysim.studies.store import stamp
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from historysim.scenario.surface_kinds import BuiltSurface
 
 
@@ -31,31 +30,31 @@ class Summary:
     units: str  #: UDUNITS string; "1" where dimensionless
     long_name: str
     #: Takes a history in which the coordinates of all asperities stand, and returns the number.
-    of: "Callable[[xr.Dataset], float]"
+    of: Callable[[xr.Dataset], float]
 
 
-def _at_peak(history: "xr.Dataset") -> "xr.Dataset":
+def _at_peak(history: xr.Dataset) -> xr.Dataset:
     return history.isel(step=[int(history["total_normal_load"].values.argmax())])
 
 
-def _approach(history: "xr.Dataset") -> float:
+def _approach(history: xr.Dataset) -> float:
     heights = history["present_summit_height" if "present_summit_height" in history else "summit_height"]
     highest = heights.transpose(..., "asperity").values.max(axis=-1, initial=-np.inf)
     return float((highest - history["separation"].values).max(initial=0.0))
 
 
-def _deviation(values: "xr.DataArray") -> float:
+def _deviation(values: xr.DataArray) -> float:
     return float(values.values.std(ddof=1)) if values.size > 1 else math.nan
 
 
-def _initial_stiffness(peak: "xr.Dataset") -> float:
+def _initial_stiffness(peak: xr.Dataset) -> float:
     """Return Σ 8 G* a of the asperities that touch."""
     depth = np.maximum(peak["summit_height"].values - peak["separation"].values, 0.0)
     radius = np.sqrt(peak["summit_radius"].values * depth)
     return float(8 * peak.attrs["shear_modulus"] * radius.sum())
 
 
-def _first(history: "xr.Dataset") -> int:
+def _first(history: xr.Dataset) -> int:
     return int((history["contact_count"].values > 0).argmax())
 
 
@@ -148,7 +147,7 @@ def asks_for_each(outputs: Sequence[str]) -> bool:
 SURFACES_KEPT = 2  # surfaces that a process keeps, so that cells which stand on the same one do not make it again
 
 
-def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> "xr.Dataset":
+def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = ()) -> xr.Dataset:
     """Return the outputs of a scenario at one point of a sweep, for any engine that computes cells.
 
     It depends on its arguments, and the files that the scenario names, alone: any process gives the same bits.
@@ -167,8 +166,6 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     InputError, LoadError
         As for `historysim.run`.
     """
-    import xarray as xr
-
     outputs = chosen_outputs(outputs)
     loaded = scenario.at(point)
     history = _history(loaded, each=asks_for_each(outputs))
@@ -200,7 +197,7 @@ def _where(name: str) -> str:
     return "it belongs to what evolves, to another kind of contact, or to an instrument"
 
 
-def _history(loaded: Scenario, *, each: bool) -> "xr.Dataset":
+def _history(loaded: Scenario, *, each: bool) -> xr.Dataset:
     """Return the history of a scenario: with the rows of its asperities, or else with the heights of all of them."""
     if each and loaded.sections.record.asperities == "totals":
         raise InputError(

@@ -4,10 +4,11 @@ import functools
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import Any, Literal, TypeVar
 
 import attrs
 import numpy as np
+import xarray as xr
 
 from historysim.basics.arguments import Floats, scalar
 from historysim.basics.units import quantity, quantity_text
@@ -20,9 +21,6 @@ from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
 from historysim.studies.sweep_table import FAILURE, failures, swept_coordinates, table_attributes, unit_of
 from historysim.studies.workers import executor_for, in_order
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
 ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
@@ -86,7 +84,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     executor: object = None,
     progress: bool = False,
     notify: Notify = silent,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Find the value of a key at which a scenario gives what is wanted, such as the finish for a drift.
 
     Parameters
@@ -303,11 +301,7 @@ def _output_at(problem: Problem, value: float, point: Point) -> float:
         return math.nan
 
 
-def _dataset(
-    problem: Problem, grid: Grid, roots: Sequence[Root], beside: Sequence[float], middle: float
-) -> "xr.Dataset":
-    import xarray as xr
-
+def _dataset(problem: Problem, grid: Grid, roots: Sequence[Root], beside: Sequence[float], middle: float) -> xr.Dataset:
     key, output, text = problem.key, problem.output, SUMMARIES[problem.output].long_name
     key_unit = unit_of(problem.scenario.at({**next(grid.points()), key: middle}).sections, key)
     named = "median" if problem.limit is None else "quantile"
@@ -330,7 +324,7 @@ def _dataset(
     return xr.Dataset(data, swept_coordinates(problem.scenario, grid), attributes)
 
 
-def summary(table: "xr.Dataset") -> Lines:
+def summary(table: xr.Dataset) -> Lines:
     """Return lines of (label, text) of a design."""
     key, output = str(table.attrs["design_key"]), str(table.attrs["design_output"])
     limit, target, size = table.attrs.get("limit"), float(table.attrs["target"]), table[output].size
@@ -354,7 +348,7 @@ def summary(table: "xr.Dataset") -> Lines:
     return Lines([*lines, *([("not found", f"in {size - values.size} of {size}")] if values.size < size else [])])
 
 
-def _finite(values: "xr.DataArray") -> Floats:
+def _finite(values: xr.DataArray) -> Floats:
     found: Floats = values.values[np.isfinite(values.values)]
     return found
 

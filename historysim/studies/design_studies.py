@@ -14,9 +14,10 @@ Along ``surface_seed`` each number also has ``NAME_mean``, ``NAME_standard_devia
 import json
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
+import xarray as xr
 
 from historysim.contact.materials import Material, MaterialPair
 from historysim.errors import InputError, at
@@ -25,9 +26,6 @@ from historysim.scenario.scenario import scenario_of
 from historysim.scenario.schema import reported
 from historysim.studies.sweep import sweep
 from historysim.studies.sweep_table import spread
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 __all__ = ["equal_asperities", "radius_load_friction", "roughness", "texture_tolerances"]
 
@@ -56,7 +54,7 @@ def equal_asperities(
     count: Iterable[tuple[int, int]] | tuple[int, int] = ((1, 1), (2, 2), (4, 4), (8, 8)),
     scaling: str | Iterable[str] = ("self-similar", "curvature-invariant"),
     **options: Any,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return what n equal asperities in place of one do, which carry F/n each.
 
     By ``"self-similar"`` scaling each has the radius R/√n, and the preliminary displacement falls as n^(-1/2); by
@@ -90,7 +88,7 @@ def texture_tolerances(  # noqa: PLR0913 - the keys of a scenario
     radius_scatter: float | Iterable[float] = 0.0,
     seeds: Seeds = range(1, 11),
     **options: Any,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return what scatter of heights and radii does to a texture of ``count`` (nx, ny) asperities, over seeds.
 
     Scatters are the standard deviation of the Gaussian heights [m], and that of the log-normal radii over their mean.
@@ -112,7 +110,7 @@ def radius_load_friction(
     friction: Quantities,
     later_load: Quantities | None = None,
     **options: Any,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return the preliminary displacement of one contact, which goes as R^(-1/3) N^(2/3) μ, and how it drifts.
 
     The Dataset has ``preliminary_displacement`` [m] at the greater of the two loads; with a ``later_load``, to which
@@ -138,7 +136,7 @@ def roughness(
     pixel_size: Quantity = "1 µm",
     seeds: Seeds = range(1, 21),
     **options: Any,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return what random surfaces of other roughness and autocorrelation length do, over random seeds.
 
     The maps have ``shape`` points (nx, ny), ``pixel_size`` apart [m], Gaussian heights of ``rms_height`` Rq [m], and an
@@ -161,7 +159,7 @@ def _swept(
     *,
     outputs: Sequence[str],
     **options: Any,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Return the sweep of a study (``NAME: what it is``) over those values of which there are several.
 
     Its numbers have their spread over seeds beside them.

@@ -8,21 +8,21 @@ import runpy
 import tempfile
 from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import attrs
+import xarray as xr
 
 from historysim.basics.files import is_file, replacing
 from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import InputError
+from historysim.results.report.page import Section, contents, page, paragraph, picture, table
+from historysim.results.report.reports import history_pictures, sweep_pictures
 from historysim.scenario.figure import draw_scenario_figure, drawable
+from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario, load
+from historysim.studies.sweep import sweep
 from historysim.studies.workers import executor_for, in_order
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-    from historysim.results.report.page import Section
+from historysim.verbs import plot
 
 TITLE = "Gallery of scenarios"
 SCENARIO, SCRIPT = ".toml", ".py"
@@ -74,8 +74,6 @@ def gallery(
     OSError
         ``output`` cannot be written.
     """
-    from historysim.results.report.page import contents, page
-
     folder = Path(folder)
     paths = files_of_gallery(folder, scripts=scripts)
     if not paths:
@@ -114,10 +112,8 @@ def _is_example(path: Path) -> bool:
         return any(line.strip() == EXAMPLE for line in stream)
 
 
-def _shown(folder: Path, path: Path) -> "tuple[Section, str]":
+def _shown(folder: Path, path: Path) -> tuple[Section, str]:
     """Return a file of a folder as a section of the page, and why it has no picture; empty where it has."""
-    from historysim.results.report.page import Section, paragraph
-
     name = path.relative_to(folder).as_posix()
     title, parts, failure = name, [paragraph(name, "note")], ""
     try:
@@ -131,12 +127,6 @@ def _shown(folder: Path, path: Path) -> "tuple[Section, str]":
 
 def _script(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a script."""
-    import xarray as xr
-
-    from historysim.results.report.page import picture, table
-    from historysim.results.report.reports import sweep_pictures
-    from historysim.verbs import plot
-
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text)
     functions = runpy.run_path(str(path))
@@ -156,11 +146,6 @@ def _script(path: Path) -> tuple[str, list[str], list[str]]:
 
 def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a scenario."""
-    from historysim.results.report.page import picture
-    from historysim.results.report.reports import sweep_pictures
-    from historysim.studies.sweep import sweep
-    from historysim.verbs import plot
-
     scenario = load(path)
     drawn = _figure(scenario)
     if scenario.sections.adhesion is not None:
@@ -168,17 +153,15 @@ def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     if scenario.sections.sweep is None:
         drawn += _run(scenario)
     elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
-        table = sweep(scenario)
-        drawn += _figure(table) or sweep_pictures(table)
+        found = sweep(scenario)
+        drawn += _figure(found) or sweep_pictures(found)
     # the comment that it begins with
     head = itertools.takewhile(lambda line: line.startswith("#"), scenario.text.splitlines())
     return scenario.title or path.stem, _paragraphs("\n".join(line.removeprefix("#") for line in head)), drawn
 
 
-def _figure(what: "Scenario | xr.Dataset") -> list[str]:
+def _figure(what: Scenario | xr.Dataset) -> list[str]:
     """Return the figure that ``[picture]`` says, as far as this has what it shows."""
-    from historysim.results.report.page import picture
-
     pictures = drawable(what)
     if not pictures:
         return []
@@ -187,9 +170,6 @@ def _figure(what: "Scenario | xr.Dataset") -> list[str]:
 
 
 def _run(scenario: Scenario) -> list[str]:
-    from historysim.results.report.reports import history_pictures
-    from historysim.scenario.run import run
-
     # the surface stands in a file beside the history
     with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc") as history:
         # one step has no course

@@ -16,10 +16,11 @@ import zipfile
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
 import numpy as np
+import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.files import UNFINISHED, is_file, is_own, own_file, replacing
@@ -29,9 +30,6 @@ from historysim.recording.provenance import made_with
 from historysim.scenario.document import files_of
 from historysim.scenario.grid import with_values
 from historysim.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 FORM = 2
 ENDING = ".cell"
@@ -90,7 +88,7 @@ class Store:
 
     folder: Path
 
-    def read(self, name: str) -> "xr.Dataset | None":
+    def read(self, name: str) -> xr.Dataset | None:
         """Return the cell of a digest; None where there is none, or one that is damaged."""
         path = self._path(name)
         try:
@@ -98,7 +96,7 @@ class Store:
         except (FileNotFoundError, *DAMAGE):
             return None
 
-    def write(self, name: str, cell: "xr.Dataset") -> None:
+    def write(self, name: str, cell: xr.Dataset) -> None:
         """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
         with replacing(self._path(name)) as unfinished:
             unfinished.write_bytes(packed(cell))
@@ -128,7 +126,7 @@ class Store:
         return self.folder / f"{name}{ENDING}"
 
 
-def packed(cell: "xr.Dataset") -> bytes:
+def packed(cell: xr.Dataset) -> bytes:
     """Return a cell as the bytes of a file: an NPZ of its arrays and a header in JSON."""
     header = json.dumps({"form": FORM, **cell.to_dict(data=False)}).encode()
     arrays = {f"v.{name}": variable.values for name, variable in cell.variables.items()}
@@ -137,10 +135,8 @@ def packed(cell: "xr.Dataset") -> bytes:
     return stream.getvalue()
 
 
-def unpacked(content: bytes) -> "xr.Dataset":
+def unpacked(content: bytes) -> xr.Dataset:
     """Return the cell in the bytes of a file; damaged ones raise an error of `DAMAGE`."""
-    import xarray as xr
-
     check_archive(io.BytesIO(content))
     with np.load(io.BytesIO(content), allow_pickle=False) as file:
         header = json.loads(file[HEADER].tobytes())

@@ -4,9 +4,10 @@ import logging
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import attrs
+import xarray as xr
 
 from historysim.basics.wording import Notify, progress_bar, silent
 from historysim.errors import HistorySimError, InputError, at
@@ -17,9 +18,6 @@ from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
 from historysim.studies.sweep_table import gathered, swept_coordinates, unlike
 from historysim.studies.workers import AHEAD, BrokenError, executor_for, outcomes
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 logger = logging.getLogger(__name__)
 
@@ -40,7 +38,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     executor: object = None,
     progress: bool = False,
     notify: Notify = silent,
-) -> "xr.Dataset":
+) -> xr.Dataset:
     """Replay a scenario at all points of a grid, and return what comes out as one Dataset.
 
     Parameters
@@ -145,7 +143,7 @@ class Batch:
     wait: bool = False  #: wait for cells that another process is computing, instead of passing them over
 
 
-def computed(batch: Batch) -> "list[xr.Dataset | str | None]":
+def computed(batch: Batch) -> list[xr.Dataset | str | None]:
     """Return the cells of a batch, or why one has failed; None where another process is computing it.
 
     Cells are kept as they end, and read where they are there. One that cannot be kept is an OSError.
@@ -153,7 +151,7 @@ def computed(batch: Batch) -> "list[xr.Dataset | str | None]":
     return [_computed(batch, name, point) for _, name, point in batch.cells]
 
 
-def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | str | None":
+def _computed(batch: Batch, name: str, point: Point) -> xr.Dataset | str | None:
     if batch.store is None:
         return _attempt(batch, point)
     store = Store(batch.store)
@@ -170,7 +168,7 @@ def _computed(batch: Batch, name: str, point: Point) -> "xr.Dataset | str | None
         return outcome
 
 
-def _attempt(batch: Batch, point: Point) -> "xr.Dataset | str":
+def _attempt(batch: Batch, point: Point) -> xr.Dataset | str:
     try:
         return cell(batch.scenario, point, batch.outputs)
     except HistorySimError as error:
@@ -188,7 +186,7 @@ class _Plan:
     folder: Path | None
     points: list[Point]
     names: list[str] = attrs.field(init=False)
-    cells: "dict[int, xr.Dataset]" = attrs.field(factory=dict, init=False)
+    cells: dict[int, xr.Dataset] = attrs.field(factory=dict, init=False)
     reasons: dict[int, str] = attrs.field(factory=dict, init=False)
     elsewhere: set[int] = attrs.field(factory=set, init=False)  #: cells that another process is computing
 
@@ -253,7 +251,7 @@ class _Plan:
         cells = tuple((index, self.names[index], self.points[index]) for index in indices)
         return Batch(self.scenario, self.outputs, self.folder, cells, wait)
 
-    def _take(self, batch: Batch, found: "Sequence[xr.Dataset | str | None]") -> None:
+    def _take(self, batch: Batch, found: Sequence[xr.Dataset | str | None]) -> None:
         for (index, _, _), outcome in zip(batch.cells, found, strict=True):
             if outcome is None:
                 self.elsewhere.add(index)

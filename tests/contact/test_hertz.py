@@ -9,7 +9,6 @@ from scipy.integrate import quad
 from historysim.contact.hertz import (
     approach,
     contact_radius,
-    effective_radius,
     mean_pressure,
     normal_load,
     normal_stiffness,
@@ -94,20 +93,6 @@ def test_scalars_give_scalars_and_arrays_broadcast():
     np.testing.assert_allclose(loads[2] / loads[1], 8, rtol=8 * EPS)
     np.testing.assert_allclose(loads[1:, 1] / loads[1:, 0], 2, rtol=8 * EPS)
     assert mean_pressure([0, 1], contact_radius=[0, 1]).tolist() == [0, 1 / np.pi]
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "expected"),
-    [(1, 1, 0.5), (2.5e-3, math.inf, 2.5e-3), (1, -2, 2), ([1, 2], 2, [2 / 3, 1])],
-)
-def test_effective_radius(first, second, expected):
-    np.testing.assert_allclose(effective_radius(first, second), expected, rtol=4 * EPS)
-
-
-@pytest.mark.parametrize(("first", "second"), [(0, 1), (math.inf, math.inf), (1, -0.5), (math.nan, 1), (1, -1)])
-def test_radii_that_touch_at_no_point(first, second):
-    with pytest.raises(InputError, match="do not touch at a point"):
-        effective_radius(first, second)
 
 
 @pytest.mark.parametrize(
