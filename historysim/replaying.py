@@ -14,7 +14,7 @@ from historysim.basics.arguments import Integers
 from historysim.basics.files import path_of_numbers, replacing
 from historysim.basics.system import threads_of
 from historysim.basics.units import seconds
-from historysim.basics.wording import FieldsAsHtml, brief, progress_bar
+from historysim.basics.wording import brief, html_table, progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
@@ -39,7 +39,7 @@ def _is_ensemble(_: object, __: object, given: Any) -> None:
 
 # slots would leave no place for what is computed once
 @attrs.frozen(eq=False, slots=False)
-class Replay(FieldsAsHtml):
+class Replay:
     """Load events across an ensemble, and what is recorded of it: nothing is computed before it is asked for.
 
     Parameters
@@ -71,6 +71,12 @@ class Replay(FieldsAsHtml):
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=threads_of, repr=False)
+
+    def _repr_html_(self) -> str:
+        fields = (field for field in attrs.fields(type(self)) if field.repr)
+        values = ((field, getattr(self, field.name)) for field in fields)
+        texts = ((field.name, field.repr(value) if callable(field.repr) else repr(value)) for field, value in values)
+        return html_table((name.replace("_", " "), text) for name, text in texts)
 
     @cached_property
     def asperities(self) -> Integers | None:

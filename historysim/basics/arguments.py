@@ -45,7 +45,11 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
 
     Where `UNIT_OF` has the name, strings with units and quantities of pint are converted.
     """
-    values = _plain(name, values)
+    if name in UNIT_OF or has_unit(values):
+        try:
+            values = in_si(values, UNIT_OF.get(name, "1"))
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
     try:
         given = np.asarray(values)
         # strings, booleans and complex numbers would become floats, too
@@ -55,27 +59,19 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
         result = None
     if result is None:
         raise InputError(f"{name} is {values!r}; expected numbers in SI")
-    good = np.isfinite(result)
+    good = np.isfinite(result) & (result >= least)
     if above > -math.inf:
         good &= result > above
-    if least > -math.inf:
-        good &= result >= least
     if not good.all():
-        wrong = ~good
         lowest = f" of {least:g} or more" if least > -math.inf else ""
         bound = f" greater than {above:g}" if above > -math.inf else lowest
-        where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if result.ndim else ""
-        raise InputError(f"{name}{where} is {result[wrong][0]:g}; expected a finite number{bound}, in SI")
+        raise InputError(f"{name}{_first(~good)} is {result[~good][0]:g}; expected a finite number{bound}, in SI")
     return result
 
 
-def _plain(name: str, values: Any) -> Any:
-    if name not in UNIT_OF and not has_unit(values):
-        return values
-    try:
-        return in_si(values, UNIT_OF.get(name, "1"))
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from None
+def _first(wrong: Booleans) -> str:
+    """Return the place of the first value that is wrong: ``"[2, 3]"``; empty of a single number."""
+    return f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if wrong.ndim else ""
 
 
 def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
@@ -120,11 +116,10 @@ def workable(name: str, values: ArrayLike, *, smallest: float = 0.0) -> Floats:
     sizes = np.abs(numbers)
     wrong = (sizes > LARGEST) | (sizes < smallest)
     if wrong.any():
-        where = f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if numbers.ndim else ""
         least = f", and at least {smallest:g}" if smallest else ""
         raise InputError(
-            f"{name}{where} is {numbers[wrong][0]:g}; expected {SIZE}{least}, in SI: powers of others are beyond what "
-            "floats hold"
+            f"{name}{_first(wrong)} is {numbers[wrong][0]:g}; expected {SIZE}{least}, in SI: powers of others are "
+            "beyond what floats hold"
         )
     return numbers
 

@@ -44,18 +44,17 @@ class AtLeast:
     """Validator of a finite number that is at least, or above, another."""
 
     least: float
-    above: bool = False
+    above: bool = attrs.field(default=False, kw_only=True)
 
     def __call__(self, of: object, attribute: "attrs.Attribute[float]", value: Any) -> None:
         """Check a value."""
-        fits = is_number(value) and is_workable(value, SMALLEST if self.above and self.least == 0 else 0.0)
-        fits = fits and (value > self.least if self.above else value >= self.least)
-        if not fits:
+        smallest = SMALLEST if self.above and self.least == 0 else 0.0
+        fits = is_number(value) and is_workable(value, smallest)
+        if not (fits and (value > self.least if self.above else value >= self.least)):
             least = "finite" if self.least == -math.inf else f"of {self.least:g} or more"
-            wanted = f"above {self.least:g}" if self.above else least
             raise InputError(
-                f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number {wanted}, and of at most "
-                f"{LARGEST:g} in size"
+                f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number "
+                f"{f'above {self.least:g}' if self.above else least}, and of at most {LARGEST:g} in size"
             )
 
     @property
@@ -113,12 +112,8 @@ class KeyLimit:
                 raise misfit(f"{each:g}{of_unit}; expected {expected}", attribute.name)
 
 
+at_least = AtLeast
 NOT_NEGATIVE, POSITIVE = KeyLimit("≥ 0"), KeyLimit("> 0")
-
-
-def at_least(least: float, *, above: bool = False) -> AtLeast:
-    """Return a validator of a finite number that is at least, or above, another."""
-    return AtLeast(least, above)
 
 
 def one_of(*words: str) -> OneOf:
@@ -172,11 +167,11 @@ def about(kind: type) -> str:
 
 def markdown(kinds: Mapping[str, type], heading: str) -> str:
     """Return a table of kinds with their keys, as it stands in the documentation."""
-    rows = []
+    rows = [f"| {heading} | keys | |", "| --- | --- | --- |"]
     for name, kind in kinds.items():
         keys = "; ".join(f"`{field.name}`{field.text.removeprefix(field.name)}" for field in fields_of(kind))
         rows.append(f'| `"{name}"` | {keys} | {about(kind).replace("|", chr(92) + "|")} |')
-    return "\n".join([f"| {heading} | keys | |", "| --- | --- | --- |", *rows])
+    return "\n".join(rows)
 
 
 def unit_in(kind: Any) -> str:

@@ -19,20 +19,12 @@ except (ImportError, OSError) as error:
         "installing puts it: in a clone run `pip install -e .`, elsewhere `pip install --force-reinstall historysim`"
     ) from error
 
-_ROWS = {
-    np.dtype(np.float64): "double[]",
-    np.dtype(np.int64): "int64_t[]",
-    np.dtype(np.int8): "int8_t[]",
-    np.dtype(np.uint8): "uint8_t[]",
-    np.dtype(np.bool_): "bool[]",
-}
+_NAMES = {"f8": "double[]", "i8": "int64_t[]", "i1": "int8_t[]", "u1": "uint8_t[]", "?": "bool[]"}
+_ROWS = {np.dtype(name): pointed for name, pointed in _NAMES.items()}
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
-    """Return the memory of an array for C; the array has to outlive the call.
-
-    It is contiguous, else it is a ValueError, and of one of the types above, else it is a KeyError.
-    """
+    """Return the memory of an array for C, which is contiguous (else a ValueError) and has to outlive the call."""
     return ffi.from_buffer(_ROWS[array.dtype], array)
 
 

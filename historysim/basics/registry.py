@@ -36,12 +36,10 @@ class Registry(Mapping[str, T], Generic[T]):
     Those of this package register themselves when their modules are imported: for one name, only those that quote it
     in their source. Those of other packages are entry points of a group, read anew whenever they are asked for: nothing
     is kept, and a name of this package is never replaced.
-
-    ``group`` is the group of entry points, such as ``"historysim.laws"``; ``base`` the base class of all, as
-    ``"module:Class"``; ``noun`` what one is called in messages; ``homes`` are the packages and modules of this package
-    with such classes; ``label`` is the class variable that holds the name.
     """
 
+    #: The group of entry points, as ``"historysim.laws"``; the base class of all, as ``"module:Class"``; what one is
+    #: called in messages; packages and modules of this package with such classes; the class variable with the name.
     def __init__(self, group: str, base: str, noun: str, *homes: str, label: str = "kind") -> None:
         self.group, self.noun, self._base, self._homes, self.label = group, noun, base, homes, label
         self._known: dict[str, T] = {}
@@ -78,9 +76,7 @@ class Registry(Mapping[str, T], Generic[T]):
             self.import_own(name)
         if name in self._known:
             return self._known[name]
-        if name in (found := self._foreign()):
-            return self._loaded(found[name])
-        raise KeyError(name)
+        return self._loaded(self._foreign()[name])
 
     def __iter__(self) -> Iterator[str]:
         self.import_own()

@@ -63,20 +63,11 @@ def printable(text: str) -> str:
     """Return a text with what would steer a terminal, or turn a line round, as Python writes it in a text."""
     if text.isprintable():
         return text
-    return "".join(
-        each if each in "\n\t" or category(each) == "Zs" or each.isprintable() else _escaped(each) for each in text
-    )
+    return "".join(each if _is_plain(each) else each.encode("unicode_escape").decode() for each in text)
 
 
-def _escaped(character: str) -> str:
-    return character.encode("unicode_escape").decode()
-
-
-def two_columns(lines: Iterable[tuple[str, str]]) -> str:
-    """Return labels and what belongs to them, one below the other."""
-    lines = [(printable(label), printable(text)) for label, text in lines]
-    width = max((len(label) for label, _ in lines), default=0) + 2
-    return "\n".join(f"{label:<{width}}{text}".rstrip() for label, text in lines)
+def _is_plain(character: str) -> bool:
+    return character in "\n\t" or category(character) == "Zs" or character.isprintable()
 
 
 def columns(rows: Sequence[Sequence[str]]) -> str:
@@ -107,25 +98,10 @@ class Lines(tuple[tuple[str, str], ...]):
     __slots__ = ()
 
     def __repr__(self) -> str:
-        return two_columns(self)
+        return columns(self)
 
     def _repr_html_(self) -> str:
         return html_table(self)
-
-
-class FieldsAsHtml:
-    """Shows the fields of an attrs class, as its repr does, as a table in a notebook."""
-
-    def _repr_html_(self) -> str:
-        import attrs
-
-        shown: Any = type(self)
-        rows = []
-        for field in attrs.fields(shown):
-            if field.repr:
-                value = getattr(self, field.name)
-                rows.append((field.name.replace("_", " "), field.repr(value) if callable(field.repr) else repr(value)))
-        return html_table(rows)
 
 
 @attrs.frozen

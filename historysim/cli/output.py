@@ -10,7 +10,7 @@ import click
 from historysim.basics import targets
 from historysim.basics.files import replacing
 from historysim.basics.targets import Output, OutputFormat, csv_table, netcdf
-from historysim.basics.wording import columns, printable, two_columns
+from historysim.basics.wording import columns, printable
 from historysim.cli.options import given
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def write_answer(
         }
         click.echo(_json(document))
         return
-    for text in (two_columns(lines), *map(columns, tables), two_columns(below), *written):
+    for text in (*map(columns, [lines, *tables, below]), *written):
         if text:
             click.echo(text)
 

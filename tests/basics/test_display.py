@@ -3,14 +3,14 @@
 import pytest
 
 import historysim as hs
-from historysim.basics.wording import Lines, columns, html_table, printable, two_columns
+from historysim.basics.wording import Lines, columns, html_table, printable
 
 LINES = [("steps", "11"), ("peak normal load", "50 mN"), ("", ""), ("title", "")]
 
 
-def test_labels_and_texts_stand_in_two_columns():
-    assert two_columns(LINES) == "steps             11\npeak normal load  50 mN\n\ntitle"
-    assert two_columns([]) == ""
+def test_labels_and_texts_stand_in_columns():
+    assert columns(LINES) == "steps             11\npeak normal load  50 mN\n\ntitle"
+    assert columns([]) == ""
 
 
 def test_columns_are_as_wide_as_their_longest_text():
@@ -27,7 +27,7 @@ def test_html_is_escaped():
 
 def test_lines_show_themselves():
     lines = Lines(LINES)
-    assert repr(lines) == str(lines) == two_columns(LINES)
+    assert repr(lines) == str(lines) == columns(LINES)
     assert lines._repr_html_().count("<tr>") == 4
     assert dict(lines)["steps"] == "11"
 
@@ -45,7 +45,7 @@ def test_lines_show_themselves():
 )
 def test_what_steers_a_terminal_is_shown_as_what_it_is(text, shown):
     assert printable(text) == shown
-    assert two_columns([("title", text)]) == f"title  {shown}"
+    assert columns([("title", text)]) == f"title  {shown}"
     assert columns([(text,)]) == shown
 
 
