@@ -24,7 +24,6 @@ from historysim.loads.event_sequence import SampledLoads
 from historysim.loads.friction_course import FrictionCourse
 from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
-from historysim.log.result import Snapshot
 from historysim.log.verification import Difference, Verification
 from historysim.measured import loop_values, sliding
 from historysim.measured.comparison import Comparison, observe, passed
@@ -140,7 +139,6 @@ VALUES = {
     "Changes": lambda: Changes(friction=True),
     "Variable": lambda: COORDINATES,
     "LogHeader": lambda: LogHeader.of(hs.Replay(ensemble(), ()), title="a run", seeds=[1]),
-    "Snapshot": lambda: Snapshot(ended().cursor, 1, b"link", "historysim", stepped().to_bytes(), "a file"),
     "Verdict": lambda: Verdict(3, "abc", "batch 2 cannot be read"),
     "Verification": lambda: Verification("out.nc", 3, "abc", differences=(Difference("speed", 2, largest=np.nan),)),
     "Finding": lambda: Finding("slope", 0.3, 0.1, "too steep"),

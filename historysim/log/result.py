@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import attrs
 
@@ -116,7 +116,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
                     return
                 # first the rows, then the snapshot that says that they stand
                 target.flush()
-                add_snapshot(file, Snapshot.of(cursor, state, content, rows, job.ensemble.packages))
+                add_snapshot(file, content, cursor, state, rows)
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
                 unfinished.kept = cursor.rows
 
@@ -155,28 +155,25 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
 
 def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    found = _attributes(unfinished, "log_digest", "date_created")
-    return f"{unfinished.name} {found['date_created']}" if found.get("log_digest") == link["log_digest"] else ""
+    made = _attribute_of(unfinished, link, "date_created")
+    return f"{unfinished.name} {made}" if made else ""
 
 
 def _is_result_of(output: Path, link: Mapping[str, str]) -> bool:
     """Return whether a complete result of a log, as it is now, is there already."""
     with suppress(InputError):
         check_contained(output)
-        found = _attributes(output, "log_digest", "complete")
-        return found.get("log_digest") == link["log_digest"] and bool(found["complete"])
+        return bool(_attribute_of(output, link, "complete"))
     return False
 
 
-def _attributes(path: Path, *names: str) -> dict[str, Any]:
-    """Return these attributes of a netCDF file; none where one of them cannot be read."""
+def _attribute_of(path: Path, link: Mapping[str, str], name: str) -> Any:  # noqa: ANN401 - as it stands there
+    """Return an attribute of a netCDF file of a log; None where it is of another one, or cannot be read."""
     import netCDF4
 
-    try:
-        with netCDF4.Dataset(path) as file:
-            return {name: file.getncattr(name) for name in names}
-    except (OSError, RuntimeError, AttributeError):
-        return {}
+    with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
+        return file.getncattr(name) if file.getncattr("log_digest") == link["log_digest"] else None
+    return None
 
 
 def _size_notice(output: Path, target: FileRecorder) -> str:
@@ -198,71 +195,20 @@ def digest_attribute(link: bytes) -> dict[str, str]:
 # -- snapshots -------------------------------------------------------------------------------------
 
 
-@attrs.frozen
-class Snapshot:
-    """A state and where in the log it stands."""
+def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "EnsembleState", written: str = "") -> None:
+    """Put the state where a replay stands beside the events of a log; ``written`` names the file with the rows before.
 
-    cursor: Cursor  #: events that are done, rows that are recorded, and what the channels are on their way to
-    batches: int  #: batches of the log that the state depends on, the one with the events ahead included
-    link: bytes  #: link of the last of them
-    program: str  #: versions that computed the state
-    state: bytes = attrs.field(repr=False)  #: see `EnsembleState.to_bytes`
-    written: str = ""  #: which file has the rows before it; empty where none are written
-
-    @classmethod
-    def of(
-        cls, cursor: Cursor, state: "EnsembleState", content: Content, written: str, packages: Iterable[str]
-    ) -> Self:
-        """Return that of a state where a replay of a log stands, and of the file that has its rows."""
-        ahead = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
-        return cls(cursor, ahead, content.links[ahead], program(packages), state.to_bytes(), written)
-
-    @property
-    def row(self) -> tuple[int, str, bytes, bytes, bytes]:
-        """As it stands in the log: events, the rest as JSON, link, state, and the SHA-256 of these."""
-        about = attrs.asdict(self.cursor) | {"batches": self.batches, "program": self.program}
-        text = json.dumps(about | ({"written": self.written} if self.written else {}))
-        return self.cursor.events, text, self.link, self.state, _digest(text, self.link, self.state)
-
-    @classmethod
-    def from_row(cls, text: str, link: bytes, state: bytes, digest: bytes) -> Self:
-        """Return what stands in a log; what is damaged is a ValueError, KeyError, TypeError or AttributeError."""
-        if _digest(text, link, state) != digest:
-            raise ValueError("it does not match its digest")
-        about = json.loads(text)
-        cursor = Cursor(about["events"], about["rows"], about["time"], tuple(about["heading"]))
-        return cls(cursor, about["batches"], link, about["program"], state, about.get("written", ""))
+    It depends on all batches with events that are done or ahead, so the link of the last of them stands with it.
+    """
+    batches = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
+    about = attrs.asdict(cursor) | {"batches": batches, "program": program(file.head.ensemble.packages)}
+    text = json.dumps(about | ({"written": written} if written else {}))
+    link, kept = content.links[batches], state.to_bytes()
+    row = (cursor.events, text, link, kept, _digest(text, link, kept))
+    file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
 
 
-def program(packages: Iterable[str] = ()) -> str:
-    """Return what computes states here: another version may give other bits; another machine does not."""
-    return ", ".join((f"historysim {__version__}", *packages))
-
-
-def add_snapshot(file: LogFile, snapshot: Snapshot) -> None:
-    """Put a snapshot beside the events of a log."""
-    file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", snapshot.row)
-
-
-def snapshots(file: LogFile, content: Content) -> Iterator[Snapshot | str]:
-    """Yield the snapshots of a log, the latest first, and in the place of those that cannot be trusted why."""
-    try:
-        numbers = file.rows("SELECT number FROM snapshot ORDER BY events DESC")
-    except InputError as error:
-        yield f"the snapshots cannot be read ({error})"
-        return
-    for (number,) in numbers:
-        # one at a time, since states may be large, and each may be damaged
-        try:
-            row = file.rows("SELECT about, link, state, digest FROM snapshot WHERE number = ?", number)[0]
-            snapshot = Snapshot.from_row(*row)
-            of_this = 0 < snapshot.batches < len(content.links) and content.links[snapshot.batches] == snapshot.link
-            yield snapshot if of_this else f"snapshot {number} is of another log"
-        except (InputError, ValueError, KeyError, TypeError, AttributeError) as error:
-            yield f"snapshot {number} is damaged ({error})"
-
-
-def trusted_snapshots(
+def snapshots(
     file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
 ) -> Iterator[Start]:
     """Yield where the snapshots of a log let a replay begin, the latest first.
@@ -270,27 +216,57 @@ def trusted_snapshots(
     With `written`, only those with their rows in the file of that name. `notify` gets each reason to pass some over.
     """
     reasons: set[str] = set()
-    for snapshot in snapshots(file, content):
-        if isinstance(snapshot, Snapshot) and written not in {None, snapshot.written}:
-            continue
-        start = snapshot if isinstance(snapshot, str) else _start(file, content, snapshot)
+    # one at a time, since states may be large, and each may be damaged
+    for (number,) in _numbers(file, notify):
+        try:
+            ((text, link, state, digest),) = file.rows(
+                "SELECT about, link, state, digest FROM snapshot WHERE number = ?", number
+            )
+            about = json.loads(text) if _digest(text, link, state) == digest else None
+            if about is not None and written not in {None, about.get("written", "")}:
+                continue
+            start = _start(file, content, about, link, state)
+        except (InputError, ValueError, KeyError, TypeError, AttributeError) as error:
+            start = f"is damaged ({error})"
         if isinstance(start, Start):
             yield start
         elif start not in reasons:
-            notify(f"{file.path}: {start}; it is passed over")
+            notify(f"{file.path}: a snapshot {start}; it is passed over")
             reasons.add(start)
+
+
+def _numbers(file: LogFile, notify: Notify) -> list[tuple[int]]:
+    try:
+        return file.rows("SELECT number FROM snapshot ORDER BY events DESC")
+    except InputError as error:
+        notify(f"the snapshots cannot be read ({error})")
+        return []
+
+
+def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: bytes, state: bytes) -> Start | str:
+    """Return where a snapshot lets a replay begin, or why it does not."""
+    if about is None:
+        return "is damaged (it does not match its digest)"
+    here, ensemble = program(file.head.ensemble.packages), file.head.ensemble
+    if not 0 < about["batches"] < len(content.links) or content.links[about["batches"]] != link:
+        return "is of another log"
+    if about["program"] != here:
+        return f"was made by {about['program']}; this is {here}"
+    cursor = Cursor(about["events"], about["rows"], about["time"], tuple(about["heading"]))
+    if cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
+        return f"at t = {time_text(cursor.time)} was made before events were appended"
+    return Start(ensemble.state_from(state), cursor)
 
 
 def start_before(file: LogFile, content: Content, time: float, notify: Notify = silent) -> Start:
     """Return the latest place up to a time [s] where a replay can begin."""
-    starts = trusted_snapshots(file, content, notify)
-    of_snapshot = (start for start in starts if start.cursor and start.cursor.time <= time)
-    return next(of_snapshot, None) or Start(file.head.ensemble.initial_state())
+    found = (start for start in snapshots(file, content, notify) if start.cursor and start.cursor.time <= time)
+    return next(found, None) or Start(file.head.ensemble.initial_state())
 
 
 def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify) -> Start:
     """Return the last snapshot with its rows in the unfinished file of this name, or the beginning."""
-    start = next(trusted_snapshots(file, content, notify, written=written), None) if written else None
+    start = next(snapshots(file, content, notify, written=written), None) if written else None
     if start is None or start.cursor is None:
         notify(f"{file.path}: has no snapshot with its rows; the replay starts at the beginning")
         return Start(file.head.ensemble.initial_state())
@@ -298,17 +274,9 @@ def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify
     return start
 
 
-def _start(file: LogFile, content: Content, snapshot: Snapshot) -> Start | str:
-    """Return where a snapshot lets a replay begin, or why it does not."""
-    cursor, here = snapshot.cursor, program(file.head.ensemble.packages)
-    if snapshot.program != here:
-        return f"a snapshot was made by {snapshot.program}; this is {here}"
-    if cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
-        return f"the snapshot at t = {time_text(cursor.time)} was made before events were appended"
-    try:
-        return Start(file.head.ensemble.state_from(snapshot.state), cursor)
-    except InputError as error:
-        return f"a snapshot cannot be used ({error})"
+def program(packages: Iterable[str] = ()) -> str:
+    """Return what computes states here: another version may give other bits; another machine does not."""
+    return ", ".join((f"historysim {__version__}", *packages))
 
 
 def _digest(text: str, link: bytes, state: bytes) -> bytes:

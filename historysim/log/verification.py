@@ -19,7 +19,7 @@ from historysim.loads.schedule import Start
 from historysim.log import embedded_log
 from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
-from historysim.log.result import log_beside, program, trusted_snapshots
+from historysim.log.result import log_beside, program, snapshots
 from historysim.recording.provenance import made_with
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import SLIDE_TIME
@@ -177,7 +177,7 @@ def _verify_log(path: Path, *, notify: Notify) -> Verification:
             here = program(head.ensemble.packages)
             notify(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
         good, now, job = 0, None, head.replay(content.events)
-        for kept in reversed([*trusted_snapshots(file, content, notify)]):
+        for kept in reversed([*snapshots(file, content, notify)]):
             if kept.cursor is None:
                 continue
             until = kept.cursor.time

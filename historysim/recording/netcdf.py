@@ -85,7 +85,7 @@ class FileRecorder(Recorder):
     def __attrs_post_init__(self) -> None:
         import netCDF4
 
-        self._filled, self._times = self.go_on, np.empty(0)
+        self.rows, self._filled, self._times = self.new_rows(0), self.go_on, np.empty(0)
         if self.compression == "none":
             there = self.path.stat() if self.path.exists() else None
             check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))

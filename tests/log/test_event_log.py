@@ -12,7 +12,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 import historysim as hs
 from historysim.log import file as log_file
-from historysim.log.result import Snapshot, add_snapshot, program, start_before
+from historysim.log.result import add_snapshot, start_before
 from historysim.recording.recorder import StateOnly
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -52,8 +52,7 @@ def snapshots_everywhere(log):
     content, head = file.sound(), file.head
 
     def keep(cursor, state):
-        batches = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
-        add_snapshot(file, Snapshot(cursor, batches, content.links[batches], program(), state.to_bytes()))
+        add_snapshot(file, content, cursor, state)
 
     job = head.replay(content.events)
     job.walk(job.recorder(StateOnly), most_rows=1, after=keep)

@@ -148,8 +148,8 @@ def test_a_run_that_was_ended_goes_on(made, monkeypatch, tmp_path):
     (tmp_path / "s.toml").write_text(SCENARIO)
     told, add = [], result_writer.add_snapshot
 
-    def dies(self, snapshot):
-        add(self, snapshot)
+    def dies(*snapshot):
+        add(*snapshot)
         told.append(1)
         if len(told) == 3:
             raise KeyboardInterrupt

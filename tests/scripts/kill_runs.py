@@ -102,7 +102,7 @@ def last_snapshot(log):
         return 0
     with LogFile(log) as file:
         content = file.sound()
-        rows = [snapshot.cursor.rows for snapshot in snapshots(file, content) if not isinstance(snapshot, str)]
+        rows = [start.rows for start in snapshots(file, content)]
     return max(rows, default=0)
 
 

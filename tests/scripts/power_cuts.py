@@ -158,8 +158,8 @@ def before_a_resume(folder: Path, made: Sample) -> None:
     before_a_run(folder, made)
     add, added = result_writer.add_snapshot, []
 
-    def add_two(self: LogFile, snapshot: object) -> None:
-        add(self, snapshot)
+    def add_two(*snapshot: object) -> None:
+        add(*snapshot)
         added.append(snapshot)
         if len(added) == 2:
             raise Ended
