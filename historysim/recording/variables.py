@@ -52,6 +52,10 @@ class Changes:
         return not (self.friction or self.evolve)
 
 
+def _always(_: Changes) -> bool:
+    return True
+
+
 @attrs.frozen
 class Variable:
     """One output variable."""
@@ -64,7 +68,7 @@ class Variable:
     dtype: str = "float64"  #: numpy's name of the type
     extra: dict[str, Any] = attrs.field(factory=dict, hash=False)  #: further attributes
     #: In which histories it is recorded.
-    when: Callable[[Changes], bool] = attrs.field(default=lambda _: True, kw_only=True, eq=False, repr=False)
+    when: Callable[[Changes], bool] = attrs.field(default=_always, kw_only=True, eq=False, repr=False)
     #: Field of ``hs_totals``, or of ``hs_rows`` where it is of each asperity; by default of the same name, without
     #: ``total_`` or ``present_`` in front.
     source: str = attrs.field(kw_only=True)
