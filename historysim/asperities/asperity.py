@@ -29,9 +29,14 @@ class SlipState(enum.IntEnum):
     GROSS_SLIP = lib.HS_GROSS_SLIP
 
 
-def _recorded(name: str, text: str) -> float:
-    """Return a property that reads what a recorder writes of an asperity, in SI."""
-    return property(lambda asperity: float(asperity.recorded[name]), doc=text)  # type: ignore[return-value]
+def _recorded(name: str, text: str) -> Any:
+    """Return a property that reads what a recorder writes of an asperity, in SI: a number, or a vector."""
+
+    def read(asperity: Any) -> Any:
+        value = asperity.recorded[name]
+        return value.copy() if np.ndim(value) else float(value)
+
+    return property(read, doc=text)
 
 
 # slots would leave no place for what is computed once
@@ -41,16 +46,6 @@ class Asperity:
 
     Its memory is the polyline of its friction group, the anchor of the springs over the approach of the highest summit
     at which a spring first touched, as far as that is beyond the asperity's own gap.
-
-    Attributes
-    ----------
-    index : int
-        Position in the ensemble.
-    pair : MaterialPair
-    summit_height, summit_radius : float
-        [m].
-    memory : hs_memory
-        Of this asperity alone, with what its group remembers.
 
     Examples
     --------
@@ -62,11 +57,12 @@ class Asperity:
     0.7937
     """
 
-    index: int
+    index: int  #: position in the ensemble
     pair: MaterialPair
-    summit_height: float
-    summit_radius: float
-    memory: Memory
+    summit_height: float  #: [m]
+    summit_radius: float  #: [m]
+    memory: Memory  #: hs_memory of this asperity alone, with what its group remembers
+    planar: Any = None  #: hs_planar of the whole ensemble, where the state is of two directions
 
     normal_load = _recorded("normal_load", "Normal load N [N].")
     tangential_load = _recorded(
@@ -76,21 +72,25 @@ class Asperity:
     stick_radius = _recorded("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
 
     def __repr__(self) -> str:
-        parts = [
-            f"normal load {quantity_text(self.normal_load, 'N')}",
-            f"tangential load {quantity_text(self.tangential_load, 'N')}",
-            f"contact radius {quantity_text(self.contact_radius, 'm')}",
-            f"stick radius {quantity_text(self.stick_radius, 'm')}",
-            counted(self.reversal_points.size, "reversal point", "reversal points"),
-        ]
-        return f"<Asperity {self.index}: {', '.join([_state_text(self), *parts])}>"
+        texts = [f"{name} {value}" for name, value in summary(self)[2:6]]
+        if self.planar is None:
+            texts.append(counted(self.reversal_points.size, "reversal point", "reversal points"))
+        return f"<{type(self).__name__} {self.index}: {', '.join([self.state_text, *texts])}>"
 
     @cached_property
     def recorded(self) -> dict[str, Any]:
         """What a recorder writes of this asperity, by name, in SI."""
-        rows = blank_rows(1, 1)
-        check(lib.hs_read(self.memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
+        rows = blank_rows(1, 1, planar=self.planar is not None)
+        if self.planar is None:
+            check(lib.hs_read(self.memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
+        else:
+            check(lib.hs_planar_read(self.planar, rows.as_struct(np.array([self.index])), 0))
         return {name: values[0, 0] for name, values in rows.each.items()}
+
+    @property
+    def state_text(self) -> str:
+        """Its slip state in words."""
+        return self.slip_state.name.lower().replace("_", " ")
 
     @property
     def slip_state(self) -> SlipState:
@@ -137,7 +137,7 @@ class Asperity:
         The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside.
         """
         seen = self._seen
-        return self._radius(seen), np.diff(seen["slope"][::-1], prepend=0.0)
+        return self._radius(seen["label"][::-1]), np.diff(seen["slope"][::-1], prepend=0.0)
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
@@ -167,7 +167,7 @@ class Asperity:
         strain = made_at - stack["anchor"]
         left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
         points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float)])
-        points.radius = self._radius(left)
+        points.radius = self._radius(left["label"][::-1])
         points.displacement = left["made_at"][::-1] * self.memory.contact.units.displacement
         return points
 
@@ -185,9 +185,10 @@ class Asperity:
             A distance that is not a finite number.
         """
         distance = np.abs(checked("radius", radius))
-        total = np.zeros(distance.shape)
-        for vertex_radius, weight in zip(*self.superposition, strict=True):
-            total += weight * self._pressure(distance, vertex_radius)
+        radii, weights = self.superposition
+        total = np.zeros((*distance.shape, *weights.shape[1:]))
+        for vertex_radius, weight in zip(radii, weights, strict=True):
+            total += np.multiply.outer(self._pressure(distance, vertex_radius), weight)
         return total
 
     def pressure(self, radius: npt.ArrayLike) -> Floats:
@@ -211,9 +212,9 @@ class Asperity:
         """The vertices beyond the asperity's gap, the deepest first."""
         return self._vertices[self._vertices["label"] > self._gap]
 
-    def _radius(self, vertices: Array) -> Floats:
-        """Return the radii of vertices, edge first [m]: √(R (label - gap))."""
-        depth: Floats = np.maximum(vertices["label"][::-1] - self._gap, 0.0)
+    def _radius(self, label: Floats) -> Floats:
+        """Return the radii at labels [m]: √(R (label - gap))."""
+        depth = np.maximum(label - self._gap, 0.0)
         radius: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius
         return radius
 
@@ -224,11 +225,6 @@ class PlanarAsperity(Asperity):
 
     The tangential load is a vector (direction) [N], in x and y, and so is the traction at each radius. Rings from the
     stick radius to the edge slip in the direction of their traction, which is μ p there.
-
-    Attributes
-    ----------
-    planar : hs_planar
-        Of the whole ensemble.
 
     Examples
     --------
@@ -241,20 +237,6 @@ class PlanarAsperity(Asperity):
     >>> print(f"{edge[1] / edge[0]:.1f} at the edge, {middle[1] / middle[0]:.1f} in the middle")
     1.8 at the edge, 1.0 in the middle
     """
-
-    planar: Any
-
-    @cached_property
-    def recorded(self) -> dict[str, Any]:
-        """What a recorder writes of this asperity, by name, in SI."""
-        rows = blank_rows(1, 1, planar=True)
-        check(lib.hs_planar_read(self.planar, rows.as_struct(np.array([self.index])), 0))
-        return {name: values[0, 0] for name, values in rows.each.items()}
-
-    @property
-    def tangential_load(self) -> Floats:  # type: ignore[override] # a vector
-        """Tangential load (direction) [N]."""
-        return np.array(self.recorded["tangential_load"])
 
     @property
     def tangential_stiffness(self) -> float:
@@ -269,17 +251,7 @@ class PlanarAsperity(Asperity):
         if lib.hs_planar_nodes(self.planar, self.index, len(nodes), pointer(nodes)) != len(nodes):
             raise MemoryError("there is not enough memory for the nodes of an asperity")
         slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
-        depth = np.maximum(nodes[: len(slopes), 0] - self._gap, 0.0)
-        radii: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius
-        return radii, np.diff(slopes, prepend=0.0, axis=0)
-
-    def traction(self, radius: npt.ArrayLike) -> Floats:
-        """Return the tangential traction at distances from the centre [m], (…, direction) [Pa]; as for `Asperity`."""
-        distance = np.abs(checked("radius", radius))
-        total = np.zeros((*distance.shape, 2))
-        for ring, weight in zip(*self.superposition, strict=True):
-            total += self._pressure(distance, ring)[..., None] * weight
-        return total
+        return self._radius(nodes[: len(slopes), 0]), np.diff(slopes, prepend=0.0, axis=0)
 
     @property
     def stored_energy(self) -> float:
@@ -291,21 +263,13 @@ class PlanarAsperity(Asperity):
         """There are none of vectors: InputError."""
         raise InputError("reversal_points go with one tangential direction; expected `superposition` in two")
 
-    def __repr__(self) -> str:
-        parts = (f"{name} {value}" for name, value in summary(self)[2:5])
-        return f"<PlanarAsperity {self.index}: {', '.join([_state_text(self), *parts])}>"
-
-
-def _state_text(asperity: Asperity) -> str:
-    return asperity.slip_state.name.lower().replace("_", " ")
-
 
 def summary(asperity: Asperity) -> list[tuple[str, str]]:
     """Return the state of an asperity in a few lines."""
     units = {"normal_load": "N", "tangential_load": "N", "contact_radius": "m", "stick_radius": "m"}
     units |= {"dissipated_energy": "J"}
     values = [(name.replace("_", " "), quantity_text(getattr(asperity, name), unit)) for name, unit in units.items()]
-    return [("asperity", str(asperity.index)), ("slip state", _state_text(asperity)), *values]
+    return [("asperity", str(asperity.index)), ("slip state", asperity.state_text), *values]
 
 
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:

@@ -309,8 +309,8 @@ class Ensemble:
 
     @property
     def coordinates(self) -> dict[str, Floats]:
-        """What is known of each asperity or patch: heights, radii, friction at the start, positions."""
-        names = ("summit_height", "summit_radius", "friction", "x", "y")
+        """What is known of each asperity or patch: heights, radii, friction at the start, positions, slopes."""
+        names = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
     def initial_state(self) -> EnsembleState:
@@ -351,9 +351,6 @@ class Ensemble:
         With both loads given, the path is straight in (N, T); with a displacement, straight in the approach and U. A
         channel that is not named is held as it was controlled last: a load stays, or a displacement does.
 
-        An instrument makes tangential displacements those of its drive, U + T/k_s: U is found so that they are reached,
-        or held. It is a parameter of the path and no part of the state, so give it with each path that it drives.
-
         In two tangential directions loads and displacements are pairs, in x and y; a state of one direction moved along
         x. Along one line the path is exact; where it turns, it is of the accuracy that ``rings`` says.
 
@@ -365,13 +362,13 @@ class Ensemble:
         normal_displacement : float, optional
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
-            U to reach [m], or with an instrument the displacement of its drive; or a pair.
+            U to reach [m], or a pair; with an instrument that of its drive, U + T/k_s.
         friction : array_like, optional
             New coefficients that act at the end of the path (see `FrictionChange`).
         saturate : bool
             Hold a tangential load beyond the limit at the limit.
         instrument : Instrument, optional
-            In series with the contact.
+            In series with the contact. It is no part of the state: give it with each path that it drives.
 
         Raises
         ------
@@ -454,14 +451,10 @@ class Ensemble:
         return state, Totals.of(rows.totals)
 
     @overload
-    def stepper(
-        self, state: EnsembleState | None = None, *, saturate: bool = False, instrument: Instrument = RIGID
-    ) -> Stepper: ...
+    def stepper(self, state: EnsembleState | None = None, **how: Any) -> Stepper: ...
 
     @overload
-    def stepper(
-        self, state: PlanarState, *, saturate: bool = False, instrument: Instrument = RIGID
-    ) -> PlanarStepper: ...
+    def stepper(self, state: PlanarState, **how: Any) -> PlanarStepper: ...
 
     def stepper(
         self,
@@ -502,27 +495,21 @@ class Ensemble:
         asperities: ArrayLike | None = None,
         instrument: Instrument = RIGID,
     ) -> AnyState:
-        """Return the state with other friction coefficients from now on.
+        """Return the state with other friction coefficients from now on, which override a friction law.
 
         Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential load stays, and so
         does the displacement of an instrument's drive: U follows, as it would if the coefficients fell in many small
         steps. A load that friction no longer holds stays in the state: the contact slides at the displacement at which
-        it began to, and the next path, if only one that holds the load, is refused, or holds it at the limit. Overrides
-        the friction law.
+        it began to, and the next path is refused unless it unloads, or holds the load at the limit.
 
         Parameters
         ----------
-        state : EnsembleState
+        state : EnsembleState or PlanarState
         friction : array_like
-            One coefficient, or one per asperity, 0 or more.
+            One coefficient, or one per asperity, 0 or more; an InputError otherwise.
         asperities : array_like, optional
             Those that it is for, by index; all by default.
         instrument : Instrument, optional
-
-        Raises
-        ------
-        InputError
-            Numbers out of range, or indices that the ensemble does not have.
         """
         line, chosen = self._memory_of(state, planar=True), self._chosen(asperities)
         coefficients = state.friction
@@ -564,7 +551,7 @@ class Ensemble:
         ----------
         state : EnsembleState
         summit_height, summit_radius : array_like, optional
-            New ones [m], one or one each, the heights over the same datum; those that are not given stay.
+            New ones [m], or one for all, the heights over the same datum; those that are not given stay.
         asperities : array_like, optional
             Those that they are for, by index; all by default.
         saturate, instrument
@@ -656,10 +643,10 @@ class Ensemble:
         return binding.slide_times(self._memory_of(state, planar=True))
 
     def approach_at(self, normal_load: float) -> float:
-        """Return the approach of the highest summit [m] at which the asperities carry a total normal load ≥ 0 [N]."""
+        """Return the approach of the highest summit [m] at which it first carries a normal load ≥ 0 [N], at U = 0."""
         load = scalar("normal_load", normal_load, least=0.0)
         workable("normal_load", load)
-        if self.yielding is not None and load > 0:
+        if load > 0 and (self.yielding is not None or self.slope is not None):
             return self.advance(self.initial_state(), normal_load=load).approach
         return float(lib.hs_approach_at(self._contact, load))
 

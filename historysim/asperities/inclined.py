@@ -2,9 +2,9 @@
 
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import attrs
 import numpy as np
@@ -14,7 +14,7 @@ from historysim.asperities.ensemble import Ensemble, refused
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.asperities.state import EnsembleState, SavedState
 from historysim.asperities.stepper import channel, path_to
-from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per, scalar
+from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per
 from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -70,11 +70,6 @@ class Facet(Ensemble):
         # heights know the slope, but not its sign
         return struct.pack("<d", self.slope) if self.slope else b""
 
-    @property
-    def units(self) -> Any:
-        """What numbers of its memory are multiplied by."""
-        return self._contact.units
-
     def turned(self, approach: Any, displacement: Any) -> tuple[Any, Any]:
         """Return how far it is pressed along its normal, and moved along its slope [m], from touch at U = 0."""
         depth = approach - self.gap
@@ -104,18 +99,7 @@ class Facet(Ensemble):
         totals["traction_ratio"] = np.maximum(totals["traction_ratio"], own["traction_ratio"])
 
 
-class Way(NamedTuple):
-    """A straight way in normal load [N] and displacement [m]."""
-
-    first_load: float
-    last_load: float
-    first_displacement: float
-    last_displacement: float
-
-    def at(self, share: float) -> tuple[float, float]:
-        """Return load and displacement at a share of the way."""
-        load = towards(self.first_load, self.last_load, share)
-        return float(load), float(towards(self.first_displacement, self.last_displacement, share))
+At = Callable[[float], tuple[float, float]]  #: normal load [N] and displacement [m] at a share of a straight way
 
 
 @attrs.frozen(eq=False)
@@ -140,7 +124,8 @@ class Body:
         """The normal and the tangential load of the body [N]."""
         normal = tangential = 0.0
         for facet, memory in self._each():
-            pressed, held = memory.normal_load * facet.units.load, memory.tangential_load * facet.units.load
+            unit = memory.contact.units.load
+            pressed, held = memory.normal_load * unit, memory.tangential_load * unit
             normal += facet.cosine * pressed - facet.sine * held
             tangential += facet.cosine * held + facet.sine * pressed
         return normal, tangential
@@ -148,7 +133,7 @@ class Body:
     @property
     def dissipated(self) -> float:
         """Energy that friction has taken since the start [J]."""
-        return math.fsum(memory.dissipated * facet.units.energy for facet, memory in self._each())
+        return math.fsum(memory.dissipated * memory.contact.units.energy for memory in self.memories)
 
     def touch(self, displacement: float) -> float:
         """Return the approach of first touch at a displacement [m]."""
@@ -188,20 +173,21 @@ class Body:
             found += c * c * slopes.normal - c * s * slopes.coupling + s * s * slopes.tangential
         return found
 
-    def chords(self, way: Way, low: float, high: float, tolerance: float) -> "list[tuple[float, Body]]":
+    def chords(self, at: At, low: float, high: float, tolerance: float) -> "list[tuple[float, Body]]":
         """Return the ends of chords along a part of a way, each with its share of the way.
 
         Chords end where the body carries the load there. They are halved until approach, tangential load and energy
         are settled.
         """
-        if way.first_load == way.last_load and way.first_displacement == way.last_displacement:
+        (first_load, first_displacement), (last_load, last_displacement) = at(0.0), at(1.0)
+        if first_load == last_load and first_displacement == last_displacement:
             return [(high, self)]
-        whole = self.under(*way.at(high))
+        whole = self.under(*at(high))
         depth = max(each.approach - each.touch(each.displacement) for each in (self, whole))
         steepest = max(abs(facet.slope) + float(facet.friction.max()) for facet in self.facets)
-        load = max(way.first_load, way.last_load) * steepest
+        load = max(first_load, last_load) * steepest
         ratio = self.facets[0].pair.displacement_ratio
-        loss = LEAST_LOSS * load * (ratio * depth + abs(way.last_displacement - way.first_displacement))
+        loss = LEAST_LOSS * load * (ratio * depth + abs(last_displacement - first_displacement))
 
         def settled(start: Body, one: Body, other: Body) -> bool:
             taken = one.dissipated - start.dissipated, other.dissipated - start.dissipated
@@ -213,15 +199,24 @@ class Body:
 
         def halved(start: Body, low: float, high: float, whole: Body, left: int) -> list[tuple[float, Body]]:
             middle = 0.5 * (low + high)
-            half = start.under(*way.at(middle))
-            end = half.under(*way.at(high))
+            half = start.under(*at(middle))
+            end = half.under(*at(high))
             if left == 0 or settled(start, whole, end):
                 return [(middle, half), (high, end)]
             first = halved(start, low, middle, half, left - 1)
             there = first[-1][1]
-            return first + halved(there, middle, high, there.under(*way.at(high)), left - 1)
+            return first + halved(there, middle, high, there.under(*at(high)), left - 1)
 
         return halved(self, low, high, whole, MOST_HALVINGS)
+
+
+def _over_facets(part: Callable[[EnsembleState, float, float], float], text: str) -> float:
+    """Return a property that is a sum over facets, of their states with cosine and sine."""
+
+    def total(state: Any) -> float:
+        return math.fsum(part(each, *axis) for axis, each in zip(state.axes.tolist(), state.facets, strict=True))
+
+    return property(total, doc=text)  # type: ignore[return-value] # what it gives is a float
 
 
 @attrs.frozen(eq=False, repr=False)
@@ -245,52 +240,35 @@ class InclinedState(SavedState):
     normal_control: int = LOAD
     tangential_control: int = LOAD
 
-    def _sum(self, name: str) -> float:
-        return math.fsum(getattr(facet, name) for facet in self.facets)
-
-    def _turned(self, name: str, other: str, sign: int) -> float:
-        pairs = zip(self.axes.tolist(), self.facets, strict=True)
-        return math.fsum(getattr(each, name) * c + sign * getattr(each, other) * s for (c, s), each in pairs)
-
-    @property
-    def normal_load(self) -> float:
-        """Total normal load Σ (N cos α - T sin α) [N]."""
-        return self._turned("normal_load", "tangential_load", -1)
-
-    @property
-    def tangential_load(self) -> float:
-        """Total tangential load Σ (T cos α + N sin α) [N]."""
-        return self._turned("tangential_load", "normal_load", 1)
-
-    @property
-    def slope_load(self) -> float:
-        """Part of the tangential load that needs no friction, Σ N sin α [N]."""
-        pairs = zip(self.axes[:, 1].tolist(), self.facets, strict=True)
-        return math.fsum(each.normal_load * sine for sine, each in pairs)
-
-    @property
-    def tangential_stiffness(self) -> float:
-        """∂T/∂U at a held approach, of the springs that stick now [N/m]."""
-        pairs = zip((self.axes**2).tolist(), self.facets, strict=True)
-        return math.fsum(each.tangential_stiffness * c + each.normal_stiffness * s for (c, s), each in pairs)
-
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start [J]."""
-        return self._sum("dissipated_energy")
-
-    @property
-    def stored_energy(self) -> float:
-        """Elastic energy of all asperities along their slopes [J]."""
-        return self._sum("stored_energy")
+    normal_load = _over_facets(
+        lambda each, c, s: each.normal_load * c - each.tangential_load * s,
+        "Total normal load Σ (N cos α - T sin α) [N].",
+    )
+    tangential_load = _over_facets(
+        lambda each, c, s: each.tangential_load * c + each.normal_load * s,
+        "Total tangential load Σ (T cos α + N sin α) [N].",
+    )
+    slope_load = _over_facets(
+        lambda each, _, s: each.normal_load * s, "Part of the tangential load that needs no friction, Σ N sin α [N]."
+    )
+    tangential_stiffness = _over_facets(
+        lambda each, c, s: each.tangential_stiffness * (c * c) + each.normal_stiffness * (s * s),
+        "∂T/∂U at a held approach, of the springs that stick now [N/m].",
+    )
+    dissipated_energy = _over_facets(
+        lambda each, _c, _s: each.dissipated_energy, "Energy that friction has taken since the start [J]."
+    )
+    stored_energy = _over_facets(
+        lambda each, _c, _s: each.stored_energy, "Elastic energy of all asperities along their slopes [J]."
+    )
 
     @property
     def contact_count(self) -> int:
         """Number of asperities that touch."""
-        return int(self._sum("contact_count"))
+        return sum(facet.contact_count for facet in self.facets)
 
     def to_bytes(self) -> bytes:
-        """Return all of it as bytes, which any machine with the same order of bytes reads."""
+        """Return all of it as bytes."""
         controls = self.normal_control, self.tangential_control
         head = _HEAD.pack(_MARK, len(self.facets), *controls, self.approach, self.tangential_displacement)
         each = [facet.to_bytes() for facet in self.facets]
@@ -298,8 +276,8 @@ class InclinedState(SavedState):
         return b"".join([head, self.axes.tobytes(), sizes, *each])
 
     @classmethod
-    def from_bytes(cls, content: bytes, like: "InclinedState | None" = None) -> Self:
-        """Return the state of `to_bytes`; InputError for damaged bytes, or another ensemble than that of ``like``."""
+    def from_bytes(cls, content: bytes, like: Any = None) -> Self:
+        """Return the state of `to_bytes`; see `SavedState`."""
         try:
             mark, count, *controls, approach, displacement = _HEAD.unpack_from(content)
             axes = np.frombuffer(content, np.float64, 2 * count, _HEAD.size).reshape(count, 2)
@@ -409,11 +387,6 @@ class InclinedEnsemble(Ensemble):
     def _axes(self) -> Floats:
         return np.array([(facet.cosine, facet.sine) for facet in self.facets])
 
-    @property
-    def coordinates(self) -> dict[str, Floats]:
-        """What is known of each asperity: heights, radii, friction, slopes, positions."""
-        return super().coordinates | {"slope": self.slope}
-
     def initial_state(self) -> InclinedState:  # type: ignore[override] # a state of its own kind
         """Return the unloaded state: the body is at d = U = 0, nothing is remembered."""
         return InclinedState(tuple(facet.beginning() for facet in self.facets), self._axes, 0.0, 0.0)
@@ -497,11 +470,6 @@ class InclinedEnsemble(Ensemble):
             found[facet.members] = facet.slide_time(each)
         return found
 
-    def approach_at(self, normal_load: float) -> float:
-        """Return the approach [m] at which the asperities first carry a total normal load ≥ 0 [N] where U = 0."""
-        load = scalar("normal_load", normal_load, least=0.0)
-        return self.advance(self.initial_state(), normal_load=load).approach
-
     def may_touch(self, normal_load: float, approach: float, displacement: float) -> Booleans:
         """Return which asperities may touch up to a normal load [N], an approach [m] and a displacement either way [m].
 
@@ -543,11 +511,15 @@ class InclinedEnsemble(Ensemble):
                 # loads alone ask what is remembered on the way
                 body = body.moved(approach, there) if loaded else Body((), (), approach, there)
                 continue
-            load = body.loads[0]
-            way = Way(load, float(towards(load, end, share)), body.displacement, there)
+            first = body.loads[0], body.displacement
+            last = float(towards(first[0], end, share)), there
+
+            def at(part: float, first: Any = first, last: Any = last) -> tuple[float, float]:
+                return float(towards(first[0], last[0], part)), float(towards(first[1], last[1], part))
+
             low = 0.0
             for part in range(1, parts + 1):
-                for high, body in body.chords(way, low, part / parts, self.tolerance):  # noqa: B020
+                for high, body in body.chords(at, low, part / parts, self.tolerance):  # noqa: B020
                     recorded = high == part / parts and (part < parts or each["recorded"])
                     times = begin + lasts * low, begin + lasts * high
                     legs.append((body.approach, body.displacement, 1, recorded, *times))
