@@ -17,18 +17,14 @@ LARGEST_LOAD = 5.0
 
 @attrs.frozen(eq=False)
 class AdheringAsperities:
-    """The asperities that touch, in the order of their normal loads, the greatest first.
+    """The asperities that touch, in the order of their normal loads, the greatest first."""
 
-    ``asperity`` has their indices, ``load_parameter`` N/(πWR), ``maugis_parameter`` λ, ``regime`` their zone of the
-    adhesion map, and ``pull_off_load`` the load at which each would be pulled off, by Maugis [N], < 0.
-    """
-
-    asperity: Integers
+    asperity: Integers  #: their indices
     normal_load: Floats
-    load_parameter: Floats
-    maugis_parameter: Floats
-    regime: npt.NDArray[np.object_]
-    pull_off_load: Floats
+    load_parameter: Floats  #: N/(πWR)
+    maugis_parameter: Floats  #: λ
+    regime: npt.NDArray[np.object_]  #: their zone of the adhesion map
+    pull_off_load: Floats  #: at which each would be pulled off, by Maugis [N], < 0
     summit_radius: Floats
     contact_modulus: float
     work_of_adhesion: float
@@ -49,11 +45,9 @@ class AdheringAsperities:
         size = self.asperity.size
         # of few asperities one stands for two, under the last of its names here
         ranks = {size - 1: "least load", size // 2: "median load", 0: "greatest load"}
+        parameters = self.maugis_parameter.tolist(), self.load_parameter.tolist()
         return {
-            f"asperity {self.asperity[rank]}, {name}": (
-                float(self.maugis_parameter[rank]),
-                float(self.load_parameter[rank]),
-            )
+            f"asperity {self.asperity[rank]}, {name}": (parameters[0][rank], parameters[1][rank])
             for rank, name in sorted(ranks.items())
         }
 
@@ -61,9 +55,8 @@ class AdheringAsperities:
         """Return the equilibria of an asperity that touches, by Maugis, up to its load, as far as adhesion shows."""
         found = np.flatnonzero(self.asperity == asperity)
         if not found.size:
-            raise InputError(
-                f"asperity {asperity} does not touch; expected one that does: {self.asperity[0]} carries most"
-            )
+            most = self.asperity[0]
+            raise InputError(f"asperity {asperity} does not touch; expected one that does: {most} carries most")
         return adhesion.branch(
             adhesion.Regime.MAUGIS,
             summit_radius=float(self.summit_radius[found[0]]),
@@ -77,9 +70,9 @@ class AdheringAsperities:
 def adhering_asperities(
     ensemble: Ensemble, approach: float, *, work_of_adhesion: float, equilibrium_separation: float
 ) -> AdheringAsperities:
-    """Return how adhesive each asperity is that touches at an approach > 0 of the highest summit [m], without adhesion.
+    """Return how adhesive each asperity is that touches at an approach of the highest summit, without adhesion.
 
-    The work of adhesion W is in J/m², > 0; the equilibrium separation z0 in m, > 0.
+    The approach is in m, the work of adhesion W in J/m², the equilibrium separation z0 in m, all > 0.
     """
     modulus = ensemble.pair.contact_modulus
     separation = ensemble.highest_summit - scalar("approach", approach, above=0)

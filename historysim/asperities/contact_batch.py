@@ -36,11 +36,6 @@ class ContactBatch:
     count : int
         Number of contacts.
 
-    Attributes
-    ----------
-    normal_load, tangential_load : array (contact)
-        Loads after the last step [N]; a positive tangential load resists a positive displacement.
-
     Raises
     ------
     InputError
@@ -89,7 +84,7 @@ class ContactBatch:
 
     @property
     def tangential_load(self) -> Floats:
-        """Tangential loads after the last step [N] (contact)."""
+        """Tangential loads after the last step [N] (contact); a positive one resists a positive displacement."""
         loads: Floats = self._loads[1]
         return loads
 
@@ -115,7 +110,7 @@ class ContactBatch:
         places = self._as_they_are(approach, tangential_displacement)
         if places is None:
             given = ("approach", approach), ("tangential_displacement", tangential_displacement)
-            places = tuple([pointer(self._each(*each)) for each in given])
+            places = tuple(pointer(self._each(*each)) for each in given)
         with self._place:
             check(_step(self._batch, *places, *self._rows))
 
@@ -146,11 +141,10 @@ class ContactBatch:
 
     def restore(self, saved: Self) -> None:
         """Go on from what `save` has returned; InputError for a batch of other contacts."""
-        if len(saved) != len(self):
-            raise InputError(f"saved has {len(saved)} contacts; expected {len(self)}")
-        if saved._of != self._of:
+        if len(saved) != len(self) or saved._of != self._of:
             raise InputError(
-                "saved is of other radii, friction or materials; expected what save() of this batch returned"
+                f"saved is of {len(saved)} contacts of other radii, friction or materials; expected what save() of "
+                f"this batch of {len(self)} returned"
             )
         copied = saved._copied()
         with self._place:

@@ -47,7 +47,7 @@ class Instrument:
         drive's displacement is the contact's.
     displacement_resolution, load_resolution : float
         Smallest tangential displacement [m] and load [N] that it resolves, ≥ 0; 0 where that is not known. They change
-        no result: what is below them is reported (`asperities.validity`).
+        no result: what is below them is reported.
 
     Raises
     ------

@@ -1,6 +1,7 @@
 """Running in: summits of a height map yield and wear, pass after pass, and are found anew after each."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import attrs
@@ -19,20 +20,12 @@ from historysim.surfaces.summits import Summits
 VOLUMES = ("lost", "conserved")
 
 
-def _load(value: float) -> float:
-    return scalar("normal_load", value, above=0)
-
-
-def _distance(value: float) -> float:
-    return scalar("sliding_distance", value, least=0)
-
-
 @attrs.frozen
 class Pass:
     """One pass of a flat over a map, under a load > 0 [N], and how far it slides, 0 or more [m]."""
 
-    normal_load: float = attrs.field(converter=_load)
-    sliding_distance: float = attrs.field(default=0.0, converter=_distance)
+    normal_load: float = attrs.field(converter=partial(scalar, "normal_load", above=0))
+    sliding_distance: float = attrs.field(default=0.0, converter=partial(scalar, "sliding_distance", least=0))
 
 
 class PassRecord(NamedTuple):

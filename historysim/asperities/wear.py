@@ -193,11 +193,10 @@ def check_wear(law: WearLaw) -> None:
         return
     load, slid = np.array([1e-3, 0.1, 10.0]), np.full(3, 1e-7)
     whole, half = (np.asarray(law.volume(load, part * slid, part * 0.2 * load * slid)) for part in (1.0, 0.5))
-    name = type(law).__name__
-    if whole.shape != load.shape or not (np.isfinite(whole) & (whole >= 0.0)).all():
-        raise InputError(f"{name}: volume gives {whole} for three asperities; expected three volumes of 0 or more [m³]")
-    if not np.allclose(2.0 * half, whole, rtol=1e-6, atol=0.0):
+    good = whole.shape == load.shape and (np.isfinite(whole) & (whole >= 0.0)).all()
+    if not good or not np.allclose(2.0 * half, whole, rtol=1e-6, atol=0.0):
         raise InputError(
-            f"{name}: volume of half the way and energy is {half}, of the whole {whole}; expected half as much: it is "
-            "asked for what is lost meanwhile, such as rate * normal_load * slid_distance"
+            f"{type(law).__name__}: volume of three asperities is {whole}, of half the way and energy {half}; expected "
+            "three volumes of 0 or more [m³], and half as much: it is asked for what is lost meanwhile, such as "
+            "rate * normal_load * slid_distance"
         )

@@ -28,8 +28,8 @@ def __dir__() -> list[str]:
 HARDNESS_OF_YIELD = 2.8  # hardness over yield stress in tension (Tabor 1951)
 # Peak pressure at which a sphere begins to yield, over the yield stress (Johnson 1985, section 6.1; ν = 0.3).
 PEAK_AT_ONSET = 1.6
+CONTINUOUS = 1e-3  # relative difference from Hertz at the onset up to which a law is continuous there
 POISSONS_RATIO = 0.3  # of a pair that is known by its moduli alone
-
 
 # The laws by their names in scenarios and logs.
 YIELDING_LAWS: Registry[type["YieldingLaw"]] = Registry(
@@ -283,19 +283,20 @@ def _check_law(law: YieldingLaw, summit_radius: Floats, pair: MaterialPair) -> N
         if onset.shape != (1,) or not (np.isfinite(onset[0]) and onset[0] > 0):
             raise InputError(f"{name}.critical_approach is {onset!r} at R = {radius:g} m; expected numbers above 0")
         approach = onset[0] * np.geomspace(1.0, 1e4, 60)
-        load, contact = (
-            np.asarray(each, dtype=np.float64) for each in law.first_loading(approach, np.full(60, radius), pair)
-        )
-        where = f"at R = {radius:g} m from δ = {approach[0]:g} m on"
-        if not load.shape == contact.shape == approach.shape or not np.isfinite([load, contact]).all():
-            raise InputError(f"{name}.first_loading {where} is not finite, or of another length; expected two arrays")
-        if (np.diff(load) <= 0).any() or (np.diff(contact) <= 0).any() or load[0] <= 0:
-            raise InputError(f"{name}.first_loading {where}: load or contact radius does not rise; expected both to")
+        given = law.first_loading(approach, np.full(60, radius), pair)
+        load, contact = (np.asarray(each, dtype=np.float64) for each in given)
         elastic = hertz.normal_load(onset[0], summit_radius=radius, contact_modulus=pair.contact_modulus)
-        if abs(load[0] - elastic) > 1e-3 * elastic or abs(contact[0] ** 2 - radius * onset[0]) > 1e-3 * contact[0] ** 2:
+        if (
+            not load.shape == contact.shape == approach.shape
+            or not np.isfinite([load, contact]).all()
+            or (np.diff(load) <= 0).any()
+            or (np.diff(contact) <= 0).any()
+            or abs(load[0] - elastic) > CONTINUOUS * elastic
+            or abs(contact[0] ** 2 - radius * onset[0]) > CONTINUOUS * contact[0] ** 2
+            or (load > 4 * pair.contact_modulus * contact**3 / (3 * radius) * (1 + 1e-9)).any()
+        ):
             raise InputError(
-                f"{name}.first_loading at the onset is {load[0]:g} N, {contact[0]:g} m; expected Hertz's there, "
-                f"{elastic:g} N, {math.sqrt(radius * onset[0]):g} m"
+                f"{name}.first_loading from the onset δ = {approach[0]:g} m on gives {load.ravel()[:3]}… N and radii "
+                f"{contact.ravel()[:3]}… m at R = {radius:g} m; expected arrays that rise from Hertz's {elastic:g} N, "
+                f"{math.sqrt(radius * onset[0]):g} m, with no more than Hertz's load at each radius"
             )
-        if (load > 4 * pair.contact_modulus * contact**3 / (3 * radius) * (1 + 1e-9)).any():
-            raise InputError(f"{name}.first_loading {where}: more than Hertz's load at that contact radius")

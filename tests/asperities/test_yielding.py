@@ -235,8 +235,8 @@ def test_a_law_of_the_users_own():
     assert '"law": "softer"' in own.attrs["yielding_law_settings"]
     with pytest.raises(InputError, match="cannot be written down: Softer is not known by that name"):
         _ = Softer().settings
-    for word, message in (("falls", "does not rise"), ("jumps", "at the onset")):
-        with pytest.raises(InputError, match=message):
+    for word in ("falls", "jumps"):
+        with pytest.raises(InputError, match="expected arrays that rise from Hertz"):
             rough(3, 1, yielding=Softer(word))
     broken = Softer()
     ensemble = rough(3, 1, yielding=broken)
