@@ -46,15 +46,6 @@ class Asperity:
 
     Its memory is the polyline of its friction group, the anchor of the springs over the approach of the highest summit
     at which a spring first touched, as far as that is beyond the asperity's own gap.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
-    >>> asperity = ensemble.asperity(0, ensemble.advance(state, tangential_load=5e-3))
-    >>> print(f"{asperity.stick_radius / asperity.contact_radius:.4f}")  # (1 - T/(μN))^(1/3)
-    0.7937
     """
 
     index: int  #: position in the ensemble
@@ -141,18 +132,13 @@ class Asperity:
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
-        """Reversals of the displacement that the contact remembers, from the edge inward.
+        """Reversals of the displacement that the contact remembers: records of ``radius`` and ``displacement`` [m].
 
-        A reversal is remembered by the slip front that it leaves behind, at the stick radius of its moment. The front
-        of the slip that goes on now is none yet, and virgin loading has none. A reversal is forgotten (wiped out)
-        when slip from the edge passes its front, such as when a loop closes, or when the contact edge comes back
-        as far. A rising normal load and a change of friction leave it where it is, unless the springs there slip.
-        A reversal out of full stick leaves no front, one out of gross slip has the radius 0.
-
-        Returns
-        -------
-        record array with fields ``radius`` [m], the stick radius at the reversal, and ``displacement`` [m], the
-        tangential displacement U of the reversal.
+        From the edge inward; the radius is that of the slip front that a reversal has left behind, the stick radius of
+        its moment, and the displacement U that of the reversal. The front of the slip that goes on now is none yet, and
+        virgin loading has none. A reversal is forgotten (wiped out) when slip from the edge passes its front, such as
+        when a loop closes, or when the contact edge comes back as far. A reversal out of full stick leaves no front,
+        one out of gross slip has the radius 0.
         """
         # with the vertex inside of those that are seen, which strain is measured against
         stack = self._vertices[-len(self._seen) - 1 :] if len(self._seen) else self._seen
@@ -174,15 +160,8 @@ class Asperity:
     def traction(self, radius: npt.ArrayLike) -> Floats:
         """Return the tangential traction τ(r) [Pa], the sum of `superposition`: Σ_j Δm_j p(r; c_j) (Jäger; Ciavarella).
 
-        Parameters
-        ----------
-        radius : array_like
-            Distances from the contact's centre [m], any shape; 0 outside the contact.
-
-        Raises
-        ------
-        InputError
-            A distance that is not a finite number.
+        The radii are distances from the contact's centre [m], any shape; outside the contact it is 0. A distance that
+        is not a finite number is an InputError.
         """
         distance = np.abs(checked("radius", radius))
         radii, weights = self.superposition
@@ -225,17 +204,6 @@ class PlanarAsperity(Asperity):
 
     The tangential load is a vector (direction) [N], in x and y, and so is the traction at each radius. Rings from the
     stick radius to the edge slip in the direction of their traction, which is μ p there.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
-    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 0.0))
-    >>> asperity = ensemble.asperity(0, ensemble.advance(state, tangential_displacement=(5e-9, 5e-9)))
-    >>> edge, middle = asperity.traction([0.9 * asperity.contact_radius, 0.0])
-    >>> print(f"{edge[1] / edge[0]:.1f} at the edge, {middle[1] / middle[0]:.1f} in the middle")
-    1.8 at the edge, 1.0 in the middle
     """
 
     @property

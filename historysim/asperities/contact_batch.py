@@ -40,14 +40,6 @@ class ContactBatch:
     ------
     InputError
         A number that is not finite or out of range, or arrays of different lengths.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> batch = hs.ContactBatch(pair, radius=1e-3, friction=0.3, count=2)
-    >>> batch.step(np.array([5e-9, -1e-9]), np.array([0.5e-9, 0.5e-9]))
-    >>> print(batch.normal_load.round(6))
-    [0.000642 0.      ]
     """
 
     _loads: Floats
@@ -96,16 +88,11 @@ class ContactBatch:
 
         Parameters
         ----------
-        approach : array_like (contact)
-            δ [m]; negative where the balls are apart, which erases what the contact remembers. A contact that touches
-            on its path does so where the straight path from its last place has δ = 0; the first starts from δ = U = 0.
-        tangential_displacement : array_like (contact)
-            U [m].
-
-        Raises
-        ------
-        InputError
-            Numbers that are not finite, or not one for each contact, or another thread steps it; nothing is changed.
+        approach, tangential_displacement : array_like (contact)
+            δ and U [m]. A negative δ, where the balls are apart, erases what the contact remembers. A contact that
+            touches on its path does so where the straight path from its last place has δ = 0; the first starts from
+            δ = U = 0. Numbers that are not finite, or not one for each contact, are an InputError, as is another
+            thread that steps it: then nothing is changed.
         """
         places = self._as_they_are(approach, tangential_displacement)
         if places is None:

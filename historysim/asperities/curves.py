@@ -69,13 +69,10 @@ def is_convex(approach: Floats, load: Floats) -> bool:
 
 
 def through(approach: Floats, load: Floats, stiffness: Floats | None = None) -> Knots:
-    """Return the curve that meets a convex table at its rows.
+    """Return the curve that meets a convex table at its rows, with one knot more between two rows (Schumaker 1983).
 
-    Between two rows there is one knot more, which is where the stiffnesses at the rows, and the load between them,
-    want it (Schumaker 1983). Below the first row the load is a power of the approach.
-
-    The stiffness dP/da just before rows [N/m] is NaN where it is not known, and P is then straight up to the first; by
-    default it follows from three rows each.
+    Stiffnesses dP/da just before rows [N/m] are NaN where they are not known; P is then straight up to the first row.
+    By default they follow from three rows each, and below the first row the load is a power of the approach.
     """
     from scipy.optimize import isotonic_regression
 
@@ -337,11 +334,10 @@ class NormalCurves:
     def error(self) -> float:
         """Return what the total that is replayed may be off by, over the largest load.
 
-        Of a table without noise it is an estimate of the error between its rows: every third one is kept, in turn,
-        and the differences at the others are taken; of less than nine rows, all that convex curves through them may
-        differ by, which is more than it mostly is. Of one with noise, 95 of 100 such tables give a curve that is
-        nearer. A kink in a long table with noise may be off by more, where it lies between two of the at most
-        `MOST_NODES` places at which the stiffness can bend, and the noise hides it at the rows.
+        Without noise it is an estimate of the error between the rows: every third one is kept, in turn, and the
+        differences at the others are taken; of less than nine rows, what convex curves through them may differ by.
+        With noise, 95 of 100 such tables give a curve that is nearer. A kink in a long table with noise may be off by
+        more, where it lies between two of the at most `MOST_NODES` places at which the stiffness can bend.
         """
         total = self.load.sum(axis=1)
         if self.weight is not None:

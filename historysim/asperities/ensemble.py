@@ -513,7 +513,7 @@ class Ensemble:
         """
         line, chosen = self._memory_of(state, planar=True), self._chosen(asperities)
         coefficients = state.friction
-        coefficients[chosen] = coulomb(friction, chosen.size)
+        coefficients[chosen] = self._coefficients(friction, chosen.size)
         if isinstance(state, PlanarState):
             planar = binding.owned_planar(lib.hs_planar_copy(state.planar))
             yields, driven = _compliances(instrument), self.driven(False, RIGID)
@@ -603,14 +603,10 @@ class Ensemble:
     ) -> Any:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
-        Targets are in N and m; tangential pairs, in two directions, make any state a `PlanarState`. Rows of asperities,
-        by index in the order of their columns, are written to ``rows`` in SI (see `blank_rows`).
-        A share ``until`` of each path is walked; ``friction`` goes straight with the channels.
-        Threads share the work on many asperities; the bits do not depend on them. `saturate` and `instrument` as for
-        `advance`.
-
-        Raises FrictionLimitError, CurveEndError: with the position of the path that cannot be walked. InputError: a
-        state of another ensemble, or friction of patches that changes along a path.
+        Tangential pairs, in two directions, make any state a `PlanarState`. Rows of asperities, by index in the order
+        of their columns, are written to ``rows`` in SI (see `blank_rows`). A share ``until`` of each path is walked;
+        ``friction`` goes straight with the channels. Threads share the work on many asperities; the bits do not depend
+        on them. `saturate`, `instrument` and errors as for `advance`, which have the position of the path here.
         """
         planar = isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or bool(rows and rows.vectors)
         if planar and friction is not None:
@@ -673,6 +669,8 @@ class Ensemble:
             "memory": owned(lib.hs_memory_of_one(memory, index)),
         }
         return PlanarAsperity(**own, planar=state.planar) if isinstance(state, PlanarState) else Asperity(**own)
+
+    _coefficients = staticmethod(coulomb)
 
     def _evolution(self, virgin_radius: Floats, goal: FrictionGoal | None = None) -> Any:
         follow = self.follow_sliding
@@ -858,19 +856,14 @@ class Patches(Ensemble):
         }
         return {name: values for name, values in known.items() if values is not None}
 
-    def with_friction(
-        self,
-        state: AnyState,
-        friction: ArrayLike,
-        *,
-        asperities: ArrayLike | None = None,
-        instrument: Instrument = RIGID,
-    ) -> AnyState:
-        """Return the state with another coefficient from now on; see `Ensemble.with_friction`."""
+    def _chosen(self, asperities: ArrayLike | None) -> Integers:
         if asperities is not None:
             raise InputError("patches of one contact share one coefficient; expected a change for all of them")
-        coefficient = scalar("friction of patches that share a contact", friction)
-        return super().with_friction(state, coefficient, instrument=instrument)
+        return super()._chosen(asperities)
+
+    @staticmethod
+    def _coefficients(friction: ArrayLike, count: int) -> Floats:
+        return coulomb(scalar("friction of patches that share a contact", friction), count)
 
     def walk(
         self,

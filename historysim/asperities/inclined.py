@@ -221,22 +221,12 @@ def _over_facets(part: Callable[[EnsembleState, float, float], float], text: str
 
 @attrs.frozen(eq=False, repr=False)
 class InclinedState(SavedState):
-    """The state of an `InclinedEnsemble`: a value, never changed once made. It can be pickled, and compared to the bit.
+    """The state of an `InclinedEnsemble`: a value that can be pickled, and compared to the bit."""
 
-    Attributes
-    ----------
-    facets : tuple of EnsembleState
-        One for each slope, ascending, in axes turned by it.
-    axes : array (facet, 2)
-        Cosine and sine of each.
-    approach, tangential_displacement : float
-        Of the whole body, d and U [m].
-    """
-
-    facets: tuple[EnsembleState, ...]
-    axes: Floats
-    approach: float
-    tangential_displacement: float
+    facets: tuple[EnsembleState, ...]  #: one for each slope, ascending, in axes turned by it
+    axes: Floats  #: cosine and sine of each (facet, 2)
+    approach: float  #: of the whole body, d [m]
+    tangential_displacement: float  #: of the whole body, U [m]
     normal_control: int = LOAD
     tangential_control: int = LOAD
 
@@ -330,16 +320,6 @@ class InclinedEnsemble(Ensemble):
     InputError
         As for `Ensemble`; friction times slope of 0.9 or more, at which asperities lock; a law of friction, wear or
         yielding, which do not go with slopes.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.InclinedEnsemble(pair, summit_height=0.0, summit_radius=1e-3, friction=0.2, slope=0.1)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=10e-3)
-    >>> uphill = ensemble.advance(state, tangential_displacement=100e-9)
-    >>> downhill = ensemble.advance(uphill, tangential_displacement=-100e-9)
-    >>> print(f"{uphill.tangential_load * 1e3:.3f} mN up, {downhill.tangential_load * 1e3:.3f} mN down")
-    3.061 mN up, -0.980 mN down
     """
 
     slope: Floats

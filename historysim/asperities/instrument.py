@@ -54,16 +54,6 @@ class Instrument:
     InputError
         A stiffness that is not a positive number, infinite or from 1e-60 to 1e60 N/m; a resolution that is not a
         finite number, 0 or more.
-
-    Examples
-    --------
-    >>> unat = hs.Instrument(lateral_stiffness=3.34e5)
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
-    >>> state = ensemble.advance(state, tangential_displacement=20e-9, instrument=unat)
-    >>> print(f"{state.tangential_displacement * 1e9:.3f} nm of 20 nm")
-    5.565 nm of 20 nm
     """
 
     lateral_stiffness: Stiffnesses = attrs.field(default=math.inf, converter=_newtons_per_metre, validator=_stiff)

@@ -113,22 +113,13 @@ class Law(abc.ABC):
 
 @attrs.frozen(eq=False)
 class Loaded:
-    """How asperities are loaded at one moment.
-
-    Attributes
-    ----------
-    pair : MaterialPair
-    normal_load, summit_radius, slid_distance : array (asperity)
-        Load > 0 [N], radius [m], and how far each has slid [m].
-    total_normal_load : float
-        Of all asperities together [N].
-    """
+    """How asperities are loaded at one moment; arrays are (asperity)."""
 
     pair: MaterialPair
-    normal_load: Floats
-    total_normal_load: float
-    summit_radius: Floats
-    slid_distance: Floats
+    normal_load: Floats  #: > 0 [N]
+    total_normal_load: float  #: of all asperities together [N]
+    summit_radius: Floats  #: [m]
+    slid_distance: Floats  #: how far each has slid [m]
 
 
 class FrictionLaw(Law):

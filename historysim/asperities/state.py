@@ -123,16 +123,6 @@ class EnsembleState(WholeContact, SavedState):
 
     States are equal where all their bits are: geometry, friction, memory, loads, and how the channels were controlled;
     when asperities have slid is no part of that. They can be pickled.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
-    >>> print(f"{state.tangential_stiffness:.4g} N/m")
-    9.573e+05 N/m
-    >>> state == ensemble.initial_state()
-    False
     """
 
     memory: Memory  #: of the library
@@ -243,17 +233,6 @@ class PlanarState(WholeContact, SavedState):
 
     `Ensemble.advance` makes it of a state of one direction, which is x, where a target has two components. States are
     equal where all their bits are. They can be pickled.
-
-    Examples
-    --------
-    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    >>> ensemble = hs.Ensemble(pair, summit_height=0.0, summit_radius=2.5e-3, friction=0.2)
-    >>> state = ensemble.advance(ensemble.initial_state(), normal_load=50e-3)
-    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 0.0))
-    >>> state = ensemble.advance(state, tangential_displacement=(5e-9, 5e-9))
-    >>> tx, ty = state.tangential_load
-    >>> print(f"{tx * 1e3:.3f} mN along x, {ty * 1e3:.3f} mN along y")
-    4.067 mN along x, 4.277 mN along y
     """
 
     planar: Any  #: hs_planar, of the library

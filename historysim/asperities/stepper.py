@@ -95,13 +95,8 @@ class Stepper(WholeContact):
     Each step overwrites the state: `save` first where a step may be undone, such as a trial inside an integrator's
     stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
-    Attributes
-    ----------
-    memory : hs_memory
-        What C code steps, unless asperities evolve: ``hs_step(memory, …, drive, …)``. Its address is
-        ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
-    drive : hs_drive
-        How it is driven.
+    C code steps its ``memory``, unless asperities evolve: ``hs_step(memory, …, drive, …)``; the address is
+    ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
     """
 
     def __init__(self, ensemble: Any, state: EnsembleState, how: dict[str, Any]) -> None:
@@ -145,25 +140,12 @@ class Stepper(WholeContact):
         tangential_displacement: float | None = None,
         time: float | None = None,
     ) -> None:
-        """Go along one joint straight path; parameters as in `Ensemble.advance`.
+        """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed.
 
-        Parameters
-        ----------
-        time : float, optional
-            When the path ends [s], where a solver knows it.
-
-        Warns
-        -----
-        UserWarning
-            The contact is moved as a solver's trials would: to a time that is no later than that of the step before,
-            or back and forth in each of several steps. All of it is remembered; `restore` takes a trial back.
-
-        Raises
-        ------
-        FrictionLimitError, CurveEndError
-            A load beyond the friction limit, or beyond the end of a normal curve; nothing is changed.
-        InputError
-            As for `Ensemble.advance`, or another thread steps it; nothing is changed.
+        ``time`` is when the path ends [s], where a solver knows it. A UserWarning says that the contact is moved as a
+        solver's trials would: to a time that is no later than that of the step before, or back and forth in each of
+        several steps. All of it is remembered; `restore` takes a trial back. Another thread that steps it gets an
+        InputError.
         """
         memory = self.memory
         normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
@@ -229,17 +211,9 @@ def _of_state(name: str) -> Any:
 
 @attrs.define(eq=False)
 class PlanarStepper:
-    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`.
+    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`."""
 
-    `Ensemble.stepper` makes one of a `PlanarState`, such as ``ensemble.in_plane(ensemble.initial_state())``.
-
-    Attributes
-    ----------
-    state : PlanarState
-        The present one, which later steps do not change.
-    """
-
-    state: PlanarState
+    state: PlanarState  #: the present one, which later steps do not change
     _advance: Callable[..., Any]
 
     normal_load = _of_state("normal_load")

@@ -37,16 +37,9 @@ def paths_to(
 ) -> Paths:
     """Return the straight paths to the goals of both channels, whose rows follow one another from row 0 on.
 
-    Parameters
-    ----------
-    normal, tangential : Goals
-        A single entry of either stands for all paths. Tangential targets may be pairs (path, 2), in x and y.
-    parts : array_like (path)
-        Equal parts that are walked; the inner ends are recorded.
-    recorded : array_like (path)
-        Whether the end is recorded, too.
-    times : pair of array_like (path)
-        When paths begin and end [s]; NaN where that is not known.
+    A single entry stands for all paths. Tangential targets may be pairs (path, 2), in x and y. Each path is walked in
+    equal ``parts``, with the inner ends ``recorded``, and its end where that says so. Times are when paths begin and
+    end [s]; NaN where that is not known.
     """
     entries = [np.atleast_1d(entry) for entry in (*normal, *tangential, parts, recorded, *times)]
     (count,) = np.broadcast_shapes(*(entry.shape[:1] for entry in entries))

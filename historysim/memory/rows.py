@@ -15,21 +15,12 @@ PROJECTED = ("normal_load", "tangential_load", "contact_radius", "stick_radius",
 
 @attrs.frozen(eq=False)
 class Rows:
-    """Recorded rows in SI units.
+    """Recorded rows in SI units."""
 
-    Attributes
-    ----------
-    totals : array (row)
-        Of the whole contact, with the fields of ``hs_totals``.
-    each : mapping of array (row, column)
-        Of each recorded asperity, by the names of the fields of ``hs_rows``.
-    vectors : mapping of array (row, 2)
-        In two tangential directions, of the whole contact by the names of the fields of ``hs_planar_rows``; tangential
-        loads of asperities are (row, column, 2) then. In one direction there are none.
-    """
-
-    totals: Array
-    each: dict[str, Array]
+    totals: Array  #: (row) of the whole contact, with the fields of ``hs_totals``
+    each: dict[str, Array]  #: (row, column) of each recorded asperity, by the names of the fields of ``hs_rows``
+    #: (row, 2) of the whole contact in two tangential directions, by the names of the fields of ``hs_planar_rows``;
+    #: tangential loads of asperities are (row, column, 2) then. In one direction there are none.
     vectors: dict[str, Array] = attrs.Factory(dict)
 
     def __getitem__(self, where: slice) -> Self:
@@ -63,17 +54,9 @@ class Rows:
 
 
 def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = False) -> Rows:
-    """Return arrays for rows to be written to.
+    """Return arrays for rows to be written to, of so many asperities; None for totals alone.
 
-    Parameters
-    ----------
-    count : int
-    asperities : int, optional
-        How many are recorded; None for totals alone.
-    *more : str
-        What is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
-    planar : bool
-        Whether there are two tangential directions.
+    ``more`` is recorded of each asperity beside what always is, by the names of the fields of ``hs_rows``.
     """
     names = () if asperities is None else (*PROJECTED, "dissipated_energy", *more)
     shape = (count, asperities or 0)
