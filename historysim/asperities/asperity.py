@@ -209,7 +209,7 @@ class PlanarAsperity(Asperity):
     @property
     def tangential_stiffness(self) -> float:
         """dT/dU of what sticks [N/m], 8 G* c, which is that of all directions."""
-        return self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius
+        return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
 
     @cached_property
     def superposition(self) -> tuple[Floats, Floats]:

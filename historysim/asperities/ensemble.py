@@ -456,7 +456,7 @@ class Ensemble:
     @overload
     def stepper(self, state: PlanarState, **how: Any) -> PlanarStepper: ...
 
-    def stepper(
+    def stepper(  # type: ignore[misc] # other names than these are a TypeError
         self,
         state: EnsembleState | PlanarState | None = None,
         *,

@@ -1,7 +1,6 @@
 """Running in: summits of a height map yield and wear, pass after pass, and are found anew after each."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import NamedTuple
 
 import attrs
@@ -10,7 +9,9 @@ import numpy as np
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
-from historysim.basics.arguments import Floats, Integers, scalar
+from historysim.basics.arguments import Floats, Integers
+from historysim.basics.fields import Force, Length, at_least
+from historysim.basics.units import metres, newtons
 from historysim.basics.wording import nearest
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
@@ -24,8 +25,8 @@ VOLUMES = ("lost", "conserved")
 class Pass:
     """One pass of a flat over a map, under a load > 0 [N], and how far it slides, 0 or more [m]."""
 
-    normal_load: float = attrs.field(converter=partial(scalar, "normal_load", above=0))
-    sliding_distance: float = attrs.field(default=0.0, converter=partial(scalar, "sliding_distance", least=0))
+    normal_load: Force = attrs.field(converter=newtons, validator=at_least(0.0, above=True))
+    sliding_distance: Length = attrs.field(default=0.0, converter=metres, validator=at_least(0.0))
 
 
 class PassRecord(NamedTuple):
