@@ -1,15 +1,16 @@
 """Files of numbers in a scenario: a section that names one, and the columns of it."""
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import attrs
 from cattrs import Converter
 from cattrs.gen import override
 
+from historysim.basics.fields import Key
 from historysim.basics.files import is_file, what_is_there
-from historysim.basics.wording import nearest, shown
+from historysim.basics.wording import nearest
 from historysim.errors import InputError, at, misfit
 from historysim.scenario.schema import table_hook, text
 from historysim.tables import Column, Format, Table, join_tables, read_table
@@ -21,7 +22,9 @@ class NumbersFile(Format):
     """A file of numbers, or several that go on one after the other, and how they are written."""
 
     #: Path, relative to the scenario; an array of paths is one record in several files, in their order.
-    file: str | tuple[str, ...]
+    file: str | tuple[str, ...] = attrs.field(
+        validator=Key(lambda files: files != (), "the path of a file, or of several that follow one another")
+    )
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -83,45 +86,11 @@ def column_from_toml(value: object, _: object = Column) -> Column:
 
 
 def column_hooks(converter: Converter) -> None:
-    """Let a converter structure columns, and keys of a format, in which white space counts."""
+    """Let a converter structure columns, and keys of a format, which the class itself checks: white space counts."""
     converter.register_structure_hook(Column, column_from_toml)
+    as_given = override(struct_hook=lambda value, _: tuple(value) if isinstance(value, list) else value)
+    keys = {field.name: as_given for field in attrs.fields(Format)}
     converter.register_structure_hook_factory(
-        lambda kind: isinstance(kind, type) and issubclass(kind, Format), _format_hook
+        lambda kind: isinstance(kind, type) and issubclass(kind, Format),
+        lambda kind, within: table_hook(kind, within, **keys),
     )
-
-
-def _format_hook(kind: type, converter: Converter) -> Callable[[object, object], object]:
-    as_it_stands = override(struct_hook=_characters)
-    files = {"file": override(struct_hook=_files)} if issubclass(kind, NumbersFile) else {}
-    as_given = override(struct_hook=_as_given)
-    if "run" in {field.name for field in attrs.fields(kind)}:
-        files["run"] = as_given
-    return table_hook(
-        kind,
-        converter,
-        **files,
-        delimiter=as_it_stands,
-        comment=as_it_stands,
-        block=as_given,
-        sheet=as_given,
-        broken=as_it_stands,
-    )
-
-
-def _files(value: object, _: object) -> str | tuple[str, ...]:
-    if not isinstance(value, list):
-        return text(value)
-    if not value:
-        raise InputError("an array of none; expected the path of a file, or of several that follow one another")
-    return tuple(text(each) for each in value)
-
-
-def _as_given(value: object, _: object) -> object:
-    """Return the value of a key that may be of several kinds, which its class checks."""
-    return tuple(value) if isinstance(value, list) else value
-
-
-def _characters(value: object, _: object) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"{shown(value)}; expected a string")
-    return value

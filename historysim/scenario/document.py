@@ -14,7 +14,6 @@ from cattrs import Converter
 from historysim.basics.files import kind_text, what_is_there
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
-from historysim.basics.wording import shown
 from historysim.errors import InputError, misfit
 from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.column_keys import column_hooks
@@ -22,7 +21,6 @@ from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
 from historysim.scenario.schema import from_table, kind_from_toml, schema_converter, table
 from historysim.scenario.sections import (
-    RECORDS,
     MaterialEntry,
     Pictures,
     Sections,
@@ -153,7 +151,6 @@ def _converter() -> Converter:
         (lambda kind: kind == MaterialEntry, material_from_toml),
         (lambda kind: kind is FrictionCourse, course_from_toml),
         (lambda kind: kind is Loading, loading_from_toml),
-        (lambda kind: kind == (str | tuple[int, ...]), _record),
         (lambda kind: kind == Pictures, _pictures_from_toml),
     ):
         converter.register_structure_hook_func(fits, partial(hook, converter))
@@ -172,8 +169,7 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
     if base is not SurfaceKind:
         for key in {"rule", "prune", "ball_radius"} & entry.keys():
             raise misfit("belongs to the surface as a whole; expected it beside first and second", key)
-        part: SurfaceKind = kind_from_toml(converter, entry, SURFACES, among=base)
-        return part
+        return kind_from_toml(converter, entry, SURFACES, among=base)
     level, depth = _parts(value), 0
     while level:
         level, depth = [part for each in level for part in _parts(each)], depth + 1
@@ -183,10 +179,8 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
 
     own = attrs.fields_dict(ChangedSurface).keys() - {"of"}
     keys = {key: entry.pop(key) for key in sorted(own & entry.keys())}
-    surface: SurfaceKind = kind_from_toml(converter, entry, SURFACES)
-    if keys:
-        surface = from_table(ChangedSurface, {"of": surface, **keys}, converter, "of")
-    return surface
+    surface = kind_from_toml(converter, entry, SURFACES)
+    return from_table(ChangedSurface, {"of": surface, **keys}, converter, "of") if keys else surface
 
 
 def _parts(entry: object) -> list[object]:
@@ -199,15 +193,6 @@ def _pictures_from_toml(converter: Converter, value: object, kind: object) -> Pi
     from historysim.scenario.picture_section import pictures_from_toml
 
     return pictures_from_toml(converter, value, kind)
-
-
-def _record(converter: Converter, value: object, _: object) -> str | tuple[int, ...]:
-    if isinstance(value, list):
-        return converter.structure(value, tuple[int, ...])
-    if not isinstance(value, str) or value not in RECORDS:
-        words = ", ".join(f'"{word}"' for word in RECORDS)
-        raise InputError(f"{shown(value)}; expected {words} or an array of indices")
-    return value
 
 
 def _source(path: Path) -> str:

@@ -71,10 +71,6 @@ def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
     return tuple(items)
 
 
-def _is_quantity(kind: object) -> bool:
-    return get_origin(kind) is Annotated and isinstance(get_args(kind)[1], Quantity)
-
-
 def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float, ...]]:
     plain, quantity = get_args(kind)
     one_or_many = isinstance(plain, UnionType) or quantity.alone
@@ -101,8 +97,8 @@ AnyWearLaw = Annotated[Any, KindOf("historysim.asperities.wear:WEAR_LAWS", "law"
 AnyYieldingLaw = Annotated[Any, KindOf("historysim.asperities.yielding:YIELDING_LAWS", "law", alone=True)]
 
 
-def _is_kind_of(kind: object) -> bool:
-    return get_origin(kind) is Annotated and isinstance(get_args(kind)[1], KindOf)
+def _is_marked(kind: object, mark: type) -> bool:
+    return get_origin(kind) is Annotated and isinstance(get_args(kind)[1], mark)
 
 
 def _kind_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
@@ -136,10 +132,6 @@ class ColumnsOf:
                 raise misfit("missing; expected a column", attribute.name, key)
 
 
-def _is_table(kind: object) -> bool:
-    return get_origin(kind) is dict
-
-
 def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, object], dict[str, object]]:
     of = get_args(kind)[1]
 
@@ -156,28 +148,26 @@ def _table_of_hook(kind: object, converter: Converter) -> Callable[[object, obje
 _SCALARS = {bool: "true or false", int: "a whole number", float: "a number", str: "a string"}
 
 
-def _is_one_of_scalars(kind: object) -> bool:
-    members = set(get_args(kind)) - {NoneType}
-    return get_origin(kind) in {Union, UnionType} and len(members) > 1 and members <= _SCALARS.keys()
+def _is_one_of_several(kind: object) -> bool:
+    if get_origin(kind) not in {Union, UnionType}:
+        return False
+    members = [each for each in get_args(kind) if each is not NoneType]
+    return len(members) > 1 and all(each in _SCALARS or get_origin(each) is tuple for each in members)
 
 
-def _scalar_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
-    members = set(get_args(kind)) - {NoneType}
+def _several_hook(kind: object, converter: Converter) -> Callable[[object, object], object]:
+    """Structure a value that may be of several types as the one that it is of."""
+    members: dict[Any, Any] = {get_origin(each) or each: each for each in get_args(kind) if each is not NoneType}
     number: Any = Annotated[float, Quantity("1")]
 
     def structure(value: object, _: object) -> object:
-        of = float if type(value) is int and int not in members else type(value)
+        of: Any = {list: tuple, int: int if int in members else float}.get(type(value), type(value))
         if of in members:
-            return converter.structure(value, number if of is float else of)
-        raise InputError(
-            f"{shown(value)}; expected {' or '.join(_SCALARS[each] for each in _SCALARS if each in members)}"
-        )
+            return converter.structure(value, number if of is float else members[of])
+        known = {**_SCALARS, tuple: "an array"}
+        raise InputError(f"{shown(value)}; expected {' or '.join(known[each] for each in known if each in members)}")
 
     return structure
-
-
-def _is_array(kind: object) -> bool:
-    return get_origin(kind) is tuple
 
 
 def _array_hook(kind: object, converter: Converter) -> Callable[[object, object], tuple[object, ...]]:
@@ -195,9 +185,10 @@ def noted(key: str) -> Iterator[None]:
         raise
 
 
-def from_table(cls: Any, value: object, converter: Converter, *as_given: str) -> Any:  # noqa: ANN401 - a class, and one
+def from_table(cls: type[T], value: object, converter: Converter, *as_given: str) -> T:
     """Return an instance of a class of a TOML table; some of its fields are taken as they are given."""
-    return _structure_of(cls, converter, as_given)(value, cls)
+    made: Any = _structure_of(cls, converter, as_given)(value, cls)
+    return cast("T", made)
 
 
 @cache
@@ -206,15 +197,16 @@ def _structure_of(cls: Hashable, converter: Converter, as_given: tuple[str, ...]
     return table_hook(cast("Any", cls), converter, **plainly)
 
 
-def with_kinds(cls: Any, value: object, converter: Converter, *, in_turn: bool = False) -> Any:  # noqa: ANN401 - one
+def with_kinds(cls: type[T], value: object, converter: Converter, *, in_turn: bool = False) -> T:
     """Return an instance of a class of a table with further keys that are names of kinds.
 
     ``cls.by_kind`` says which field takes them, and which registry has them. One value of an event becomes a tuple of
     its fields beside the time; a table becomes the event. With ``in_turn`` the value is an array.
     """
-    field, kinds = cls.by_kind
+    of: Any = cls
+    field, kinds = of.by_kind
     entry, found = dict(table(value)), dict[str, Any]()
-    own = {each.name for each in attrs.fields(cls)} - {field}
+    own = {each.name for each in attrs.fields(of)} - {field}
     for key in sorted(entry.keys() - own, key=[*kinds.own(), *entry].index):
         if key == field:
             raise misfit("unknown key", key)
@@ -241,10 +233,6 @@ def _of_kind(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> o
     return values if timed else kind(*values)
 
 
-def _own_hook(cls: Any, converter: Converter) -> Callable[[object, object], object]:  # noqa: ANN401 - a class
-    return lambda value, _: cls.from_toml(value, converter)
-
-
 def table_hook(
     cls: type,
     converter: Converter,
@@ -262,8 +250,8 @@ def table_hook(
 
 
 def kind_from_toml(
-    converter: Converter, value: object, kinds: Registry[Any], key: str = "kind", among: type = object
-) -> Any:  # noqa: ANN401 - of the class that is named
+    converter: Converter, value: object, kinds: Registry[type[T]], key: str = "kind", among: type = object
+) -> T:
     """Structure a TOML table as the class that its ``key`` names, of ``kinds`` ``among`` the subclasses of one.
 
     Raises InputError: no table, no such kind, or one of a package that cannot be used.
@@ -272,8 +260,8 @@ def kind_from_toml(
     if key not in entry:
         raise misfit(f"missing; expected one of {', '.join(kinds.names(among))}", key)
     with at(key):
-        kind = kinds.named(entry.pop(key), among)
-    return converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind)
+        kind: Any = kinds.named(entry.pop(key), among)
+    return cast("T", converter.structure(entry, kind.chosen(entry) if hasattr(kind, "chosen") else kind))
 
 
 def given(section: attrs.AttrsInstance) -> dict[str, Any]:
@@ -318,14 +306,15 @@ def schema_converter() -> Converter:
     converter.register_structure_hook(int, _integer)
     converter.register_structure_hook(bool, _boolean)
     converter.register_structure_hook_factory(attrs.has, table_hook)
-    for fits, hook in (
-        (lambda kind: hasattr(kind, "from_toml"), _own_hook),
-        (_is_array, _array_hook),
-        (_is_table, _table_of_hook),
-        (_is_one_of_scalars, _scalar_hook),
-        (_is_quantity, _quantity_hook),
-        (_is_kind_of, _kind_hook),
-    ):
+    factories: tuple[tuple[Callable[[Any], bool], Any], ...] = (
+        (lambda kind: hasattr(kind, "from_toml"), lambda cls, within: lambda value, _: cls.from_toml(value, within)),
+        (lambda kind: get_origin(kind) is tuple, _array_hook),
+        (lambda kind: get_origin(kind) is dict, _table_of_hook),
+        (_is_one_of_several, _several_hook),
+        (lambda kind: _is_marked(kind, Quantity), _quantity_hook),
+        (lambda kind: _is_marked(kind, KindOf), _kind_hook),
+    )
+    for fits, hook in factories:
         converter.register_structure_hook_factory(fits, hook)
     return converter
 
@@ -364,7 +353,7 @@ def _wanted(kind: Any, place: Place) -> str:  # noqa: ANN401 - a type
         return what_is_expected(unit)
     members = get_args(kind) if get_origin(kind) in {Union, UnionType} else (kind,)
     one = next((each for each in members if each is not NoneType), kind)
-    if (len(place) == 1 and one is not str) or _is_table(one):
+    if (len(place) == 1 and one is not str) or get_origin(one) is dict:
         return f"a section [{path_text(place)}]"
     return _SCALARS.get(one if isinstance(one, type) else object, "a value")
 

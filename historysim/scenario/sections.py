@@ -10,6 +10,7 @@ from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings
 from historysim.basics.fields import (
     NOT_NEGATIVE,
     Force,
+    Key,
     Length,
     Number,
     Numbers,
@@ -91,8 +92,7 @@ def material_from_toml(converter: Converter, value: object, _: object) -> "Mater
     """Return a built-in material by its name, or that of a table."""
     from historysim.contact.materials import Material, material
 
-    made: Material = from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
-    return made
+    return from_table(Material, value, converter) if isinstance(value, dict) else material(text(value))
 
 
 @attrs.frozen(kw_only=True)
@@ -120,8 +120,7 @@ def course_from_toml(converter: Converter, value: object, _: object) -> Friction
     """Return the course of a table: with a file, or written out."""
     if "file" in table(value):
         return converter.structure(value, CourseFile)
-    made: FrictionCourse = from_table(FrictionCourse, value, converter)
-    return made
+    return from_table(FrictionCourse, value, converter)
 
 
 @attrs.frozen
@@ -259,7 +258,13 @@ class RecordSection:
 
     #: ``"touching"``, ``"all"``, ``"totals"`` (none of them), or an array of indices, counted from 0 in the order of
     #: the surface.
-    asperities: str | tuple[int, ...] = "touching"
+    asperities: str | tuple[int, ...] = attrs.field(
+        default="touching",
+        validator=Key(
+            lambda value: isinstance(value, tuple) or value in RECORDS,
+            ", ".join(f'"{word}"' for word in RECORDS) + " or an array of indices",
+        ),
+    )
     #: Also records how far each asperity slides, ∫|dU| while all its springs slip: ``slid_distance``. With wear, or
     #: friction that evolves, it is recorded in any case.
     sliding: bool = False

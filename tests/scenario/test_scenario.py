@@ -182,7 +182,7 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
 @pytest.mark.parametrize(
     ("layout", "column", "said"),
     [
-        ("delimiter = 7", '"F"', "loading.delimiter: 7; expected a string"),
+        ("delimiter = 7", '"F"', "loading.delimiter: 7; expected one character"),
         ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',', as the delimiter"),
         ('delimitr = ";"', '"F"', "loading.delimitr: unknown key; did you mean 'delimiter'?"),
         ("", '{ column = "F", index = 1 }', "loading.file: r.csv: index = 1 counts the columns of a matrix"),

@@ -63,5 +63,4 @@ def loading_from_toml(converter: Converter, value: object, _: object) -> Loading
         others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)
         more = f", or kind, one of {others}" if others else ""
         raise InputError(f"{problem} given; expected exactly one of waypoints, blocks and file{more}")
-    loading: Loading = kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)
-    return loading
+    return kind_from_toml(converter, {"kind": given[0], **entry} if given else entry, LOADINGS)

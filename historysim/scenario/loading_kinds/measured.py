@@ -105,8 +105,7 @@ class Channel:
             raise InputError(f"{shown(value)}; expected the name of a column, or a table as in {{ column = 1 }}")
         if "column" in value:
             Column(value["column"])
-        made: Self = from_table(cls, value, converter)
-        return made
+        return from_table(cls, value, converter)
 
     @property
     def notches(self) -> tuple[float, ...]:

@@ -57,7 +57,7 @@ class Waypoint:
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
         """Return the waypoint of a table, in which any other key is the name of an event."""
-        made: Self = with_kinds(cls, value, converter)
+        made = with_kinds(cls, value, converter)
         change = made.changes.get("friction")
         if made.asperities is not None and isinstance(change, tuple):
             made = attrs.evolve(made, changes={**made.changes, "friction": (*change, made.asperities)})
@@ -227,8 +227,7 @@ class Each:
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
         """Return the values of a table, in which any other key is the name of an event."""
-        made: Self = with_kinds(cls, value, converter, in_turn=True)
-        return made
+        return with_kinds(cls, value, converter, in_turn=True)
 
     @property
     def turns(self) -> list[Changes]:
