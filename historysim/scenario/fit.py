@@ -47,33 +47,28 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 raise InputError("the asperities are inclined; expected level ones for a fit")
             start = {name: _start(name, ensemble, instrument) for name in section.parameters}
 
-    height = ensemble.summit_height
-    mean = height.mean()
-
     def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
-        pair = ensemble.pair
-        if "shear_modulus" in values:
-            pair = MaterialPair.from_moduli(
-                contact_modulus=pair.contact_modulus, shear_modulus=values["shear_modulus"], **pair.limits
-            )
-        if ensemble.curves is not None:
-            friction = values.get("friction", float(ensemble.friction[0]))
-            top, tolerance = ensemble.highest_summit, ensemble.tolerance
-            changed: Ensemble = Patches(pair, ensemble.curves, friction, highest_summit=top, tolerance=tolerance)
-        else:
-            changed = Ensemble(
-                pair,
-                mean + values.get("height_scale", 1.0) * (height - mean),
-                ensemble.summit_radius,
-                values.get("friction", ensemble.friction),
-                tolerance=ensemble.tolerance,
-            )
-        return (
-            changed,
-            attrs.evolve(instrument, lateral_stiffness=values.get("lateral_stiffness", instrument.stiffness)),
-        )
+        stiffness = values.get("lateral_stiffness", instrument.stiffness)
+        return _changed(ensemble, values), attrs.evolve(instrument, lateral_stiffness=stiffness)
 
     return section, model, start
+
+
+def _changed(ensemble: Ensemble, values: Mapping[str, float]) -> Ensemble:
+    """Return an ensemble with other values of what is fitted."""
+    pair = ensemble.pair
+    if "shear_modulus" in values:
+        moduli = {"contact_modulus": pair.contact_modulus, "shear_modulus": values["shear_modulus"]}
+        pair = MaterialPair.from_moduli(**moduli, **pair.limits)
+    friction = values.get("friction", ensemble.friction)
+    if ensemble.curves is not None:
+        one = float(np.ravel(friction)[0])
+        top, tolerance = ensemble.highest_summit, ensemble.tolerance
+        return Patches(pair, ensemble.curves, one, highest_summit=top, tolerance=tolerance)
+    height = ensemble.summit_height
+    mean = height.mean()
+    stretched = mean + values.get("height_scale", 1.0) * (height - mean)
+    return Ensemble(pair, stretched, ensemble.summit_radius, friction, tolerance=ensemble.tolerance)
 
 
 def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
@@ -156,8 +151,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     Raises
     ------
     InputError
-        A scenario that cannot be used or measures no tangential load, fewer loops than are to be skipped, or loops that
-        run the wrong way round.
+        A scenario that cannot be used or measures no tangential load, too few loops, or ones the wrong way round.
     LoadError
         A normal load that the contact cannot carry.
 
@@ -184,7 +178,7 @@ def creep(scenario: Scenario | str | Path) -> Creep:
     ----------
     scenario : Scenario or path
         A scenario with a measured loading that has tangential displacement, tangential load and normal load. Its model
-        says what the contact's memory makes of displacement and normal load in the holds.
+        says what the memory of the contact makes of displacement and normal load in the holds.
 
     Returns
     -------
@@ -225,11 +219,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 
     Raises
     ------
-    InputError
-        A scenario that cannot be used, has no ``[fit]`` or measures no tangential load, fewer loops than are to be
-        skipped, or loops that run the wrong way round.
-    LoadError
-        A normal load that the contact cannot carry.
+    InputError, LoadError
+        As for `compare`; also a scenario without ``[fit]``.
     """
     scenario = as_scenario(scenario)
     observation, model, start = to_fit(scenario)
@@ -252,19 +243,25 @@ def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
         return observe(measurement, skip=section.skip, **noise), model, start
 
 
+# Where a scenario has what is fitted.
+_HOMES = {
+    "friction": ("friction", "coefficient"),
+    "shear_modulus": ("materials", "shear_modulus"),
+    "lateral_stiffness": ("instrument", "lateral_stiffness"),
+    "height_scale": ("surface", "height_scale"),
+}
+
+
 def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: Path) -> str:
     """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
     for parameter in parameters:
-        if parameter.name == "friction":
-            _put(document["friction"], "coefficient", parameter)
-        elif parameter.name == "lateral_stiffness":
-            _put(document["instrument"], "lateral_stiffness", parameter)
-        elif parameter.name == "height_scale":
-            scale = getattr(scenario.sections.surface, "height_scale", None)
-            _put(document["surface"], "height_scale", parameter, scale or 1.0)
-        else:
-            _put_moduli(document, scenario, parameter)
+        section, key = _HOMES[parameter.name]
+        if section == "materials" and key not in document[section]:
+            _put_pair(document, scenario)
+        # heights that are stretched already are stretched once more
+        scale = getattr(scenario.sections.surface, "height_scale", None) if key == "height_scale" else None
+        _put(document[section], key, parameter, scale or 1.0)
     if "run" in document["loading"]:
         document["loading"]["run"] = scenario.run
     before, after = scenario.path.parent.absolute(), output.parent.absolute()
@@ -281,19 +278,17 @@ def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: 
     table[key] = value
 
 
-def _put_moduli(document: MutableMapping[str, Any], scenario: Scenario, parameter: Parameter) -> None:
-    """Write a fitted shear modulus of the pair, which takes the place of the two materials."""
-    if "shear_modulus" not in document["materials"]:
-        pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
-        if adhesion is not None:
-            # it may follow from the two materials, which are not named any more
-            document["adhesion"]["work_of_adhesion"] = adhesion.work(pair)
-        modulus = tomlkit.float_(pair.contact_modulus)
-        if pair.first and pair.second:
-            modulus.comment(f"of {pair.first.name} and {pair.second.name}")
-        document["materials"] = tomlkit.table()
-        document["materials"]["contact_modulus"] = modulus
-    _put(document["materials"], "shear_modulus", parameter)
+def _put_pair(document: MutableMapping[str, Any], scenario: Scenario) -> None:
+    """Write the contact modulus of the pair in place of its two materials, beside which a shear modulus stands."""
+    pair, adhesion = scenario.sections.materials.pair(), scenario.sections.adhesion
+    if adhesion is not None:
+        # it may follow from the two materials, which are not named any more
+        document["adhesion"]["work_of_adhesion"] = adhesion.work(pair)
+    modulus = tomlkit.float_(pair.contact_modulus)
+    if pair.first and pair.second:
+        modulus.comment(f"of {pair.first.name} and {pair.second.name}")
+    document["materials"] = tomlkit.table()
+    document["materials"]["contact_modulus"] = modulus
 
 
 def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> None:

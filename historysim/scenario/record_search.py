@@ -3,7 +3,7 @@
 import functools
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
 
 Record = xr.Dataset | Measurement | Scenario | str | Path
-Opened = Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]
 
 
 def loops(
@@ -68,13 +67,8 @@ def loops(
     >>> len(loops)
     8
     """
-    options: dict[str, Any] = {
-        "dead_band": dead_band,
-        "skip": skip,
-        "skip_per_level": skip_per_level,
-        "definitions": DEFAULT if definitions is None else definitions,
-    }
-
+    options: dict[str, Any] = {"dead_band": dead_band, "skip": skip, "skip_per_level": skip_per_level}
+    options["definitions"] = DEFAULT if definitions is None else definitions
     with _opened(record) as (channels, scenario):
         check_direction(channels, "a question for loops")
         if isinstance(channels, xr.Dataset):
@@ -113,52 +107,31 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
         return sliding_of_measurement(channels, over=over, windows=windows)
 
 
-@functools.singledispatch
-def _opened(record: object) -> AbstractContextManager[tuple[xr.Dataset | Measurement, Scenario | None]]:
-    """Give a history or a measurement by the kind of record, and the scenario of a measurement."""
-    raise InputError(
-        f"{brief(record)}: cannot be evaluated; expected a history (Dataset), a Measurement, a Scenario, or the path "
-        "of a scenario or a result"
-    )
-
-
-@_opened.register(xr.Dataset)
-@_opened.register(Measurement)
 @contextmanager
-def _(record: xr.Dataset | Measurement) -> Opened:
-    yield record, None
-
-
-@_opened.register(Scenario)
-@contextmanager
-def _(record: Scenario) -> Opened:
-    measurement = record.measurement()
-    with reported(record.path.name), at("loading"):
-        yield measurement, record
-
-
-@_opened.register(str)
-@_opened.register(Path)
-@contextmanager
-def _(record: str | Path) -> Opened:
-    path = Path(record)
-    match kind_of(path):
-        case "result":
-            with open_result(path) as history:
+def _opened(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario | None]]:
+    """Give the history or the measurement of a record, and the scenario of a measurement."""
+    if isinstance(record, str | Path):
+        kind = kind_of(Path(record))
+        if kind == "result":
+            with open_result(Path(record)) as history:
                 yield history, None
-        case "scenario":
-            with _opened(load(path)) as opened:
-                yield opened
-        case "log":
-            raise InputError(
-                f"{path}: is the log of a run; expected its result, which historysim run {path} makes again, or a "
-                "scenario (.toml)"
-            )
-        case _:
-            raise InputError(
-                f"{path}: is no scenario (.toml) and no result of historysim run; expected one of them; of a record "
-                f"`historysim columns {path} -o my.toml` writes a scenario"
-            )
+            return
+        if kind != "scenario":
+            again = f"historysim run {record} makes the result of a log" if kind == "log" else ""
+            mend = again or f"of a record `historysim columns {record} -o my.toml` writes a scenario"
+            raise InputError(f"{record}: is no scenario (.toml) and no result of historysim run; expected one; {mend}")
+        record = load(record)
+    if isinstance(record, Scenario):
+        measurement = record.measurement()
+        with reported(record.path.name), at("loading"):
+            yield measurement, record
+    elif isinstance(record, xr.Dataset | Measurement):
+        yield record, None
+    else:
+        raise InputError(
+            f"{brief(record)}: cannot be evaluated; expected a history (Dataset), a Measurement, a Scenario, or the "
+            "path of a scenario or a result"
+        )
 
 
 def _question(scenario: Scenario) -> str:
@@ -186,7 +159,6 @@ def _earlier(name: str, function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 find_loops, find_sliding = _earlier("find_loops", loops), _earlier("find_sliding", sliding)
-
 
 Result = TypeVar("Result")
 Rows = list[tuple[str, ...]]
@@ -225,11 +197,11 @@ def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
     """Return a table of the loops of each run; the first row is the heading."""
     every = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
     labels = {name: text for name, text in every.items() if not name.endswith(("_gap", "_zero_load"))}
-
-    def row(loops: "Loops") -> tuple[str, ...]:
-        return (str(len(loops)), *(loops.text(name, unit) for name, (_, unit, *_) in labels.items()))
-
-    return _rows(("loops", *(text[0] for text in labels.values())), runs, row)
+    return _rows(
+        ("loops", *(text[0] for text in labels.values())),
+        runs,
+        lambda loops: (str(len(loops)), *(loops.text(name, unit) for name, (_, unit, *_) in labels.items())),
+    )
 
 
 def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:

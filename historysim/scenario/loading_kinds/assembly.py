@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import attrs
 import numpy as np
@@ -27,12 +26,10 @@ from historysim.scenario.loading_kinds.measured import (
     ForceChannel,
     LengthChannel,
     LoadColumns,
-    check_units,
     column_names,
     conditioned,
     hum_remark,
     last_digit,
-    unit_of,
 )
 from historysim.scenario.schema import given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
@@ -50,36 +47,33 @@ Remarks = list[tuple[str, str]]
 def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     """Return the measurement of a file, made ready by the keys of ``[loading]``."""
     remarks: Remarks = []
-    channels = dict(_channels(section))
-    check_units(channels)
-    clocked = _on_one_clock(folder, section, channels, remarks)
-    name = section.name
-    clocked = _of_run(section, clocked, remarks)
-    with at("file"), _named(name):
+    clocked = _of_run(section, _on_one_clock(folder, section, remarks), remarks)
+    with at("file"), _named(section.name):
         clocked = _within(section, clocked, remarks)
         clocked = _without_missing(section, clocked, remarks)
         _check_one_run(clocked)
         _check_sizes(clocked.time, clocked)
         _check_gaps(section.max_gap, clocked)
     if section.interval is not None:
-        clocked = _evenly(name, section.interval, clocked)
+        clocked = _evenly(section.name, section.interval, clocked)
         remarks.append(("resampled", f"every {quantity_text(section.interval, 's')}, {_samples(clocked.time.size)}"))
-    values: dict[tuple[str, str], Floats] = {}
+    values: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
     removed: dict[str, Floats] = {}
-    for (group, key), channel in channels.items():
-        with at(group, key), _named(name):
+    for (group, key), channel in section.channels.items():
+        with at(group, key), _named(section.name):
             dead_band = getattr(section.dead_band, key, None) or 0.0
             in_si = _in_si(channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed)
             _check_sizes(in_si, clocked)
-            values[group, key] = in_si
-            digit = last_digit(clocked.values.get((group, key)), in_si)
+        values[group][key] = in_si
+        if channel.sources:
+            digit = last_digit(clocked.values[group, key], in_si)
             if hum := hum_remark(channel, key, clocked.time, in_si, digit):
                 remarks.append((HUM_REMARK, hum))
-    _close_free_play(channels, values, remarks)
+    _close_free_play(section, values, remarks)
     measurement = Measurement(
         time=clocked.time,
-        channels={key: array for (group, key), array in values.items() if group == "columns"},
-        response={key: array for (group, key), array in values.items() if group == "response"},
+        channels=values["columns"],
+        response=values["response"],
         dead_band=given(section.dead_band),
         reduced=section.reduce,
         removed=removed,
@@ -110,17 +104,8 @@ class _Clocked:
         return Measurement(self.time, {}, row=self.row).place(index)
 
 
-def _channels(section: "MeasuredLoading") -> Iterator[tuple[tuple[str, str], Channel]]:
-    for group in ("columns", "response"):
-        for key, channel in given(getattr(section, group)).items():
-            if isinstance(channel, Channel):
-                yield (group, key), channel
-
-
-def _on_one_clock(
-    folder: Path, section: "MeasuredLoading", channels: Mapping[tuple[str, str], Channel], remarks: Remarks
-) -> _Clocked:
-    measured = {place: channel for place, channel in channels.items() if channel.sources}
+def _on_one_clock(folder: Path, section: "MeasuredLoading", remarks: Remarks) -> _Clocked:
+    measured = {place: channel for place, channel in section.channels.items() if channel.sources}
     tables: dict[Column | None, Table] = {}
     # channels of one clock are read together; clocks may have samples of their own number
     for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())]):
@@ -152,7 +137,7 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
         columns[_RUN], units[_RUN] = section.runs_by, "1"
     for key, channel in channels.items():
         for name, source in zip(column_names(key, channel), channel.sources, strict=True):
-            columns[name], units[name] = source, unit_of(channel)
+            columns[name], units[name] = source, channel.unit_in_si
     try:
         table = section.table(folder, columns, units, missing=section.missing == "drop")
     except MissingValueError as error:
@@ -228,7 +213,7 @@ def _without_missing(section: "MeasuredLoading", clocked: _Clocked, remarks: Rem
 
 def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
     """Return the runs of a file, in their order, and how many samples each has."""
-    run = _on_one_clock(folder, section, dict(_channels(section)), []).run
+    run = _on_one_clock(folder, section, []).run
     known = run[~np.isnan(run)]
     numbers, first, count = np.unique(known, return_index=True, return_counts=True)
     return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
@@ -306,16 +291,15 @@ def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
     return _Clocked(time, values, None, np.ones(count, dtype=np.bool_), np.ones(count))
 
 
-def _close_free_play(
-    channels: Mapping[tuple[str, str], Channel], values: dict[tuple[str, str], Floats], remarks: Remarks
-) -> None:
+def _close_free_play(section: "MeasuredLoading", values: dict[str, dict[str, Floats]], remarks: Remarks) -> None:
     """Take a clearance in the path of the load, which opens at small loads, off the tangential displacement."""
-    for place, channel in channels.items():
-        if isinstance(channel, LengthChannel) and channel.free_play:
-            load = next(array for (_, name), array in values.items() if name == "tangential_load")
-            closing = channel.closing_load
-            values[place] = correction.remove_free_play(values[place], load, channel.free_play, closing_load=closing)
-            remarks.append(("tangential displacement: free play taken off", quantity_text(channel.free_play, "m")))
+    name = "tangential_displacement"
+    for (group, key), channel in section.channels.items():
+        if key == name and channel.free_play:  # type: ignore[attr-defined] # of a length
+            load = {**values["response"], **values["columns"]}["tangential_load"]
+            width, closing = channel.free_play, channel.closing_load  # type: ignore[attr-defined]
+            values[group][name] = correction.remove_free_play(values[group][name], load, width, closing_load=closing)
+            remarks.append(("tangential displacement: free play taken off", quantity_text(width, "m")))
 
 
 def _in_si(
@@ -334,7 +318,7 @@ def _in_si(
     scale = channel.scale * (getattr(channel, "area", None) or 1.0)
     values = scale * clocked.values[key] + getattr(channel, "offset", 0.0)
     name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
-    if channel.median is not None or channel.notches or channel.low_pass is not None:
+    if (channel.median, channel.notch, channel.low_pass) != (None, None, None):
         before, values = values, conditioned(channel, clocked.time, values)
         off = removed[key[1]] = before - values
         rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
@@ -417,53 +401,49 @@ class MeasuredLoading(NumbersFile, Loading):
     def __attrs_post_init__(self) -> None:
         """Check what the types leave open."""
         Loading.__attrs_post_init__(self)
-        is_number = isinstance(self.run, int) and not isinstance(self.run, bool)
-        is_counted = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
-        if self.run not in {None, EACH} and not (is_number and is_counted):
+        is_number = isinstance(self.run, int) and (self.run >= 1 or self.runs_by is not None)
+        if self.run not in {None, EACH} and not is_number:
             raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
             raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
         if self.start is not None and self.end is not None and self.end < self.start:
             raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
-        channels = given(self.columns)
-        if self.reduce and any(key.endswith(ACROSS) for key in channels):
+        replayed, names = given(self.columns), [key for _, key in self.channels]
+        if self.reduce and any(key.endswith(ACROSS) for key in replayed):
             raise misfit("goes with one tangential direction; expected reduce = false", "reduce")
-        for key, channel in given(self.response).items():
-            if key in channels:
-                problem = "is replayed already, by columns; expected a channel that was measured beside it"
-                raise misfit(problem, "response", key)
-            channels[key] = channel
-        self._check_free_play(channels)
-        self._check_clock(channels)
+        for key in given(self.response).keys() & replayed.keys():
+            problem = "is replayed already, by columns; expected a channel that was measured beside it"
+            raise misfit(problem, "response", key)
         for key in LOAD_KINDS:
-            if getattr(self.dead_band, key) and key not in channels:
+            if getattr(self.dead_band, key) and key not in names:
                 raise misfit("has no effect, since neither columns nor response has this channel", "dead_band", key)
+        self._check_channels(names)
 
-    def _check_clock(self, channels: Mapping[str, Any]) -> None:
-        """Check that no channel needs the times of a record without a clock."""
-        if self.columns.time is not None:
-            return
-        for key, channel in channels.items():
+    def _check_channels(self, names: list[str]) -> None:
+        """Check that each channel has what its keys need beside it."""
+        for place, channel in self.channels.items():
+            if getattr(channel, "free_play", 0) and "tangential_load" not in names:
+                problem = "needs the tangential load, at which the clearance opens; expected a column for it"
+                raise misfit(problem, *place, "free_play")
             for needs in ("time", "shift", "notch", "low_pass"):
-                if getattr(channel, needs):
-                    group = "columns" if getattr(self.columns, key) else "response"
+                if self.columns.time is None and getattr(channel, needs):
                     problem = "needs the times of the record; expected a column for loading.columns.time"
-                    raise misfit(problem, group, key, needs)
-        if not any(channel.sources for channel in channels.values()):
+                    raise misfit(problem, *place, needs)
+        if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
             raise misfit("constants alone, and no time; expected a column", "columns")
 
-    def _check_free_play(self, channels: Mapping[str, Any]) -> None:
-        moved = channels.get("tangential_displacement")
-        if moved is not None and moved.free_play and "tangential_load" not in channels:
-            group = "columns" if self.columns.tangential_displacement else "response"
-            problem = "needs the tangential load, at which the clearance opens; expected a column for it"
-            raise misfit(problem, group, "tangential_displacement", "free_play")
+    @property
+    def channels(self) -> dict[tuple[str, str], Channel]:
+        """Its channels, those that are replayed first, by their places: ``("columns", "normal_load")``."""
+        return {
+            (group, key): channel
+            for group in ("columns", "response")
+            for key, channel in given(getattr(self, group)).items()
+            if isinstance(channel, Channel)
+        }
 
     def measurement(self, folder: Path) -> Measurement:
-        """Return what was measured, read from the file and made ready.
-
-        Raises InputError: a file that cannot be read, missing samples or gaps, or a correction that cannot be made.
-        """
+        """Return what was measured; a file that cannot be read, or made ready, is an InputError."""
         with at("loading"):
             return assembled(folder, self)
 

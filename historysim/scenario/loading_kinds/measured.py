@@ -2,8 +2,8 @@
 
 import functools
 import operator
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Self
+from collections.abc import Sequence
+from typing import Annotated, Self
 
 import attrs
 import numpy as np
@@ -66,8 +66,13 @@ class Channel:
     centred: bool = False  #: takes off the mean of the midpoints of its cycles
     drift_free: bool = False  #: takes off the drift of the midpoints of its cycles (three or more)
 
+    @property
+    def unit_in_si(self) -> str:
+        """The SI unit of its columns."""
+        raise NotImplementedError
+
     def __attrs_post_init__(self) -> None:
-        """Check that it is a column or a constant."""
+        """Check that it is a column or a constant, in units that fit."""
         keys = given(self)
         chosen = {key for key, value in keys.items() if value != attrs.fields_dict(type(self))[key].default}
         ways = [way for way in ("column", *COMBINED, "constant") if way in chosen]
@@ -81,13 +86,13 @@ class Channel:
             raise misfit("belongs to a column; a constant has no other keys", min(chosen - {"constant"}))
         if self.scale == 0:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
-        self._check_combined(ways[0], chosen)
-        # columns check their names, positions and indices; here the channel is known
+        if ways[0] in COMBINED:
+            self._check_combined(ways[0], chosen)
+        # columns check their names, positions and indices
         _ = self.sources
+        self._check_units()
 
     def _check_combined(self, way: str, chosen: set[str]) -> None:
-        if way not in COMBINED:
-            return
         count = len(getattr(self, way))
         if count < 2 or (way == "difference" and count > 2):
             two = "two columns, of which the second is taken from the first"
@@ -95,6 +100,17 @@ class Channel:
             raise misfit(f"{count} given; expected {expected}", way)
         if alone := chosen & {"occurrence", "index"}:
             raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
+
+    def _check_units(self) -> None:
+        units: dict[tuple[str | int, ...], str | None] = {("unit",): self.unit}
+        for way in COMBINED:
+            units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(self, way) or ())}
+        if self.time is not None:
+            units["time", "unit"] = self.time.unit
+        for key, unit in units.items():
+            if unit is not None:
+                with at(*key):
+                    fitting(unit, ("s" if key[0] == "time" else self.unit_in_si,))
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
@@ -106,11 +122,6 @@ class Channel:
         if "column" in value:
             Column(value["column"])
         return from_table(cls, value, converter)
-
-    @property
-    def notches(self) -> tuple[float, ...]:
-        """The frequencies [Hz] that are taken off."""
-        return self.notch if isinstance(self.notch, tuple) else () if self.notch is None else (self.notch,)
 
     @property
     def sources(self) -> tuple[Column, ...]:
@@ -137,6 +148,11 @@ class ForceChannel(Channel):
     area: Area | None = attrs.field(default=None, validator=POSITIVE)  #: area that makes a load of a pressure
     negative_as_zero: bool = False  #: what is below 0 is 0
 
+    @property
+    def unit_in_si(self) -> str:
+        """That of a force; of a pressure that an area makes a load of, its own."""
+        return "Pa" if self.area else "N"
+
 
 @attrs.frozen(kw_only=True)
 class LengthChannel(Channel):
@@ -148,6 +164,11 @@ class LengthChannel(Channel):
     #: Width of a clearance in the path of the tangential load.
     free_play: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
     closing_load: Force = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: load that closes the clearance
+
+    @property
+    def unit_in_si(self) -> str:
+        """That of a length."""
+        return "m"
 
     def __attrs_post_init__(self) -> None:
         """Check that a closing load has a clearance to close."""
@@ -211,47 +232,23 @@ class DeadBand:
     tangential_displacement: Length | None = attrs.field(default=None, validator=NOT_NEGATIVE)
 
 
-def check_units(channels: Mapping[tuple[str, str], Channel]) -> None:
-    """Check the units of the scenario, before the file is read: here the channel is known."""
-    for place, channel in channels.items():
-        units: dict[tuple[str | int, ...], str | None] = {("unit",): channel.unit}
-        if channel.time is not None:
-            units["time", "unit"] = channel.time.unit
-        for way in COMBINED:
-            units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(channel, way) or ())}
-        for key, unit in units.items():
-            if unit is not None:
-                with at(*place, *key):
-                    fitting(unit, ("s",) if key[0] == "time" else (unit_of(channel),))
-
-
-def unit_of(channel: Channel) -> str:
-    """Return the SI unit of the columns of a channel."""
-    if isinstance(channel, LengthChannel):
-        return "m"
-    return "Pa" if getattr(channel, "area", None) else "N"
-
-
 def column_names(key: str, channel: Channel) -> list[str]:
     """Return the names of the columns of a channel in a table."""
     several = len(channel.sources) > 1
     return [f"{key} {index}" if several else key for index in range(1, len(channel.sources) + 1)]
 
 
-def last_digit(raw: Floats | None, values: Floats) -> float:
+def last_digit(raw: Floats, values: Floats) -> float:
     """Return the last digit of a channel that was printed or sampled with few of them, in its SI unit; else about 0."""
-    if raw is None or not np.ptp(raw) > 0:
-        return 0.0
-    different = np.diff(np.unique(raw))
+    range_of_raw = np.ptp(raw)
+    steps = np.diff(np.unique(raw))
     # smaller steps are the rounding of binary numbers
-    different = different[different > 1e-9 * np.ptp(raw)]
-    return float(different.min() / np.ptp(raw) * np.ptp(values)) if different.size else 0.0
+    steps = steps[steps > 1e-9 * range_of_raw]
+    return float(steps.min() / range_of_raw * np.ptp(values)) if steps.size else 0.0
 
 
 def hum_remark(channel: Channel, key: str, time: Floats, values: Floats, digit: float) -> str | None:
     """Return a remark on the hum that is left in a channel, and what takes it off; None within the last digit."""
-    if not channel.sources:
-        return None
     unit = "m" if isinstance(channel, LengthChannel) else "N"
     size = float(np.ptp(values)) if unit == "m" else float(np.abs(values).max())
     hums = [hum for hum in correction.find_hum(time, values, dead_band=HUM_DEAD_BAND * size) if hum.amplitude > digit]
@@ -269,10 +266,10 @@ def conditioned(channel: Channel, time: Floats, values: Floats) -> Floats:
     if channel.median is not None:
         with at("median"):
             values = correction.running_median(values, channel.median)
-    filters: list[tuple[str, Any, float]] = [("notch", correction.notch, each) for each in channel.notches]
+    for frequency in np.atleast_1d([] if channel.notch is None else channel.notch).tolist():
+        with at("notch"):
+            values = correction.notch(time, values, frequency)
     if channel.low_pass is not None:
-        filters.append(("low_pass", correction.low_pass, channel.low_pass))
-    for key, filtered, frequency in filters:
-        with at(key):
-            values = filtered(time, values, frequency)
+        with at("low_pass"):
+            values = correction.low_pass(time, values, channel.low_pass)
     return values
