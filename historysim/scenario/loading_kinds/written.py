@@ -1,7 +1,7 @@
 """``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
 
 import abc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Self, cast
 
@@ -83,7 +83,7 @@ class _Timeline:
     events: list[Event] = attrs.Factory(list)
     places: list[Place] = attrs.Factory(list)  #: of each event, in the scenario
     standing: dict[str, LoadEvent] = attrs.Factory(dict)  #: the last event of each channel
-    #: By channel the time and the place of the first waypoint after its last event.
+    #: By channel the time and the place of the first waypoint after its last event, which does not name it.
     passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
     #: Channels that went on past such waypoints: the place, the event before and the one after.
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
@@ -93,11 +93,7 @@ class _Timeline:
             with at(key):
                 timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
                 event = EVENTS[key].of(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
-            self.events.append(event)
-            self.places.append(place)
-            if isinstance(event, LoadEvent):
-                self._look_back(event)
-                self.standing[event.channel] = event
+            self._append(event, place)
         self.now = time
         if self.holds:
             self.hold(*place)
@@ -107,20 +103,20 @@ class _Timeline:
 
     def hold(self, *place: str | int) -> None:
         """Let every channel keep its value until now."""
-        for channel, event in self.standing.items():
+        for event in list(self.standing.values()):
             if event.time < self.now:
-                held = attrs.evolve(event, time=self.now)
-                self.events.append(held)
-                self.places.append(place)
-                self.standing[channel] = held
-                self.passed.pop(channel, None)
+                self._append(attrs.evolve(event, time=self.now), place)
 
-    def _look_back(self, event: LoadEvent) -> None:
-        """Note a channel that moved past waypoints that do not name it."""
-        time, place = self.passed.pop(event.channel, (event.time, ()))
+    def _append(self, event: Event, place: Place) -> None:
+        self.events.append(event)
+        self.places.append(place)
+        if not isinstance(event, LoadEvent):
+            return
+        time, passed = self.passed.pop(event.channel, (event.time, ()))
         before = self.standing.get(event.channel)
         if before is not None and time < event.time and (before.name, before.value) != (event.name, event.value):
-            self.drifts.append((place, before, event))
+            self.drifts.append((passed, before, event))
+        self.standing[event.channel] = event
 
     def warn_of_drifts(self, notify: Notify) -> None:
         """Notify where a channel goes on at waypoints that do not name it, unless ``hold`` says so."""
@@ -232,8 +228,12 @@ class Each:
     @property
     def turns(self) -> list[Changes]:
         """What is reached in each turn."""
-        each = zip(*self.values.values(), strict=True)
-        return [{key: (value,) for key, value in zip(self.values, values, strict=True)} for values in each]
+        return [{key: (values[turn],) for key, values in self.values.items()} for turn in range(self.count)]
+
+    @property
+    def count(self) -> int:
+        """The number of values."""
+        return len(next(iter(self.values.values())))
 
 
 @attrs.frozen
@@ -271,17 +271,13 @@ class WaypointBlock:
 
     def count(self) -> int:
         """Return how many events it makes, without the few that hold channels."""
-        return len(self.turns) * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
-
-    @property
-    def turns(self) -> Sequence[Changes]:
-        """What is reached before each run of the repeated waypoints."""
-        return self.each.turns if self.each else [{}]
+        turns = self.each.count if self.each else 1
+        return turns * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
     def extend(self, line: _Timeline, *place: str | int) -> None:
         """Append the events of the block, at a place of the scenario."""
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
-        for turn in self.turns:
+        for turn in self.each.turns if self.each else [{}]:
             # a channel without an event here would run straight to its next waypoint, across all the loops
             line.hold(*place)
             if self.each:
