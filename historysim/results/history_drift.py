@@ -14,10 +14,9 @@ from historysim.measured.branches import DEFAULT, Definitions
 from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import (
     check_all_recorded,
-    displacement_ratio,
+    described,
     position_of,
-    present_friction,
-    shape_of,
+    reach_of,
 )
 from historysim.results.asking import question
 
@@ -128,10 +127,10 @@ def apparent_shift(history: xr.Dataset) -> xr.Dataset:
     changed = {name: _changes(history[source].values) for name, (source, _) in sources.items()}
     still = (changed["tangential_load"] == 0) | (_changes(history[driven].values) == 0)
     where = np.flatnonzero(still & (changed["normal_load"] != 0))
-    variables = {}
-    for name, (_, unit) in sources.items():
-        attributes = {"units": unit, "long_name": f"change of the {name.replace('_', ' ')}"}
-        variables[name] = ("step", changed[name][where], attributes)
+    variables = {
+        name: described("step", changed[name][where], f"change of the {name.replace('_', ' ')}", unit)
+        for name, (_, unit) in sources.items()
+    }
     time = ("step", history["time"].values[where + 1], {"units": "s"})
     return xr.Dataset(variables, {"step": where + 1, "time": time})
 
@@ -183,6 +182,4 @@ def _displacements(history: xr.Dataset, step: int) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
     at = position_of(step, history)
     check_all_recorded(history.isel(step=[at]))
-    own = shape_of(history, "summit_height", at) - float(history["separation"].values[at])
-    found: Floats = displacement_ratio(history) * present_friction(history).of(at) * np.maximum(own, 0.0)
-    return found
+    return reach_of(history, at)

@@ -7,7 +7,7 @@ import xarray as xr
 from historysim.errors import InputError
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loops import Loops, loops_of_history
-from historysim.results.analysis.recorded import check_any, check_recorded, column_of
+from historysim.results.analysis.recorded import check_any, check_recorded, column_of, described
 from historysim.results.asking import question
 
 FORMS = ("wide", "long", "totals")
@@ -63,12 +63,12 @@ def energy_per_cycle(history: xr.Dataset, *, dead_band: float | None = None, ski
         if source in history:
             # only the steps at which loops begin and end are read
             first, last = (history[source].isel(step=column).values for column in ends.T)
-            attributes = {"units": "J", "long_name": f"energy per cycle{of}"}
-            variables[name] = xr.Variable(("loop", *history[source].dims[1:]), last - first, attributes)
+            along = ("loop", *history[source].dims[1:])
+            variables[name] = described(along, last - first, f"energy per cycle{of}", "J")
     beside: dict[str, Any] = {
-        "loop": ("loop", loops.number, {"long_name": "loop of the history, from 0"}),
-        "start_time": ("loop", time[:, 0], {"units": "s", "long_name": "start of the loop"}),
-        "end_time": ("loop", time[:, 1], {"units": "s", "long_name": "end of the loop"}),
+        "loop": described("loop", loops.number, "loop of the history, from 0"),
+        "start_time": described("loop", time[:, 0], "start of the loop", "s"),
+        "end_time": described("loop", time[:, 1], "end of the loop", "s"),
     }
     if "energy" in variables:
         beside["asperity"] = history["asperity"]

@@ -17,6 +17,7 @@ from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     check_all_recorded,
     check_recorded,
+    described,
     displacement_ratio,
     parts,
     position_of,
@@ -89,13 +90,9 @@ def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
         return reach, 2 * reach, 2 * (reach - half), reach - 2 * half
 
     values = _of_each_load(history, displacements, len(DISPLACEMENTS))
-    return xr.Dataset(
-        {
-            name: ("step", column, {"units": "m", "long_name": text})
-            for (name, text), column in zip(DISPLACEMENTS.items(), values.T, strict=True)
-        },
-        coords={"time": history["time"]},
-    )
+    columns = zip(DISPLACEMENTS.items(), values.T, strict=True)
+    variables = {name: described("step", column, text, "m") for (name, text), column in columns}
+    return xr.Dataset(variables, {"time": history["time"]})
 
 
 @question(per_step=True, planar=True)
@@ -116,8 +113,7 @@ def presliding_work(history: xr.Dataset) -> xr.DataArray:
 
 
 def _along_steps(history: xr.Dataset, values: Floats | Integers, name: str, text: str, unit: str = "") -> xr.DataArray:
-    attributes = {**({"units": unit} if unit else {}), "long_name": text}
-    return xr.DataArray(values, dims="step", coords={"time": history["time"]}, name=name, attrs=attributes)
+    return xr.Dataset({name: described("step", values, text, unit)}, {"time": history["time"]})[name]
 
 
 def capacity(history: xr.Dataset) -> tuple[Floats, Integers]:

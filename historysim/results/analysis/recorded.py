@@ -1,6 +1,7 @@
 """What a history must hold for a question, the messages where it does not, and how it is read in blocks of steps."""
 
 from collections.abc import Iterator
+from typing import Any
 
 import attrs
 import numpy as np
@@ -12,6 +13,11 @@ from historysim.errors import InputError
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of slip_state
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
+
+
+def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, str]]:
+    """Return a variable of an answer, with what it is and its unit."""
+    return dims, values, {**({"units": unit} if unit else {}), "long_name": text}
 
 
 def of_patches(history: xr.Dataset) -> bool:
@@ -142,6 +148,12 @@ def present_friction(history: xr.Dataset) -> Friction:
     if "present_friction" in history:
         return Friction(changes=True, source=history["present_friction"])
     return Friction(changes=False, source=history["friction"])
+
+
+def reach_of(history: xr.Dataset, step: int) -> Floats:
+    """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m], 0 where it does not touch."""
+    approach = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
+    return displacement_ratio(history) * present_friction(history).of(step) * np.maximum(approach, 0.0)
 
 
 CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time

@@ -4,7 +4,6 @@ import math
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
@@ -12,7 +11,7 @@ from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
-from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, parts, sizes
+from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, described, parts, sizes
 from historysim.results.asking import question
 
 NEVER = -1
@@ -39,15 +38,14 @@ def first_slips(history: xr.Dataset) -> xr.Dataset:
     """
     time = history["time"].values
     moments = {"slide": slide_times(history), "slip": _first_rows(history)}
-    variables: dict[str, tuple[str, npt.NDArray[np.generic], dict[str, str]]] = {}
+    variables = {}
     for name, label in BEGINNINGS.items():
         moment = moments[name]
         step = np.where(np.isnan(moment), NEVER, np.searchsorted(time, moment))
-        variables[f"{name}_step"] = ("asperity", step, {"long_name": f"step at which the asperity {label}; -1: never"})
-        named = {"units": "s", "long_name": f"when the asperity {label}"}
-        variables[f"{name}_time"] = ("asperity", moment, named)
+        variables[f"{name}_step"] = described("asperity", step, f"step at which the asperity {label}; -1: never")
+        variables[f"{name}_time"] = described("asperity", moment, f"when the asperity {label}", "s")
         text = f"how many asperities have begun before the asperity {label}; -1: never"
-        variables[f"{name}_rank"] = ("asperity", _ranks(moment), {"long_name": text})
+        variables[f"{name}_rank"] = described("asperity", _ranks(moment), text)
     beside = {key: value for key, value in history.coords.items() if value.dims == ("asperity",)}
     return xr.Dataset(variables, beside)
 
@@ -122,14 +120,12 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
             total = by_state.sum(axis=1, keepdims=True)
             np.divide(by_state, total, out=shares[number, rows], where=total > 0)
     variables = {
-        name: (("step", "slip_state"), values, {"units": "1", "long_name": text})
+        name: described(("step", "slip_state"), values, text, "1")
         for (name, text), values in zip(SHARES.items(), shares, strict=True)
     }
     text = "share of the contact area outside the stick radii"
-    return xr.Dataset(
-        {**variables, "slipping_area": ("step", slipping, {"units": "1", "long_name": text})},
-        coords={"time": history["time"], "slip_state": list(STATES)},
-    )
+    variables["slipping_area"] = described("step", slipping, text, "1")
+    return xr.Dataset(variables, {"time": history["time"], "slip_state": list(STATES)})
 
 
 @question(planar=True)
