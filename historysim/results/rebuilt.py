@@ -1,13 +1,12 @@
-"""What a history does not hold, at any step: the memory of an asperity, and maps of a contact with full interaction.
+"""What a history does not hold, at any step: the memory of an asperity, maps of full interaction, curves beside theory.
 
-A history records loads and no memories. As a rule a contact moves straight in approach and tangential displacement
-between recorded steps, so the memory of one asperity alone is replayed from those. Where its loads then differ from the
-recorded ones, the steps leave something out, and the events are replayed that the result was made from.
+Contacts move straight in approach and displacement between recorded steps as a rule, so the memory of one asperity is
+replayed from those; where its loads then differ from the recorded ones, the events are replayed.
 """
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import attrs
 import numpy as np
@@ -32,9 +31,11 @@ from historysim.results.analysis.recorded import (
     check_all_recorded,
     check_recorded,
     column_of,
+    described,
     displacement_ratio,
     position_of,
     present_friction,
+    reach_of,
     shape_of,
 )
 from historysim.results.asking import question
@@ -93,8 +94,8 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset
     """
     points = asperity_at(history, asperity, step).reversal_points
     variables = {
-        "radius": ("reversal", points.radius, {"units": "m", "long_name": "stick radius at the reversal"}),
-        "displacement": ("reversal", points.displacement, {"units": "m", "long_name": "displacement U there"}),
+        "radius": described("reversal", points.radius, "stick radius at the reversal", "m"),
+        "displacement": described("reversal", points.displacement, "displacement U there", "m"),
     }
     return xr.Dataset(variables, {"reversal": np.arange(points.size)})
 
@@ -136,27 +137,19 @@ def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], poi
     traction = np.array([one.traction(radius) for one in found])
     limit = pressure * np.array([[one.friction] for one in found])
     along = ("step", "radius")
-    return xr.Dataset(
-        {
-            "pressure": (along, pressure, {"units": "Pa", "long_name": "normal pressure"}),
-            "traction": (along, traction, {"units": "Pa", "long_name": "tangential traction"}),
-            "friction_limit": (along, limit, {"units": "Pa", "long_name": "friction limit of the traction"}),
-            **{
-                name: (
-                    "step",
-                    [getattr(one, name) for one in found],
-                    {"units": "m", "long_name": name.replace("_", " ")},
-                )
-                for name in ("contact_radius", "stick_radius")
-            },
-        },
-        coords={
-            "step": ("step", positions, {"long_name": "position of the step in the history"}),
-            "radius": ("radius", radius, {"units": "m", "long_name": "distance from the middle of the contact"}),
-            "time": ("step", history["time"].values[positions], history["time"].attrs),
-        },
-        attrs={"asperity": int(asperity)},
-    )
+    variables = {
+        "pressure": described(along, pressure, "normal pressure", "Pa"),
+        "traction": described(along, traction, "tangential traction", "Pa"),
+        "friction_limit": described(along, limit, "friction limit of the traction", "Pa"),
+        "contact_radius": described("step", [one.contact_radius for one in found], "contact radius", "m"),
+        "stick_radius": described("step", [one.stick_radius for one in found], "stick radius", "m"),
+    }
+    coords = {
+        "step": described("step", positions, "position of the step in the history"),
+        "radius": described("radius", radius, "distance from the middle of the contact", "m"),
+        "time": ("step", history["time"].values[positions], history["time"].attrs),
+    }
+    return xr.Dataset(variables, coords, {"asperity": int(asperity)})
 
 
 def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> list[Asperity] | None:
@@ -204,13 +197,11 @@ SEPARATED, STICKS, SLIPS = 0, 1, 2
 SOLVED = "solved_pressure"  # what the surface of a result holds where its asperities press on one another
 
 
-@attrs.frozen(eq=False)
-class PointMaps:
-    """A contact, point by point: arrays (x, y)."""
+class PointMaps(NamedTuple):
+    """A contact, point by point: arrays (x, y); pressure and traction [Pa] are 0 where nothing touches."""
 
     pressure: Floats
-    #: pressure and traction: [Pa], 0 where nothing touches; the traction has the sign of the tangential load.
-    traction: Floats
+    traction: Floats  #: with the sign of the tangential load
     contact_state: npt.NDArray[np.int8]  #: `SEPARATED`, `STICKS` or `SLIPS`
 
 
@@ -264,18 +255,17 @@ def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
     at = float(history["time"].values[step])
     maps, sides = answered(history, lambda origin: (maps_of(origin, origin.state(at)), sides_of(origin)))
     axes = {
-        name: (name, np.arange(size) * side / size, {"units": "m", "long_name": f"position along {name}"})
+        name: described(name, np.arange(size) * side / size, f"position along {name}", "m")
         for name, size, side in zip("xy", maps.pressure.shape, sides, strict=True)
     }
-    flags = {
-        "flag_values": np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8),
-        "flag_meanings": "separated sticks slips",
+    along = ("x", "y")
+    variables = {
+        "pressure": described(along, maps.pressure, "contact pressure", "Pa"),
+        "traction": described(along, maps.traction, "tangential traction", "Pa"),
+        "contact_state": described(along, maps.contact_state, "whether points touch, and slip"),
     }
-    variables: dict[str, Any] = {
-        "pressure": (("x", "y"), maps.pressure, {"units": "Pa", "long_name": "contact pressure"}),
-        "traction": (("x", "y"), maps.traction, {"units": "Pa", "long_name": "tangential traction"}),
-        "contact_state": (("x", "y"), maps.contact_state, {"long_name": "whether points touch, and slip", **flags}),
-    }
+    flags = np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8)
+    variables["contact_state"][2].update(flag_values=flags, flag_meanings="separated sticks slips")
     return xr.Dataset(variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step})
 
 
@@ -287,11 +277,8 @@ def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
         raise InputError(
             'a file for ParaView needs an extra; expected pip install "historysim[vtk]", or a netCDF file (.nc)'
         ) from error
-    edges = []
-    for name in ("x", "y"):
-        at = maps[name].values
-        step = at[1] - at[0]
-        edges.append(np.append(at, at[-1] + step) - 0.5 * step)
+    spaced = [(maps[name].values, maps[name].values[1] - maps[name].values[0]) for name in ("x", "y")]
+    edges = [np.append(at, at[-1] + step) - 0.5 * step for at, step in spaced]
     corners = np.stack(np.meshgrid(*edges, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
     nx, ny = maps.sizes["x"], maps.sizes["y"]
     first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
@@ -303,8 +290,10 @@ def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
 
 
 FEWEST_OF_GREENWOOD_WILLIAMSON = 20  # summits, below which a deviation of their heights says little
-CURVES = {"normal_load": ("N", "normal load"), "contact_area": ("m2", "real contact area")} | {
-    "normal_stiffness": ("N m-1", "normal stiffness")
+CURVES = {
+    "normal_load": ("normal load", "N"),
+    "contact_area": ("real contact area", "m2"),
+    "normal_stiffness": ("normal stiffness", "N m-1"),
 }
 
 
@@ -334,23 +323,19 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
         events = [NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())]
         rows = Replay(ensemble, events, record="totals").dataset()
-        columns = {"normal_load": rows["total_normal_load"].values}
-        if "real_contact_area" in rows:
-            columns["contact_area"] = rows["real_contact_area"].values
         stiffness = np.zeros(count)
         for step, depth in enumerate(approach[1:].tolist(), start=1):
             state = ensemble.advance(state, normal_displacement=depth)
             stiffness[step] = state.normal_stiffness
-        columns["normal_stiffness"] = stiffness
         theory, beside = ("", {}) if ensemble.curves is not None else _theory(ensemble, approach)
-        data: dict[str, Any] = {
-            f"{prefix}{name}": ("approach", values, {"units": CURVES[name][0], "long_name": CURVES[name][1] + by})
-            for prefix, of, by in (("", columns, ""), ("theory_", beside, f", {theory}"))
-            for name, values in of.items()
-            if name in columns
-        }
-        data["contact_count"] = ("approach", rows["contact_count"].values, {"long_name": "asperities in contact"})
-        along = ("approach", approach, {"units": "m", "long_name": "approach of the highest summit from first touch"})
+        own: dict[str, Any] = {"normal_load": rows["total_normal_load"], "contact_area": rows.get("real_contact_area")}
+        own["normal_stiffness"] = stiffness
+        known = [(name, *of) for name, of in CURVES.items() if own[name] is not None]
+        data = {name: described("approach", np.asarray(own[name]), text, unit) for name, text, unit in known}
+        for name, text, unit in known if beside else []:
+            data[f"theory_{name}"] = described("approach", beside[name], f"{text}, {theory}", unit)
+        data["contact_count"] = described("approach", rows["contact_count"].values, "asperities in contact")
+        along = described("approach", approach, "approach of the highest summit from first touch", "m")
         attributes = {"title": history.attrs.get("title", ""), "theory": theory}
         return xr.Dataset(data, {"approach": along}, attributes)
 
@@ -395,29 +380,30 @@ def sliding_order(history: xr.Dataset, step: int = -1) -> xr.Dataset:
     at = position_of(step, history)
     check_recorded(history, "summit_radius")
     check_all_recorded(history.isel(step=[at]))
-    height, radius = (shape_of(history, f"summit_{name}", at) for name in ("height", "radius"))
-    approach = height - float(history["separation"].values[at])
-    ratio, friction = displacement_ratio(history), np.broadcast_to(present_friction(history).of(at), height.shape)
-    touching = np.flatnonzero(approach > 0)
-    own = ratio * friction[touching] * approach[touching]
-    order = np.argsort(own, kind="stable")
-    units = {"units": "m", "long_name": "tangential displacement at which it slides"}
+    own = reach_of(history, at)
+    touching = np.flatnonzero(shape_of(history, "summit_height", at) > float(history["separation"].values[at]))
+    order = touching[np.argsort(own[touching], kind="stable")]
+    text = "tangential displacement at which it slides"
     data: dict[str, Any] = {
-        "displacement": ("rank", own[order], units),
-        "asperity": ("rank", history["asperity"].values[touching][order], {"long_name": "label of the asperity"}),
+        "displacement": described("rank", own[order], text, "m"),
+        "asperity": described("rank", history["asperity"].values[order], "label of the asperity"),
     }
     attributes: dict[str, Any] = {"title": history.attrs.get("title", "")}
     load, count = float(history["total_normal_load"].values[at]), touching.size
     if count:
-        mean, modulus = float(friction[touching].mean()), float(history.attrs["contact_modulus"])
-        one = hertz.approach(load / count, summit_radius=float(radius[touching].mean()), contact_modulus=modulus)
-        attributes["equal_asperities"] = ratio * mean * float(one)
+        friction = np.broadcast_to(present_friction(history).of(at), own.shape)[touching]
+        mean = displacement_ratio(history) * float(friction.mean())
+        radius = float(shape_of(history, "summit_radius", at)[touching].mean())
+        modulus = float(history.attrs["contact_modulus"])
+        attributes["equal_asperities"] = mean * float(
+            hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
+        )
         share = (np.arange(count) + 0.5) / count
         found = ask_origin(history, lambda origin: _gaussian_approaches(origin.ensemble, load, share))
         if found is not None:
-            text = units | {"long_name": f"{units['long_name']}, Greenwood and Williamson"}
-            data["greenwood_williamson"] = ("rank", ratio * mean * found, text)
-    rank = ("rank", np.arange(1, count + 1), {"long_name": "how many asperities slide there"})
+            text = f"{text}, Greenwood and Williamson"
+            data["greenwood_williamson"] = described("rank", mean * found, text, "m")
+    rank = described("rank", np.arange(1, count + 1), "how many asperities slide there")
     return xr.Dataset(data, {"rank": rank}, attributes)
 
 

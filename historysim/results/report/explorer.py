@@ -5,9 +5,8 @@ A page is to open at once: of a large result a part is embedded, and the page sa
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-import attrs
 import numpy as np
 import xarray as xr
 
@@ -26,14 +25,12 @@ TARGET = "explorer"
 LOADS = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
 
 
-@attrs.frozen(eq=False)
-class Excerpt:
+class Excerpt(NamedTuple):
     """The part of a history that is embedded: arrays along its steps and asperities."""
 
     steps: Integers  #: positions in the history (step)
     first_shown: int  #: the one that is shown when the page opens
-    #: Positions among the recorded asperities, of those that carry most at the peak normal load (asperity).
-    columns: Integers
+    columns: Integers  #: positions of those asperities that carry most at the peak normal load (asperity)
     #: State, loads and limit [N], contact radius [m] (of a patch that of its area) and stick ratio (step, asperity).
     cells: dict[str, Floats]
     group: Integers  #: friction group (asperity)
@@ -48,10 +45,28 @@ def excerpt(history: xr.Dataset) -> Excerpt:
     check_any(history)
     total, recorded = history.sizes["step"], history.sizes["asperity"]
     telling = representative_step(history)
-    spaced = np.linspace(0, total - 1, min(total, MOST_STEPS)).round().astype(np.int64)
-    steps = np.union1d(spaced, telling)
+    steps = np.union1d(_spaced(total, MOST_STEPS), telling)
     peak = history["normal_load"].isel(step=int(history["total_normal_load"].values.argmax())).values
     columns = np.sort(np.argsort(-peak, kind="stable")[:MOST_ASPERITIES])
+    group, vertices, notes = _memories(history, steps, columns)
+    kept = [f"{steps.size:,} of {total:,} steps"] if steps.size < total else []
+    if columns.size < recorded:
+        carried = 100 * peak[columns].sum() / max(peak.sum(), 1e-300)
+        kept.append(
+            f"{columns.size:,} of {recorded:,} recorded asperities, which carry {carried:.3g} % of the peak normal load"
+        )
+    if kept:
+        notes = [f"To keep the page small, it holds {'; '.join(kept)}.", *notes]
+    cells = _cells(history, steps, columns)
+    return Excerpt(steps, int(np.searchsorted(steps, telling)), columns, cells, group, vertices, tuple(notes))
+
+
+def _spaced(count: int, most: int) -> Integers:
+    """Return no more than so many positions among others, evenly."""
+    return np.linspace(0, count - 1, min(count, most)).round().astype(np.int64)
+
+
+def _cells(history: xr.Dataset, steps: Integers, columns: Integers) -> dict[str, Floats]:
     patches = "contact_area" in history
     sizes = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
     names = ("slip_state", "normal_load", "tangential_load", *sizes)
@@ -61,55 +76,43 @@ def excerpt(history: xr.Dataset) -> Excerpt:
     if patches:
         contact, stick = np.sqrt(contact / np.pi), np.sqrt(stick / np.pi)
     friction = present_friction(history)
-    coefficients = np.broadcast_to(friction.of(steps if friction.changes else 0), (steps.size, recorded))[:, columns]
-    group, vertices, missing = _memories(history, steps, columns)
-    kept = []
-    if steps.size < total:
-        kept.append(f"{steps.size:,} of {total:,} steps")
-    if columns.size < recorded:
-        carried = 100 * peak[columns].sum() / max(peak.sum(), 1e-300)
-        kept.append(
-            f"{columns.size:,} of {recorded:,} recorded asperities, which carry {carried:.3g} % of the peak normal load"
-        )
-    cells = {
+    shape = steps.size, history.sizes["asperity"]
+    coefficients = np.broadcast_to(friction.of(steps if friction.changes else 0), shape)[:, columns]
+    return {
         "state": state.astype(np.uint8),
         "normal": normal,
         "tangential": tangential,
         "limit": coefficients * normal,
+        "contact_radius": contact,
+        "stick_ratio": np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0),
     }
-    cells |= {"contact_radius": contact}
-    cells |= {"stick_ratio": np.divide(stick, contact, out=np.zeros_like(stick), where=contact > 0)}
-    notes = (*([f"To keep the page small, it holds {'; '.join(kept)}."] if kept else []), *missing)
-    return Excerpt(steps, int(np.searchsorted(steps, telling)), columns, cells, group, vertices, notes)
 
 
 def _memories(history: xr.Dataset, steps: Integers, columns: Integers) -> tuple[Integers, list[Floats], list[str]]:
     """Return the friction group of each asperity, the vertices of each group at each step, and why there are none."""
-    height, friction = history["summit_height"].values[columns], history["friction"].values[columns]
+    height, friction = (history[name].values[columns] for name in ("summit_height", "friction"))
     coefficients, group = np.unique(friction, return_inverse=True)
     if "stick_area" in history:
         return group, [], ["Patches have no traction profiles; the contact map below has their tractions."]
+    why = ""
     if present_friction(history).changes or CHANGING_HEIGHT in history:
-        # what asperities of one coefficient share at the start they need not share later, and the page has one
-        # friction and one height of each
-        return group, [], ["There are no traction profiles: friction or heights change in the history."]
-    if coefficients.size > MOST_GROUPS:
-        counts = f"{coefficients.size:,} friction coefficients, and at most {MOST_GROUPS} are embedded"
-        return group, [], [f"There are no traction profiles: there are {counts}."]
+        # what asperities of one coefficient share at the start they need not share later
+        why = "friction or heights change in the history"
+    elif coefficients.size > MOST_GROUPS:
+        why = f"there are {coefficients.size:,} friction coefficients, and at most {MOST_GROUPS} are embedded"
     vertices: list[Floats] = []
-    for number in range(coefficients.size):
-        # the highest asperity of a group sees all that the group remembers
-        highest = columns[group == number][height[group == number].argmax()]
-        label = int(history["asperity"].values[highest])
-        try:
-            found = rebuilt.asperities_at(history, label, steps.tolist())
-        except InputError as error:
-            return group, [], [f"There are no traction profiles: {error}."]
-        for asperity in found:
-            radius, weight = asperity.superposition
-            touched = asperity.summit_height - radius**2 / asperity.summit_radius
-            vertices.append(np.stack([touched, weight], axis=1))
-    return group, vertices, []
+    try:
+        for number in range(0 if why else coefficients.size):
+            # the highest asperity of a group sees all that the group remembers
+            highest = columns[group == number][height[group == number].argmax()]
+            label = int(history["asperity"].values[highest])
+            for asperity in rebuilt.asperities_at(history, label, steps.tolist()):
+                radius, weight = asperity.superposition
+                touched = asperity.summit_height - radius**2 / asperity.summit_radius
+                vertices.append(np.stack([touched, weight], axis=1))
+    except InputError as error:
+        vertices, why = [], str(error)
+    return group, vertices, [f"There are no traction profiles: {why}."] if why else []
 
 
 def explorer(history: xr.Dataset) -> tuple[str, str, tuple[str, ...]]:
@@ -173,11 +176,9 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         ("stress", _peak_traction(part), "Pa"),
     ):
         scales[quantity], units[quantity] = scale_of(unit, values)
-    thin = np.union1d(np.linspace(0, time.size - 1, min(time.size, MOST_POINTS)).round().astype(np.int64), part.steps)
+    thin = np.union1d(_spaced(time.size, MOST_POINTS), part.steps)
     sources = {name: ColumnDataSource(each, name=name) for name, each in _columns(history, part, scales).items()}
-    line = ColumnDataSource(
-        {"x": displacement[thin] * scales["length"], "y": load[thin] * scales["force"]}, name="line"
-    )
+    line = ColumnDataSource({"x": displacement[thin] * scales["length"], "y": load[thin] * scales["force"]})
     constants = {
         "modulus": float(history.attrs["contact_modulus"]),
         "colours": list(STATE_COLOURS),
@@ -191,7 +192,7 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
     moved = CustomJS(args={**sources, **constants}, code=SCRIPT.read_text(encoding="utf-8"))
     sources["clock"].js_on_change("data", moved)
     sources["map"].selected.js_on_change("indices", moved)
-    panels = _figures(history, sources, line, units)
+    panels = _figures(history, {**sources, "line": line}, units)
     # without memories there is no traction to show
     shown = panels if part.vertices else panels[:-1]
     styles = [InlineStyleSheet(css=BESIDE)]
@@ -278,28 +279,29 @@ def _placed(history: xr.Dataset) -> bool:
     return {"x", "y"} <= set(history.coords)
 
 
-def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dict[str, str]) -> list[Any]:
+def _figures(history: xr.Dataset, sources: dict[str, Any], units: dict[str, str]) -> list[Any]:
     from bokeh.models import HoverTool, TapTool
     from bokeh.plotting import figure
 
-    def panel(title: str, across: str, up: str, **options: Any) -> Any:
+    def panel(name: str, title: str, across: str, up: str, **options: Any) -> Any:
         made = figure(
-            sizing_mode="stretch_width",
-            min_width=260,
-            height=320,
+            name=f"{name}_figure",
             title=title,
             x_axis_label=across,
             y_axis_label=up,
+            tools="pan,box_zoom,wheel_zoom,reset,save",
             toolbar_location="above",
+            sizing_mode="stretch_width",
+            min_width=260,
+            height=320,
             **options,
         )
         made.toolbar.logo = None
         made.grid.grid_line_alpha = 0.4
         return made
 
-    drag = "pan,box_zoom,wheel_zoom,reset,save"
-    loop = panel("Friction loop", f"U ({units['length']})", f"T ({units['force']})", tools=drag, name="loop_figure")
-    loop.line("x", "y", source=line, line_color=FAINT)
+    loop = panel("loop", "Friction loop", f"U ({units['length']})", f"T ({units['force']})")
+    loop.line("x", "y", source=sources["line"], line_color=FAINT)
     loop.scatter("x", "y", source=sources["marker"], size=11, fill_color=STATE_COLOURS[2], line_color=INK)
 
     names = ("x", "y") if _placed(history) else ("summit_height", "summit_radius")
@@ -309,20 +311,18 @@ def _figures(history: xr.Dataset, sources: dict[str, Any], line: Any, units: dic
         when = " at the start" if CHANGING_HEIGHT in history and name.startswith("summit") else ""
         labels.append(f"{name.replace('_', ' ')}{when} ({unit})")
     title = "Contact map: click an asperity" if _placed(history) else "Asperities by height: click one"
-    contacts = panel(title, *labels, tools=drag, name="contacts_figure", match_aspect=_placed(history))
+    contacts = panel("contacts", title, *labels, match_aspect=_placed(history))
     marks = contacts.scatter("x", "y", source=sources["map"], size=9, fill_color="fill", line_color=INK)
     # what is not clicked keeps its colour
     marks.nonselection_glyph = None
     marks.selection_glyph = marks.glyph.clone(size=14, line_width=3)
     contacts.add_tools(TapTool(renderers=[marks]), HoverTool(renderers=[marks], tooltips=[("asperity", "@asperity")]))
 
-    own = panel("The asperity over time", "time (s)", f"T ({units['own']})", tools=drag, name="history_figure")
-    own.line("time", "load", source=sources["curve"], line_color=MARK, line_width=1.5)
-    title = "Traction over its radius"
-    profile = panel(title, f"r ({units['radius']})", f"τ ({units['stress']})", tools=drag, name="profile_figure")
-    profile.line("radius", "traction", source=sources["profile"], line_color=MARK, line_width=1.5)
-    for made, source, across in ((own, sources["curve"], "time"), (profile, sources["profile"], "radius")):
+    own = panel("history", "The asperity over time", "time (s)", f"T ({units['own']})")
+    profile = panel("profile", "Traction over its radius", f"r ({units['radius']})", f"τ ({units['stress']})")
+    for made, source, across, up in ((own, "curve", "time", "load"), (profile, "profile", "radius", "traction")):
+        made.line(across, up, source=sources[source], line_color=MARK, line_width=1.5)
         for side in ("limit", "below"):
-            made.line(across, side, source=source, line_color=FAINT, line_dash="dashed")
+            made.line(across, side, source=sources[source], line_color=FAINT, line_dash="dashed")
     own.scatter("x", "y", source=sources["moment"], size=9, fill_color=STATE_COLOURS[2], line_color=INK)
     return [loop, contacts, own, profile]

@@ -7,6 +7,7 @@ import re
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -23,55 +24,7 @@ DOTS_PER_INCH = 160
 THUMBNAIL = 150  # height of a thumbnail [pixels]
 WIDEST_COLUMN = 4.0  # width of a figure up to which two stand side by side [inch]
 
-STYLE = """
-:root { color-scheme: light dark; --ink: #222; --paper: #fff; --faint: #555; --line: #ccc; --code: #f5f5f2;
-  --link: #1b5fa8; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e4e4e0; --paper: #191b1e; --faint: #a9a9a4; --line: #4a4d52; --code: #26292d; --link: #8fc1f5; }
-}
-* { box-sizing: border-box; }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); max-width: 1080px;
-  margin: 2rem auto; padding: 0 1rem; overflow-wrap: break-word; }
-a { color: var(--link); }
-h1 { font-size: 1.5rem; line-height: 1.25; }
-h2 { font-size: 1.15rem; margin-top: 2.2rem; border-bottom: 1px solid var(--line); break-after: avoid; }
-h3 { font-size: 1rem; margin: 1.2rem 0 .4rem; break-after: avoid; }
-table { border-collapse: collapse; font-size: 14px; }
-th, td { padding: .15rem 1.2rem .15rem 0; vertical-align: top; }
-th { font-weight: 600; text-align: left; } td { min-width: 4rem; overflow-wrap: anywhere; }
-img { max-width: 100%; height: auto; background: #fff; border-radius: 3px; }
-figure { margin: 1rem 0; break-inside: avoid; } figcaption { color: var(--faint); font-size: 13px; }
-pre { background: var(--code); padding: .8rem; overflow-x: auto; font-size: 13px; }
-summary { cursor: pointer; }
-:focus-visible { outline: 2px solid var(--link); outline-offset: 2px; }
-figure.column { display: inline-block; width: 48%; margin: 1rem 1% 1rem 0; vertical-align: top; }
-@media screen and (max-width: 46rem) {
-  figure.column { width: 100%; margin-right: 0; }
-}
-.thumbnails { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(46%, 11rem), 1fr)); gap: .8rem;
-  padding: 0; list-style: none; font-size: 13px; }
-.thumbnails img { width: 100%; height: 7rem; object-fit: contain; border: 1px solid var(--line); }
-.wide { overflow-x: auto; }
-.warning { border-left: 4px solid #d1603d; padding-left: .8rem; } .note { color: var(--faint); }
-.explorer { background: #fff; color: #222; border-radius: 3px; padding: .1rem .6rem; color-scheme: light; }
-.explorer p { margin: .4rem 0; min-height: 1.4em; }
-.controls { display: flex; flex-wrap: wrap; align-items: center; gap: .4rem .8rem; }
-.control { display: flex; align-items: center; gap: .6rem; } .control:first-child { flex: 1 1 16rem; }
-.controls input { flex: 1; min-width: 8rem; min-height: 1.8rem; } .controls select { min-height: 1.8rem; }
-.key { display: flex; flex-wrap: wrap; gap: 0 1rem; list-style: none; padding: 0; margin: .4rem 0; font-size: 14px; }
-.dot { display: inline-block; width: 10px; height: 10px; border: 1px solid #222; border-radius: 50%;
-  margin-right: 5px; }
-@media print {
-  :root { --ink: #000; --paper: #fff; --faint: #444; --line: #999; --code: #f5f5f2; --link: #000;
-    color-scheme: light; }
-  * { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-  body { margin: 0; max-width: none; font-size: 10.5pt; }
-  .controls { display: none; } .explorer > div { zoom: .65; } pre { white-space: pre-wrap; }
-  figure:not(.column) img { max-width: 88%; }
-  p { orphans: 3; widows: 3; } .note { break-after: avoid; }
-  tr, .warning, .explorer { break-inside: avoid; }
-}
-"""
+STYLE = Path(__file__).with_name("page.css").read_text(encoding="utf-8")
 
 
 @attrs.frozen
@@ -94,7 +47,7 @@ def page(title: str, sections: Iterable[Section], *, head: str = "") -> str:
         f'<meta name="generator" content="historysim {__version__}">\n<title>{escape(title)}</title>\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         # a browser that is asked for no icon looks for none
-        f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n{head}\n</head>\n'
+        f'<link rel="icon" href="data:,">\n<style>\n{STYLE}</style>\n{head}\n</head>\n'
         f"<body>\n<h1>{escape(title)}</h1>\n{body}\n</body>\n</html>\n"
     )
 

@@ -32,45 +32,57 @@ from historysim.results.report.page import (
     picture,
     table,
 )
-from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary
+from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary, with_unit
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
 TIME = "Through time"  # the heading of the interactive part
 
 
+def _title(dataset: xr.Dataset, otherwise: str) -> str:
+    return str(dataset.attrs.get("title") or otherwise)
+
+
+def _without_warnings(lines: Iterable[tuple[str, str]]) -> Section:
+    # they stand in a section of their own
+    return Section("Summary", (table(line for line in lines if line[0] != "warning"),))
+
+
 def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """Return a history as one HTML page that fetches nothing; ``figures`` are pictures of its own, as HTML."""
-    title = str(history.attrs.get("title") or "Load history")
-    library, interactive = _interactive(history)
-    sections = [_summary(history), validity_section(history), interactive]
-    sections += [_figures(history, figures), *_provenance(history)]
-    return page(title, sections, head=library)
+    try:
+        library, interactive = _explorer(history)
+    except (ModuleNotFoundError, InputError) as error:
+        text = f"Not available: {error}"
+        if isinstance(error, ModuleNotFoundError):
+            text = f"The interactive part needs Bokeh: {INSTALL}, then make this page again."
+        library, interactive = "", Section(TIME, (paragraph(text, "note"),))
+    sections = [_without_warnings(analysis.summary(history)), validity_section(history), interactive]
+    return page(
+        _title(history, "Load history"),
+        [*sections, _figures(history, figures), *_provenance(history)],
+        head=library,
+    )
 
 
 def interactive_page(history: xr.Dataset) -> str:
     """Return the interactive part of a history as one HTML page; InputError without asperities or without Bokeh."""
-    if "slip_state" not in history:
-        raise InputError("the history is of totals alone; expected one with asperities, to move through")
     try:
         library, section = _explorer(history)
     except ModuleNotFoundError as error:
         raise InputError(f"the interactive picture needs Bokeh; expected {INSTALL}") from error
-    return page(str(history.attrs.get("title") or "Load history"), [section], head=library)
+    return page(_title(history, "Load history"), [section], head=library)
 
 
 def _explorer(history: xr.Dataset) -> tuple[str, Section]:
     """Return the library of the interactive part, and its section."""
+    if "slip_state" not in history:
+        raise InputError("the history is of totals alone; expected one with asperities, to move through")
     from historysim.results.report.explorer import explorer
 
     check_direction(history, "the interactive picture")
     library, body, notes = explorer(history)
     return library, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
-
-
-def _summary(history: xr.Dataset) -> Section:
-    # warnings stand in a section of their own
-    return Section("Summary", (table(line for line in analysis.summary(history) if line[0] != "warning"),))
 
 
 def validity_section(history: xr.Dataset) -> Section:
@@ -79,27 +91,10 @@ def validity_section(history: xr.Dataset) -> Section:
     if not found:
         text = "All assumptions that are checked hold where the asperities are pressed most."
         return Section("Validity", (paragraph(text),))
+    intro = paragraph("Where the asperities are pressed most, the model is used beyond its assumptions:")
     rows = [(each.name, f"{each.value:.3g}", f"{each.limit:.3g}") for each in found]
-    return Section(
-        "Validity",
-        (
-            paragraph("Where the asperities are pressed most, the model is used beyond its assumptions:"),
-            *(paragraph(each.text, "warning") for each in found),
-            table(rows, ("assumption", "found", "limit")),
-        ),
-    )
-
-
-def _interactive(history: xr.Dataset) -> tuple[str, Section]:
-    if "slip_state" not in history:
-        return "", Section(TIME, (paragraph("The history is of totals alone: there are no asperities to show."),))
-    try:
-        return _explorer(history)
-    except ModuleNotFoundError:
-        text = f"The interactive part needs Bokeh: {INSTALL}, then make this page again."
-    except InputError as error:
-        text = f"Not available: {error}"
-    return "", Section(TIME, (paragraph(text, "note"),))
+    warnings = (paragraph(each.text, "warning") for each in found)
+    return Section("Validity", (intro, *warnings, table(rows, ("assumption", "found", "limit"))))
 
 
 def history_pictures(history: xr.Dataset, names: Sequence[str] | None = None) -> list[str]:
@@ -137,20 +132,20 @@ def _provenance(history: xr.Dataset) -> list[Section]:
     parts = [table(rows)]
     if scenario := history.attrs.get("scenario"):
         parts.append(folded("the scenario, as it stands in the result", str(scenario)))
-    source = history.encoding.get("source")
-    name = Path(source).name if source else "result.nc"
+    name = Path(history.encoding.get("source") or "result.nc").name
     if "log_digest" in history.attrs:
+        where = "The result holds its events, from which it is made again and compared bit for bit:"
         again = f"historysim run {name} -o again.nc\nhistorysim verify {name}"
-        where = paragraph("The result holds its events, from which it is made again and compared bit for bit:")
     elif scenario:
+        where = "The scenario above, saved as scenario.toml, makes the result again:"
         again = f"historysim run scenario.toml -o {name}"
-        where = paragraph("The scenario above, saved as scenario.toml, makes the result again:")
     else:
+        where = "The history was made from Python, from an ensemble and events that it does not hold:"
         again = "history = historysim.replay(ensemble, events)"
-        where = paragraph("The history was made from Python, from an ensemble and events that it does not hold:")
     version = str(history.attrs.get("historysim_version", __version__))
     installed = paragraph(f"It was made with version {version}:"), code(f"pip install historysim=={version}")
-    return [Section("Provenance", tuple(parts)), Section("How to reproduce", (where, code(again), *installed))]
+    reproduce = Section("How to reproduce", (paragraph(where), code(again), *installed))
+    return [Section("Provenance", tuple(parts)), reproduce]
 
 
 page_of.register(Loops, lambda loops: loops_page(loops.to_dataset()))
@@ -179,7 +174,7 @@ def loops_page(loops: xr.Dataset) -> str:
             caption += f" The friction force rises by {slope:.3g} of the load (95 %: {low:.3g} to {high:.3g})."
         figure = LoopLevelsPicture().figure(loops)
     return page(
-        str(loops.attrs.get("title") or "Friction loops"),
+        _title(loops, "Friction loops"),
         [
             Section("Summary", (paragraph(means), rows)),
             Section("Pictures", (picture(figure, caption),)),
@@ -232,11 +227,8 @@ def _first_rows(rows: Sequence[Sequence[str]], heading: Sequence[str], of: str) 
 def table_page(written: WrittenTable) -> str:
     """Return a table that was written to a file as one HTML page that fetches nothing."""
     columns = written.columns
-    rows = [[_cell(each.values[row]) for each in columns.values()] for row in range(columns.sizes.get("row", 0))]
-    units = [str(each.attrs.get("units", "")) for each in columns.values()]
-    heading = [
-        f"{name} [{unit}]" if unit not in {"", "1"} else str(name) for name, unit in zip(columns, units, strict=True)
-    ]
+    rows = [[_cell(value) for value in row] for row in zip(*(each.values for each in columns.values()), strict=True)]
+    heading = [with_unit(name, each.attrs) for name, each in columns.items()]
     try:
         shown = picture(TablePicture().figure(written), "Its columns over the first one.")
     except InputError as error:
@@ -251,10 +243,6 @@ def table_page(written: WrittenTable) -> str:
     )
 
 
-def _dataset_table(dataset: xr.Dataset) -> str:
-    return table_page(WrittenTable.of(dataset, str(dataset.attrs.get("title") or "Table")))
-
-
 def _cell(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
@@ -264,20 +252,19 @@ def sweep_page(sweep: xr.Dataset, figures: Sequence[str] = ()) -> str:
     lines = sweep_summary(sweep)
     warnings = [paragraph(text, "warning") for label, text in lines if label == "warning"]
     held = paragraph("All assumptions that are checked hold in every cell.")
-    heading, *rows = ([str(value) for value in row] for row in sweep_rows(sweep, steps=False))
-    listed = _first_rows([_short(row) for row in rows], heading, "cells; historysim sweep -o sweep.csv lists all.")
-    pictures = [*figures, *sweep_pictures(sweep)]
+    heading, *rows = ([_cell(value) for value in row] for row in sweep_rows(sweep, steps=False))
+    listed = _first_rows(rows, heading, "cells; historysim sweep -o sweep.csv lists all.")
+    pictures = [*figures, *sweep_pictures(sweep)] or [paragraph("No number changes from cell to cell.")]
     attributes = {str(name): str(value) for name, value in sweep.attrs.items()}
-    scenario = attributes.get("scenario", "")
     provenance = [table([(name, text) for name, text in attributes.items() if "\n" not in text.strip()])]
-    if scenario:
-        provenance.append(folded("the scenario, as it stands in the file", scenario))
+    if "scenario" in attributes:
+        provenance.append(folded("the scenario, as it stands in the file", attributes["scenario"]))
     return page(
-        str(sweep.attrs.get("title") or "Sweep"),
+        _title(sweep, "Sweep"),
         [
-            Section("Summary", (table(line for line in lines if line[0] != "warning"),)),
+            _without_warnings(lines),
             Section("Validity", tuple(warnings or [held])),
-            Section("Pictures", tuple(pictures or [paragraph("No number changes from cell to cell.")])),
+            Section("Pictures", tuple(pictures)),
             Section("Cells", listed),
             Section("Provenance", tuple(provenance)),
             _again("historysim sweep scenario.toml -o sweep.nc"),
@@ -301,12 +288,7 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
 
 
 def comparison_page(
-    comparison: Comparison,
-    title: str,
-    scenario: str,
-    *,
-    fitted: Iterable[tuple[str, str]] = (),
-    result: str = "",
+    comparison: Comparison, title: str, scenario: str, *, fitted: Iterable[tuple[str, str]] = (), result: str = ""
 ) -> str:
     """Return a model beside what was measured as one HTML page that fetches nothing.
 
@@ -334,18 +316,6 @@ def comparison_page(
     )
 
 
-def _short(row: Sequence[str]) -> list[str]:
-    return [f"{float(text):.6g}" if _is_number(text) else text for text in row]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
-
-
 def _again(command: str) -> Section:
     text = "The scenario above, saved as scenario.toml where its files are, makes it again:"
     return Section("How to reproduce", (paragraph(text), code(command)))
@@ -361,13 +331,11 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """
     if what.attrs.get("content") == SWEEP:
         return sweep_page(what, figures)
-    pages = {
-        LOOPS: loops_page,
-        CONTENT_OF_TABLE: loops_page,
-        **dict.fromkeys((TABLE, TIME_SERIES), _dataset_table),
-    }
-    if (content := what.attrs.get("content")) in pages:
-        return pages[content](what)
+    content = what.attrs.get("content")
+    if content in {LOOPS, CONTENT_OF_TABLE}:
+        return loops_page(what)
+    if content in {TABLE, TIME_SERIES}:
+        return table_page(WrittenTable.of(what, _title(what, "Table")))
     if "total_normal_load" in what:
         return history_page(what, figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")

@@ -71,7 +71,7 @@ def test_pictures_that_cannot_be_drawn_are_told():
 @pytest.mark.usefixtures("without_bokeh")
 def test_totals_alone_have_a_page_without_asperities():
     text = hs.report(replayed(record="totals"))
-    assert "there are no asperities to show" in text
+    assert "Not available: the history is of totals alone" in text
     assert text.count("data:image/webp;base64,") == 2
 
 
