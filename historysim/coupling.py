@@ -90,11 +90,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     state : EnsembleState, optional
         The contact at the beginning, where ``place(t, y)`` says; the unloaded one by default.
     method : str or class
-        A method of `scipy.integrate.solve_ivp`, or a class of its kind of solvers.
+        A method of `scipy.integrate.solve_ivp`, or a class of its kind of solvers; ``options`` are its options.
     saturate, instrument
         As for `Ensemble.advance`.
-    **options
-        Of the solver: ``rtol``, ``atol``, ``max_step``, ….
 
     Raises
     ------
@@ -105,18 +103,35 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     LoadError
         The solver cannot go on; the message says where, and why.
     """
-    begin, end = _times(t_span)
-    make = _solver_class(method)
-    _check_options(make, options)
-    start = checked("y0", y0)
+    span, start = checked("t_span", t_span), checked("y0", y0)
+    if span.shape != (2,):
+        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
     if start.ndim != 1:
         raise InputError(f"y0 has {start.ndim} dimensions; expected one, of the variables at the beginning")
+    begin, end = span.tolist()
+    make = _solver_class(method, options)
     _check_targets(place(begin, start))
-    given = {"saturate": saturate, "instrument": instrument}
-    contact = _CarriedContact(ensemble, place, given, [state or ensemble.initial_state()])
+    states, times, values = [state or ensemble.initial_state()], [], []
+
+    def tried(t: float, y: Floats) -> "EnsembleState":
+        targets: dict[str, Any] = dict(place(t, y))
+        after: EnsembleState = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
+        return after
+
+    def accept(t: float, y: Floats) -> None:
+        states.append(tried(t, y))
+        times.append(t)
+        values.append(np.array(y))
+
+    def rate(t: float, y: Floats) -> Floats:
+        found = checked("dy/dt of motion", motion(t, y, tried(t, y)))
+        if found.shape != y.shape:
+            # one number would pass for all
+            raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
+        return found
+
     # the contact goes to its first place straight from the state that is given
-    contact.accept(begin, start)
-    rate = contact.rate(motion)
+    accept(begin, start)
     solver, turns, evaluations = make(rate, begin, start, end, **options), 0, 0
     while solver.status == "running":
         message = solver.step()
@@ -125,83 +140,43 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
         dense = solver.dense_output()
         turn = _first_turn(dense, solver.t_old, solver.t, place)
         if turn is None:
-            contact.accept(solver.t, solver.y)
+            accept(solver.t, solver.y)
             continue
         turns, evaluations = turns + 1, evaluations + solver.nfev
         step = min(abs(solver.t - solver.t_old), abs(end - turn))
-        contact.accept(turn, dense(turn))
+        accept(turn, dense(turn))
         # a method of several steps must not look back across the turn
         solver = make(rate, turn, np.array(dense(turn)), end, **{**options, "first_step": step})
-    return contact.solution(turns, evaluations + solver.nfev)
+    loads = {
+        name: np.array([getattr(each, name) for each in states[1:]])
+        for name in ("normal_load", "tangential_load", "dissipated_energy")
+    }
+    return CoupledSolution(
+        t=np.array(times),
+        y=np.array(values).T,
+        **loads,
+        state=states[-1],
+        turns=turns,
+        evaluations=evaluations + solver.nfev,
+    )
 
 
-@attrs.define(eq=False)
-class _CarriedContact:
-    """A contact at the end of the last accepted step, from which all that a solver tries begins."""
-
-    ensemble: "Ensemble"
-    place: Place
-    given: dict[str, Any]
-    states: "list[EnsembleState]"  #: that of the beginning, and those at the ends of the accepted steps
-    times: list[float] = attrs.field(factory=list)
-    values: list[Floats] = attrs.field(factory=list)
-
-    def tried(self, time: float, y: Floats) -> "EnsembleState":
-        """Return the contact carried to its place at a time."""
-        targets: dict[str, Any] = {**self.place(time, y), **self.given}
-        after: EnsembleState = self.ensemble.advance(self.states[-1], **targets)
-        return after
-
-    def accept(self, time: float, y: Floats) -> None:
-        """Carry the contact to its place at a time."""
-        self.states.append(self.tried(time, y))
-        self.times.append(time)
-        self.values.append(np.array(y))
-
-    def rate(self, motion: Motion) -> Callable[[float, Floats], Floats]:
-        """Return dy/dt of a motion with the contact."""
-
-        def rate(t: float, y: Floats) -> Floats:
-            found = checked("dy/dt of motion", motion(t, y, self.tried(t, y)))
-            if found.shape != y.shape:
-                # one number would pass for all
-                raise InputError(f"motion returned {found.tolist()}; expected dy/dt of each of {y.size} variables")
-            return found
-
-        return rate
-
-    def solution(self, turns: int, evaluations: int) -> CoupledSolution:
-        """Return what was accepted."""
-        loads = {
-            name: np.array([getattr(state, name) for state in self.states[1:]])
-            for name in ("normal_load", "tangential_load", "dissipated_energy")
-        }
-        return CoupledSolution(
-            t=np.array(self.times),
-            y=np.array(self.values).T,
-            **loads,
-            state=self.states[-1],
-            turns=turns,
-            evaluations=evaluations,
-        )
-
-
-def _times(t_span: tuple[float, float]) -> tuple[float, float]:
-    span = checked("t_span", t_span)
-    if span.shape != (2,):
-        raise InputError(f"t_span is {t_span!r}; expected two times, the beginning and the end")
-    return float(span[0]), float(span[1])
-
-
-def _solver_class(method: str | type[Any]) -> type[Any]:
+def _solver_class(method: str | type[Any], options: Mapping[str, object]) -> type[Any]:
+    """Return the class of a solver that has these options."""
     from scipy import integrate
 
     if isinstance(method, type) and issubclass(method, integrate.OdeSolver):
-        return method
-    if method not in METHODS:
+        make: type[Any] = method
+    elif method in METHODS:
+        make = getattr(integrate, str(method))
+    else:
         raise InputError(f"method is {method!r}; expected one of {', '.join(METHODS)}, or a class of scipy's OdeSolver")
-    found: type[Any] = getattr(integrate, str(method))
-    return found
+    # scipy itself warns of a name that is no option, and goes on without it
+    known = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
+    for name in options:
+        if name not in known:
+            raise InputError(f"{name!r} is no option of {make.__name__}; {nearest(name, known)}")
+    return make
 
 
 def _check_targets(where: object) -> None:
@@ -212,14 +187,6 @@ def _check_targets(where: object) -> None:
     unknown = sorted(set(where) - set(INPUTS))
     if unknown:
         raise InputError(f"place returned {', '.join(map(repr, unknown))}; expected {', '.join(INPUTS)}")
-
-
-def _check_options(make: type[Any], options: Mapping[str, object]) -> None:
-    # scipy itself warns of a name that is no option, and goes on without it
-    known = [name for name in inspect.signature(make).parameters if name not in NO_OPTIONS]
-    for name in options:
-        if name not in known:
-            raise InputError(f"{name!r} is no option of {make.__name__}; {nearest(name, known)}")
 
 
 def _first_turn(dense: Callable[[float], Floats], start: float, end: float, place: Place) -> float | None:
@@ -285,10 +252,9 @@ def contact_system(
         As for `solve_ivp`.
     dt : float
         Sampling time [s], > 0.
-    inputs : sequence of str
-        What drives it, of `INPUTS`, at most one of each channel; the other channel is held as `state` has it.
-    outputs : sequence of str
-        What is read, of `OUTPUTS`.
+    inputs, outputs : sequence of str
+        What drives it, of `INPUTS`, at most one of each channel; the other channel is held as `state` has it. What is
+        read, of `OUTPUTS`. Another name is an InputError.
     name : str
         Of the system; its signals are ``name.signal``.
     """
@@ -302,55 +268,33 @@ def contact_system(
     for channel in ("normal", "tangential"):
         if sum(each.startswith(channel) for each in inputs) > 1:
             raise InputError(f"inputs: both load and displacement of the {channel} channel; expected one of them")
-    given: dict[str, Any] = {"saturate": saturate, "instrument": instrument}
+    # by the number of the sample: the first one, the present, and the one before
     states = {0: state or ensemble.initial_state()}
-    sampled = _SampledContact(ensemble, states, tuple(inputs), tuple(outputs), given)
-    return control.nlsys(
-        sampled.update,
-        sampled.output,
-        inputs=list(inputs),
-        outputs=list(outputs),
-        states=["sample"],
-        dt=scalar("dt", dt, above=0),
-        name=name,
-    )
 
-
-@attrs.define(eq=False)
-class _SampledContact:
-    """States of a contact by the number of the sample: the first one, the present, and the one before."""
-
-    ensemble: "Ensemble"
-    states: "dict[int, EnsembleState]"
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    given: dict[str, Any]
-
-    def output(self, _time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        """Return the outputs of a trial from the state at the beginning of the sample."""
-        moved = self._moved(self._number(x), u)
-        return np.array([float(getattr(moved, name)) for name in self.outputs])
-
-    def update(self, _time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
-        """Commit what the inputs of a sample do, and return the number of the next one."""
-        number = self._number(x)
-        after = self._moved(number, u)
-        self.states = {0: self.states[0], number: self.states[number], number + 1: after}
-        return np.array([float(number + 1)])
-
-    def _moved(self, number: int, u: ArrayLike) -> "EnsembleState":
-        targets: dict[str, Any] = dict(zip(self.inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
-        after: EnsembleState = self.ensemble.advance(self.states[number], **targets, **self.given)
-        return after
-
-    def _number(self, x: ArrayLike) -> int:
+    def moved(x: ArrayLike, u: ArrayLike) -> "tuple[int, EnsembleState]":
         number = float(np.atleast_1d(x)[0])
-        if number not in self.states:
+        if number not in states:
             raise InputError(
                 f"sample {number:g} of the contact: expected the present one of a simulation that begins at 0. It "
                 "remembers its way and has no state to set or to linearise at; its tangential_stiffness is an output"
             )
-        return int(number)
+        targets: dict[str, Any] = dict(zip(inputs, np.atleast_1d(u).astype(float).tolist(), strict=True))
+        after = ensemble.advance(states[int(number)], **targets, saturate=saturate, instrument=instrument)
+        return int(number), after
+
+    def output(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
+        _, after = moved(x, u)
+        return np.array([float(getattr(after, each)) for each in outputs])
+
+    def update(_time: float, x: ArrayLike, u: ArrayLike, _params: object) -> Floats:
+        number, after = moved(x, u)
+        for old in set(states) - {0, number}:
+            del states[old]
+        states[number + 1] = after
+        return np.array([float(number + 1)])
+
+    signals = {"inputs": list(inputs), "outputs": list(outputs), "states": ["sample"]}
+    return control.nlsys(update, output, **signals, dt=scalar("dt", dt, above=0), name=name)
 
 
 @attrs.frozen(eq=False)

@@ -4,16 +4,15 @@ import math
 import struct
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.ensemble import Ensemble, refused
-from historysim.asperities.instrument import RIGID, Instrument, as_instrument
+from historysim.asperities.instrument import RIGID, as_instrument
 from historysim.asperities.state import EnsembleState, SavedState
-from historysim.asperities.stepper import channel, path_to
 from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per
 from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
@@ -287,6 +286,14 @@ class InclinedState(SavedState):
         return cls(tuple(facets), axes, approach, displacement, *controls)
 
 
+class _Controls(NamedTuple):
+    """What a step asks of a memory."""
+
+    normal_control: int
+    tangential_control: int
+    evolved: bool = True  #: it is walked, as what evolves is
+
+
 def _no(what: str) -> str:
     return f"inclined asperities have no {what}; expected constant coefficients, and displacements along x"
 
@@ -371,30 +378,13 @@ class InclinedEnsemble(Ensemble):
         """Return the unloaded state: the body is at d = U = 0, nothing is remembered."""
         return InclinedState(tuple(facet.beginning() for facet in self.facets), self._axes, 0.0, 0.0)
 
-    def advance(  # type: ignore[override] # in one direction, without a change of friction
-        self,
-        state: InclinedState,
-        *,
-        normal_load: float | None = None,
-        normal_displacement: float | None = None,
-        tangential_load: float | None = None,
-        tangential_displacement: float | None = None,
-        friction: None = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-    ) -> InclinedState:
+    def advance(self, state: InclinedState, **targets: Any) -> InclinedState:  # type: ignore[override]
         """Return the state after one joint straight path; parameters and errors as for `Ensemble.advance`.
 
         A tangential load, an instrument, a pair of targets or another friction is an InputError, unless nothing slopes.
         """
-        controls = self._memory_of(state)
-        normal = channel("normal", normal_load, normal_displacement, controls.normal_control, 0.0)
-        tangential = channel("tangential", tangential_load, tangential_displacement, controls.tangential_control)
-        if friction is not None:
-            raise _refused("change of friction")
-        if isinstance(tangential[1], tuple):
-            raise _refused("second tangential direction")
-        return self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
+        after: InclinedState = super().advance(state, **targets)  # type: ignore[call-overload] # a state of its own kind
+        return after
 
     def walk(  # type: ignore[override] # a state of its own kind
         self,
@@ -410,6 +400,8 @@ class InclinedEnsemble(Ensemble):
         self._memory_of(state)
         if how.pop("friction", None) is not None:
             raise _refused("change of friction")
+        if paths.dtype != PATH:
+            raise _refused("second tangential direction")
         if not self.slope.any():
             level = self.facets[0].walk(state.facets[0], paths, rows=rows, asperities=asperities, until=until, **how)
             controls = int(level.memory.normal_control), int(level.memory.tangential_control)
@@ -469,10 +461,10 @@ class InclinedEnsemble(Ensemble):
         raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
 
     def _memory_of(self, state: Any, **_: bool) -> Any:
-        """Return the state, which has to be one of inclined asperities, and knows how its channels are controlled."""
+        """Return how the channels of a state are controlled, which has to be one of this ensemble's."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
             raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
-        return state
+        return _Controls(state.normal_control, state.tangential_control)
 
     def _legs(self, state: InclinedState, paths: Paths, until: float) -> Paths:
         """Return the paths of the body in d and U: as they are, or where a normal load is given their chords."""
