@@ -9,8 +9,9 @@ from pathlib import Path
 import h5py
 import netCDF4
 import pytest
-from kill_runs import EVERY, kill_runs, last_snapshot, scenario_in, variables
+from kill_runs import EVERY, kill_runs
 from preloaded import POSSIBLE, REASON, run_script
+from promises import LONG, last_snapshot, variables
 
 import historysim as hs
 from historysim.log import result as result_writer
@@ -24,7 +25,8 @@ TESTS = Path(__file__).parents[1]
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
-    hs.run(scenario_in(folder), folder / "killed.nc", snapshot_every=EVERY).close()
+    (folder / "killed.toml").write_text(LONG, encoding="utf-8")
+    hs.run(folder / "killed.toml", folder / "killed.nc", snapshot_every=EVERY).close()
     return folder
 
 
@@ -67,8 +69,7 @@ def names(folder):
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="kills forked processes")
 def test_runs_appends_and_forks_may_be_killed_at_any_time(tmp_path):
-    killed, _ = kill_runs(5, tmp_path, seed=1)
-    assert sum(killed.values()) == 5
+    assert sum(kill_runs(5, tmp_path, seed=1).values()) >= 5
 
 
 def test_a_resume_computes_only_what_came_after_the_last_snapshot(folder, whole, monkeypatch):

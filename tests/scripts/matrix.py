@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import attrs
-from kill_runs import variables
+from promises import variables
 
 ROOT = Path(__file__).parents[2]
 SCENARIO = """
