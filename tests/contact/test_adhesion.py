@@ -92,15 +92,6 @@ def test_jkr_without_load_and_at_its_pull_off_points():
     assert jkr_normal_load(at_least_approach, **ELASTIC) == pytest.approx(held, rel=1e-4)
 
 
-@given(st.floats(0, 1e6), radii, moduli, works)
-def test_jkr_load_and_contact_radius_are_inverse(excess, radius, modulus, work):
-    elastic = {"summit_radius": radius, "contact_modulus": modulus, "work_of_adhesion": work}
-    load = (excess - 1.5) * math.pi * work * radius
-    a = jkr_contact_radius(load, **elastic)
-    size = abs(load) + math.pi * work * radius
-    assert jkr_normal_load(a, **elastic) == pytest.approx(load, rel=0, abs=64 * EPS * size)
-
-
 def test_dmt_is_hertz_under_a_greater_load():
     loads = np.array([-2, -1, 0, 5]) * PULL
     a = dmt_contact_radius(loads, **ELASTIC)
@@ -190,58 +181,6 @@ def test_maugis_has_dmt_and_jkr_as_limits():
     )
 
 
-@given(powers, st.floats(0, 1e4), radii, moduli, works)
-def test_maugis_load_and_contact_radius_are_inverse(power, excess, radius, modulus, work):
-    arguments = contact(10**power, radius, modulus, work)
-    unit = math.pi * work * radius
-    pull_off = maugis_pull_off_load(**arguments)
-    assert -2 < pull_off / unit < -1.5
-    load = pull_off + excess * unit
-    a = maugis_contact_radius(load, **arguments)
-    # load and radius are known to some roundings of their terms A³ and P, which the load moves by 1.5 A³/P at most
-    assert maugis_normal_load(a, **arguments) == pytest.approx(load, rel=0, abs=1e-13 * (abs(load) + 10 * unit))
-    assert maugis_adhesive_zone_radius(a, **arguments) > a
-    assert a > hertz.contact_radius(
-        hertz.approach(max(load, 0), summit_radius=radius, contact_modulus=modulus), summit_radius=radius
-    )
-
-
-@given(powers, radii, moduli, works)
-def test_maugis_has_one_equilibrium_family_in_units_of_its_own(power, radius, modulus, work):
-    arguments, plain = contact(10**power, radius, modulus, work), contact(10**power, 1.0, 0.75, 1 / math.pi)
-    length = (math.pi * work * radius**2 / (4 / 3 * modulus)) ** (1 / 3)
-    sizes = np.array([0.2, 1, 5])
-    for function, unit in (
-        (maugis_normal_load, math.pi * work * radius),
-        (maugis_approach, length**2 / radius),
-        (maugis_adhesive_zone_radius, length),
-    ):
-        own, other = function(sizes * length, **arguments) / unit, function(sizes, **plain)
-        # inputs are rounded on the way; a load or an approach near its zero is known to the size of its terms only
-        np.testing.assert_allclose(own, other, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("parameter", [1e-3, 0.1, 0.9, 0.95, 1, 5, 100, 1e3])
-def test_maugis_load_and_approach_have_one_minimum_each(parameter):
-    arguments = contact(parameter)
-    a = np.geomspace(1e-6, 10, 3000) * UNLOADED
-    for values, unit, control in (
-        (maugis_normal_load(a, **arguments), PULL, "load"),
-        (maugis_approach(a, **arguments), UNLOADED**2 / R, "displacement"),
-    ):
-        moves = np.diff(values)
-        # steps below some roundings tell no direction
-        signs = np.sign(moves[np.abs(moves) > 64 * EPS * max(unit, np.abs(values[0]))])
-        assert np.count_nonzero(np.diff(signs)) <= 1
-        assert signs[-1] == 1
-        if control == "load":
-            # a grid of 1.0054 in ratio misses the least load by its square, at most
-            assert maugis_pull_off_load(**arguments) == pytest.approx(values.min(), rel=1e-4)
-    zones = maugis_adhesive_zone_radius(a, **arguments)
-    assert np.all(zones > a)
-    assert np.all(np.diff(zones / a) < 0)
-
-
 def test_a_point_contact_is_where_the_gap_closes():
     for parameter in (1e-3, 0.5, 1, 100):
         arguments = contact(parameter)
@@ -253,15 +192,6 @@ def test_a_point_contact_is_where_the_gap_closes():
             springs.approach, abs=1e-9 * (springs.range + zone**2 / R)
         )
         assert maugis_approach(0, **arguments) == pytest.approx(-2 * springs.stress * zone / E, rel=1e-9)
-
-
-def test_maugis_at_and_beyond_pull_off():
-    arguments = contact(np.logspace(-3, 3, 13))
-    pull_off = maugis_pull_off_load(**arguments)
-    a = maugis_contact_radius(pull_off, **arguments)
-    np.testing.assert_allclose(maugis_normal_load(a, **arguments), pull_off, rtol=1e-13)
-    with pytest.raises(LoadError, match="pulls harder than the contact can carry"):
-        maugis_contact_radius(pull_off * (1 + 1e-12), **arguments)
 
 
 def test_branch_of_jkr_is_stable_where_its_energy_is_least():

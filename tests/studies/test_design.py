@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from swept import BALL, CONTACT_MODULUS, SHEAR_MODULUS, displacement
+from swept import BALL, displacement
 
 import historysim as hs
 from historysim.studies.design import summary
@@ -87,15 +87,6 @@ def test_points_that_keep_a_limit_over_the_whole_range_are_told_in_one_line(ball
     assert notices == [f"drift stays below {1.5e9 * most:.4g} nm over the whole of between at 2 of 3 points"]
 
 
-def test_many_points_without_a_value_are_cut_short(ball):
-    notices = []
-    most = displacement(70e-3, 0.1, 1e-3) - displacement(50e-3, 0.1, 1e-3)
-    over = {"friction.coefficient": [*np.linspace(0.05, 0.1, 13), 0.2]}
-    hs.design(ball, "surface.radius", ["1 mm", "1 m"], 1.5 * most, over=over, notify=notices.append)
-    assert len(notices) == 11
-    assert notices[-1] == "… and 3 more notes of this kind"
-
-
 def test_a_range_in_which_the_target_is_met_twice_is_told(ball):
     """A swing of the tangential displacement, up or down by as much, has the same peak load."""
     last = BALL.index("    { time = 2")
@@ -130,11 +121,6 @@ def test_what_cannot_be_sought_is_told(ball, arguments, message):
     *arguments, output = arguments if len(arguments) == 4 else (*arguments, "drift")
     with pytest.raises(hs.InputError, match=message):
         hs.design(ball, *arguments, output=output)
-
-
-def test_moduli_of_the_material_table():
-    pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
-    assert (pair.contact_modulus, pair.shear_modulus) == pytest.approx((CONTACT_MODULUS, SHEAR_MODULUS), rel=1e-12)
 
 
 # -- limits ----------------------------------------------------------------------------------------

@@ -8,12 +8,12 @@ import historysim as hs
 
 
 def test_a_killed_sweep_computes_nothing_again(tmp_path):
-    scenario, store = write_scenario(tmp_path, cells=40, size=32), tmp_path / "cells"
+    scenario, store = write_scenario(tmp_path, cells=24, size=32), tmp_path / "cells"
     assert kill_once(command(scenario, tmp_path / "killed.nc", store, workers=1), store, random.Random(1))  # noqa: S311
     before = kept(store)
-    assert 0 < len(before) < 40
+    assert 0 < len(before) < 24
     found = hs.sweep(scenario, store=store)
     after = kept(store)
     assert {name: after[name] for name in before} == before
-    assert len(after) == 40
+    assert len(after) == 24
     assert found.identical(hs.sweep(scenario))

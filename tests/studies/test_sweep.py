@@ -82,14 +82,6 @@ def test_rows_and_asperities_stand_under_their_own_numbers(rough):
     assert (same.time.dims, same.total_normal_load.dims) == (("step",), ("friction_coefficient", "step"))
 
 
-def test_friction_that_changes_on_the_way_counts(ball):
-    changed = BALL.replace('"70 mN", tan', '"50 mN", friction = 0.3, tan')
-    ball.write_text(changed, encoding="utf-8")
-    found = hs.sweep(ball, {"friction.coefficient": [0.1, 0.2]})
-    expected = [displacement(50e-3, 0.3, 2.5e-3) - displacement(50e-3, mu, 2.5e-3) for mu in (0.1, 0.2)]
-    np.testing.assert_allclose(found.drift, expected, rtol=1e-9)
-
-
 SUMMITS = BALL.replace('kind = "sphere"\nradius = "2.5 mm"', 'kind = "summits"\nheight = [0, -3e-9]\nradius = "10 µm"')
 SLIDING = SUMMITS.replace("5 nm", "90 nm").replace("50 mN", "2 mN").replace("70 mN", "3 mN")
 FRICTION, WEAR = "coefficient = 0.2\n", '[wear]\nlaw = "archard"\ncoefficient = 1e-3\nhardness = "12 GPa"\n'
@@ -134,17 +126,6 @@ def test_what_evolves_is_what_a_run_of_its_scenario_gives(ball, name):
             assert np.array_equal(found[output].values[where], expected, equal_nan=True), output
     for dim in found.sizes:
         assert any((found[output].diff(dim) != 0).any() for output in outputs)
-
-
-def test_what_some_surfaces_tell_is_missing_for_others(ball):
-    kinds = [{"kind": "textured", "count": [2, 1], "pitch": 1e-4, "radius": 1e-3}, {"kind": "sphere", "radius": 1e-3}]
-    for order in (kinds, kinds[::-1]):
-        found = hs.sweep(ball, {"surface": order}, outputs=["normal_load"])
-        ball_alone = found.isel(surface=order.index(kinds[1]))
-        assert ball_alone.x.isnull().all()
-        assert ball_alone.summit_radius.isnull().values.tolist() == [False, True]
-        assert found.isel(surface=order.index(kinds[0])).x.values.tolist() == [0.0, 1e-4]
-        assert found.surface[order.index(kinds[1])] == "{ kind = sphere, radius = 0.001 }"
 
 
 def test_cells_whose_rows_go_over_something_else_are_left_out(ball):

@@ -87,24 +87,6 @@ def test_the_unit_of_the_density_does_not_matter(table, unit):
             assert probability_below(height_there, two.height, two.density) == pytest.approx(probability, abs=tolerance)
 
 
-def test_gaps_are_heights_below_the_first_touch():
-    gaps = Tabulated.from_gaps([0, 1, 4], [6, 2, 0])
-    assert gaps.height.tolist() == [-4, -1, 0]
-    np.testing.assert_allclose(gaps.density, np.array([0, 2, 6]) / 7, rtol=4 * EPS)
-    # 1/7 of the summits has a gap up to s with 6 s - 2 s² = 1
-    assert gaps.quantile(6 / 7) == pytest.approx(-(6 - math.sqrt(28)) / 4, rel=16 * EPS)
-    assert math.copysign(1, gaps.height[-1]) == 1
-
-
-def test_quantile_ensemble_of_a_rectangle():
-    made = quantile_summits(Tabulated([0, 8], [1, 1]), 2e-6, summit_density=2.0, nominal_area=2.0)
-    assert made.height == pytest.approx([1, 3, 5, 7], rel=4 * EPS)
-    assert made.radius.tolist() == [2e-6] * 4
-    assert made.x is None
-    assert made.y is None
-    assert (made.nominal_area, made.density) == (2, 2)
-
-
 def moments_of_the_table(table):
     """Mean and deviation by the trapezoidal rule."""
     z = np.linspace(table.height[0], table.height[-1], 100_001)
@@ -133,20 +115,6 @@ def test_drawn_heights_follow_the_table():
     below = np.array([probability_below(z, TWO_HILLS.height, TWO_HILLS.density) for z in heights[::50]])
     # Kolmogorov: the largest distance from the share of the sample is above 1.95/√n once in a thousand seeds
     assert np.abs(below - np.arange(count)[::50] / count).max() < 1.95 / math.sqrt(count)
-
-
-def test_drawn_summits_stand_anywhere_on_the_square():
-    made = drawn_summits(Gaussian(1.0), [1.0, 2.0] * 5000, summit_density=2500, nominal_area=4.0, seed=8)
-    assert len(made) == 10_000
-    assert made.radius[:3].tolist() == [1, 2, 1]
-    for position in (made.x, made.y):
-        assert position.min() >= 0
-        assert position.max() <= 2
-        quarters = np.histogram(position, bins=4, range=(0, 2))[0]
-        # binomial: deviation √(n/4 · 3/4) = 43
-        assert np.abs(quarters - 2500).max() < 4 * 43
-    # independent: the correlation of 10^4 pairs scatters by 0.01
-    assert np.abs(np.corrcoef([made.x, made.y, made.height]) - np.eye(3)).max() < 0.04
 
 
 def test_a_seed_draws_the_same_summits():
@@ -250,23 +218,6 @@ def test_scatter_has_the_deviations_asked_for():
     assert abs(np.corrcoef(made.height, made.radius)[0, 1]) < 4 / math.sqrt(count)
 
 
-def test_a_seed_makes_the_same_texture():
-    def made(**scatter):
-        return textured_summits((7, 5), 1e-6, 8e-6, **scatter)
-
-    both = made(height_scatter=1e-9, radius_scatter=0.1, seed=3)
-    again = made(height_scatter=1e-9, radius_scatter=0.1, seed=3)
-    np.testing.assert_array_equal(both.height, again.height)
-    np.testing.assert_array_equal(both.radius, again.radius)
-    # either scatter is there by itself
-    np.testing.assert_array_equal(made(height_scatter=1e-9, seed=3).height, both.height)
-    np.testing.assert_array_equal(made(radius_scatter=0.1, seed=3).radius, both.radius)
-    np.testing.assert_array_equal(made(height_scatter=1e-9, seed=3).radius, 8e-6)
-    assert not np.any(made(height_scatter=1e-9, seed=4).height == both.height)
-    # twice the scatter of the same draw
-    np.testing.assert_allclose(made(height_scatter=2e-9, seed=3).height, 2 * both.height, rtol=EPS)
-
-
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -285,14 +236,6 @@ def test_textures_out_of_range(call, message):
 
 
 # --- seeds ---
-
-
-def test_a_seed_draws_the_same_numbers_again():
-    # of PCG64 with this seed, as numpy documents it
-    expected = np.random.Generator(np.random.PCG64(7)).random(4)
-    for seed in (7, np.int32(7), np.uint8(7)):
-        np.testing.assert_array_equal(generator(seed).random(4), expected)
-    assert not np.array_equal(generator(8).random(4), expected)
 
 
 @pytest.mark.parametrize("seed", [None, -1, 1.5, True, "7", [7]])

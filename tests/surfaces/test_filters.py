@@ -50,17 +50,6 @@ def test_it_is_the_plane_of_least_squares_beside_borders_and_missing_points():
     assert np.allclose(found, by_least_squares(heights, (1.0, 2.0), 8.0), rtol=0, atol=1e-12, equal_nan=True)
 
 
-@pytest.mark.parametrize("robust", [False, True])
-def test_a_plane_stays_a_plane(robust):
-    x, y = np.meshgrid(np.arange(60) * PIXEL, np.arange(50) * PIXEL, indexing="ij")
-    plane = 1e-3 + 0.3 * x - 0.2 * y
-    plane[np.random.default_rng(1).random(plane.shape) < 0.4] = np.nan
-    plane[20:30, 10:30] = np.nan
-    found = gaussian_mean(plane, (PIXEL, PIXEL), 5e-6, robust=robust)
-    assert np.array_equal(np.isnan(found), np.isnan(plane))
-    assert np.nanmax(np.abs(found - plane)) < 1e-15 * 1e-3 * 10
-
-
 def test_the_robust_one_is_the_fixed_point_of_tukeys_weights():
     rng = np.random.default_rng(2)
     heights = rng.normal(size=(20, 18))
@@ -74,27 +63,10 @@ def test_the_robust_one_is_the_fixed_point_of_tukeys_weights():
     assert np.allclose(again, found, rtol=0, atol=2e-3)
 
 
-def test_pits_do_not_draw_the_robust_mean():
-    heights = np.random.default_rng(3).normal(0, 1e-9, (80, 80))
-    clean = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6)
-    heights[40:43, 20:60] = -1e-6
-    linear = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6)
-    robust = gaussian_mean(heights, (PIXEL, PIXEL), 10e-6, robust=True)
-    assert np.abs(linear - clean).max() > 100e-9
-    assert np.abs(robust - clean).max() < 1e-9
-
-
 def test_a_periodic_map_is_filtered_as_one_tile_of_many():
     heights = np.random.default_rng(4).normal(size=(24, 30))
     tiled = gaussian_mean(np.tile(heights, (3, 3)), (1.0, 1.0), 9.0)[24:48, 30:60]
     assert np.allclose(gaussian_mean(heights, (1.0, 1.0), 9.0, periodic=True), tiled, rtol=0, atol=1e-12)
-
-
-def test_smoothed_and_roughness_make_the_surface():
-    surface = hs.random_surface((128, 128), 1e-6, 1e-6, 20e-6, seed=1)
-    together = surface.smoothed(10e-6).heights + surface.roughness(10e-6).heights
-    assert np.allclose(together, surface.heights, rtol=0, atol=1e-20)
-    assert surface.smoothed(10e-6).periodic
 
 
 @pytest.mark.parametrize("cutoff", [0.9e-6, 41e-6, -1.0, math.nan])
@@ -132,13 +104,6 @@ def test_spikes_and_no_other_points_are_found():
     heights[planted] += 100e-9
     assert np.array_equal(spikes(heights, 20), planted)
     assert np.array_equal(spikes(-heights, 20), planted)
-
-
-def test_gaussian_heights_have_as_many_as_they_should():
-    heights = np.random.default_rng(3).normal(5, 2, (500, 500))
-    # 250 000 × 0.0027, and four times the square root of that
-    assert outliers(heights, 3).sum() == pytest.approx(675, abs=104)
-    assert outliers(heights, 7).sum() == 0
 
 
 def test_coarse_steps_and_flat_maps_do_not_make_all_points_outliers():

@@ -2,8 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.optimize import curve_fit
 
 import historysim as hs
@@ -75,34 +73,6 @@ def test_a_polynomial_is_that_of_least_squares(kind, gaps):
     np.testing.assert_allclose(form.heights, fitted_by_columns(heights, TERMS[kind]), rtol=0, atol=1000 * EPS)
 
 
-@given(
-    st.integers(0, 10**9), st.tuples(st.integers(1, 8), st.integers(1, 8)), st.floats(0, 0.6), st.sampled_from([*TERMS])
-)
-def test_what_is_left_has_no_form_any_more(seed, shape, gaps, kind):
-    heights = with_gaps(np.random.default_rng(seed).standard_normal(shape), gaps, seed)
-    try:
-        form = fit_form(heights, PIXEL, kind)
-    except InputError:
-        unknowns = {1: {"mean": 1, "plane": 2, "quadratic": 3}}.get(min(shape), TERMS)[kind]
-        assert np.isfinite(heights).sum() < unknowns
-        return
-    left = heights - form.heights
-    # the residual of least squares is perpendicular to all terms; this holds however few points there are
-    for term in range(TERMS[kind]):
-        assert abs(np.nansum(left * polynomial(np.eye(6)[term], shape))) < 1e-11
-    assert np.isfinite(form.heights).all()
-
-
-@pytest.mark.parametrize("kind", TERMS)
-def test_the_form_does_not_depend_on_the_pixel_size_and_turns_with_the_map(kind):
-    heights = with_gaps(np.random.default_rng(3).standard_normal((12, 9)), 0.2)
-    form = fit_form(heights, PIXEL, kind).heights
-    np.testing.assert_array_equal(fit_form(heights, (1.0, 1e3), kind).heights, form)
-    for turn in (np.transpose, np.flipud, np.rot90):
-        turned = fit_form(turn(heights), PIXEL, kind).heights
-        np.testing.assert_allclose(turned, turn(form), rtol=0, atol=100 * EPS)
-
-
 @pytest.mark.parametrize("offset", [0.0, 1e-3, -1.0])
 def test_nanometres_on_a_high_and_tilted_datum(offset):
     shape = (64, 48)
@@ -112,18 +82,6 @@ def test_nanometres_on_a_high_and_tilted_datum(offset):
     left -= fit_form(left, PIXEL, "plane").heights
     # the sum is rounded by EPS/2 of the offset, and so is the form; nothing else is lost
     np.testing.assert_allclose(left, rough - fitted_by_columns(rough, 3), rtol=0, atol=4 * EPS * (abs(offset) + 2e-4))
-
-
-@pytest.mark.parametrize("along_y", [False, True])
-@pytest.mark.parametrize(("kind", "degree"), [("mean", 0), ("plane", 1), ("quadratic", 2)])
-def test_a_profile_has_a_line_or_a_parabola(kind, degree, along_y):
-    values = np.random.default_rng(5).standard_normal(25)
-    values[[3, 17, 18]] = math.nan
-    here = np.isfinite(values)
-    places = np.linspace(-1, 1, 25)
-    wanted = np.polyval(np.polyfit(places[here], values[here], degree), places)
-    profile = (lambda v: v[None, :]) if along_y else (lambda v: v[:, None])
-    np.testing.assert_allclose(fit_form(profile(values), PIXEL, kind).heights, profile(wanted), rtol=0, atol=200 * EPS)
 
 
 # --- spheres ----------------------------------------------------------------------------------------------------
@@ -197,16 +155,6 @@ def test_the_radius_of_a_noisy_shallow_cap_is_right_within_its_error(gaps):
     # normal scores: the mean of 40 within 4/√40, their variance within 4 √(2/40)
     assert abs(np.mean(scores)) < 4 / math.sqrt(40)
     assert abs(np.var(scores) - 1) < 4 * math.sqrt(2 / 40)
-
-
-def test_spheres_turn_and_scale_with_the_map():
-    heights = cap(2e-4, (14, 11), (4e-6, -3e-6)) + 1e-8 * np.random.default_rng(6).standard_normal((14, 11))
-    radius = fit_form(heights, PIXEL, "sphere").radius
-    assert radius != pytest.approx(2e-4, rel=1e-5)
-    for turned, pixel in ((heights.T, PIXEL[::-1]), (heights[::-1], PIXEL), (np.rot90(heights), PIXEL[::-1])):
-        assert fit_form(turned, pixel, "sphere").radius == pytest.approx(radius, rel=1e-9)
-    assert fit_form(-heights, PIXEL, "sphere").radius == pytest.approx(-radius, rel=1e-9)
-    assert fit_form(1e3 * heights, (1e-3, 2.5e-3), "sphere").radius == pytest.approx(1e3 * radius, rel=1e-9)
 
 
 # --- what has no form -------------------------------------------------------------------------------------------

@@ -83,15 +83,6 @@ def test_heights_that_are_none(heights, message):
         Surface(heights, 1e-6)
 
 
-@pytest.mark.parametrize(
-    ("pixel_size", "message"),
-    [(0, "pixel_size is 0; expected a finite number greater than 0"), ((1, 2, 3), r"pixel_size has shape \(3,\)")],
-)
-def test_pixel_sizes_that_are_none(pixel_size, message):
-    with pytest.raises(InputError, match=message):
-        Surface(np.eye(3), pixel_size)
-
-
 def test_heights_cannot_be_changed_from_outside_or_inside():
     values = np.ones((3, 4))
     surface = Surface(values, 1e-6)
@@ -137,19 +128,6 @@ def test_a_measured_ball_without_its_sphere_is_its_roughness():
     assert len(raw) < len(found)
 
 
-@pytest.mark.parametrize("form", ["mean", "plane", "quadratic", "sphere"])
-def test_detrended_takes_off_the_form_and_keeps_the_gaps(form):
-    heights = rough((20, 14), missing=0.2) - 0.05 * (np.arange(20)[:, None] - 9) ** 2 / 10
-    surface = Surface(heights, (3.0, 2.0), periodic=True)
-    left = surface.detrended(form)
-    np.testing.assert_array_equal(left.heights, surface.heights - surface.form(form).heights)
-    assert left.pixel_size == surface.pixel_size
-    # a surface with its ends at different heights no longer repeats, or was none before
-    assert left.periodic is (form == "mean")
-    # the search for a sphere ends when the squares change by 1e-15 of themselves: 3e-8 of the roughness of 1 m is left
-    assert np.nanmean(left.heights) == pytest.approx(0, abs=1e-7 if form == "sphere" else 1e-14)
-
-
 # --- scaling ----------------------------------------------------------------------------------------------------
 
 
@@ -178,17 +156,6 @@ def test_scaled_to_an_rms_height_of_any_size(power, wanted):
 
 
 # --- mirrors and sums -------------------------------------------------------------------------------------------
-
-
-@given(heights_with_gaps, st.booleans())
-def test_a_mirror_reverses_x_and_twice_is_once_more_the_same(heights, periodic):
-    surface = Surface(heights, (2.0, 3.0), periodic)
-    mirrored = surface.mirrored()
-    nx = heights.shape[0]
-    for i, j in np.ndindex(heights.shape):
-        np.testing.assert_equal(mirrored.heights[nx - 1 - i, j], heights[i, j])
-    np.testing.assert_array_equal(mirrored.mirrored().heights, heights)
-    assert (mirrored.pixel_size, mirrored.periodic) == ((2.0, 3.0), periodic)
 
 
 @given(heights_with_gaps, st.integers(0, 10**6))
@@ -259,22 +226,6 @@ def test_surfaces_that_do_not_overlap(shift):
 
 
 # --- hard cases at once -----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("shape", [(40, 25), (1, 30), (30, 1)])
-def test_a_map_with_31_percent_missing_from_the_file_to_the_summits(shape):
-    values = np.ma.masked_invalid(rough(shape, 5, missing=0.31) + 0.1 * np.arange(shape[0])[:, None])
-    surface = Surface(values, (1e-6, 2e-6)).detrended().scaled(50e-9)
-    assert surface.missing.mean() == pytest.approx(0.31, abs=0.12)
-    assert surface.statistics().rms_height == pytest.approx(50e-9, rel=1e-12)
-    found = surface.summits(3 if 1 in shape else 9)
-    assert len(found) > 0
-    for x, y, z in zip(found.x, found.y, found.height, strict=True):
-        i, j = round(x / 1e-6), round(y / 2e-6)
-        assert surface.heights[i, j] == z
-        around = surface.heights[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
-        assert around.size == (3 if 1 in shape else 9)
-        assert (around < z).sum() == around.size - 1
 
 
 def test_a_surface_says_what_it_is():

@@ -585,7 +585,7 @@ def small_files(library, scratch):
 
 
 @pytest.mark.parametrize("ending", WRITERS)
-@settings(max_examples=6)  # each damaged file is shown to some forty readers
+@settings(max_examples=2)  # each damaged file is shown to some forty readers
 @given(st.data())
 def test_damaged_files(small_files, scratch, ending, data):
     path = scratch / f"any.{ending}"

@@ -11,9 +11,7 @@ from rough_maps import (
     EPS,
     NAN,
     PIXEL,
-    WAVES,
     Points,
-    assert_same,
     autocorrelation,
     height_statistics,
     maps,
@@ -140,29 +138,6 @@ def test_moments_and_bandwidth_of_an_isotropic_gaussian_surface():
         assert error < 0.02 * max(exact, 1)
 
 
-@given(maps(), pixels, st.booleans(), st.sampled_from([2.0**-7, 2.0**5]), st.sampled_from([2.0**-3, 2.0**6]))
-def test_scaling_of_heights_and_lengths(z, pixel, periodic, tall, wide):
-    first = height_statistics(z, pixel, periodic=periodic)
-    second = height_statistics(tall * z, wide * np.array(pixel), periodic=periodic)
-    slope, curvature = tall / wide, tall / wide**2
-    factors = [tall] * 4 + [1, 1, slope, curvature, 1, 1, tall**2, slope**2, curvature**2, 1]
-    # powers of two leave no rounding
-    np.testing.assert_allclose(numbers(second), numbers(first) * factors, rtol=4 * EPS)
-
-
-@BOTH
-def test_a_profile_has_differences_along_its_long_axis_only(periodic):
-    z = rough((30, 1))
-    along = height_statistics(z, PIXEL, periodic=periodic)
-    assert_same(along, height_statistics(z.T, PIXEL[::-1], periodic=periodic), 16 * EPS)
-    around = np.concatenate([z[-1:], z, z[:1]]) if periodic else z
-    steps, bends = np.diff(around[1 if periodic else 0 :, 0]) / PIXEL[0], np.diff(around[:, 0], 2) / PIXEL[0] ** 2
-    assert along.rms_slope == pytest.approx(math.sqrt(np.mean(steps**2)), rel=1e-12)
-    assert along.rms_curvature == pytest.approx(math.sqrt(np.mean(bends**2)), rel=1e-12)
-    assert along.moments.m4 == pytest.approx(np.mean(bends**2), rel=1e-12)
-    assert along.bandwidth == pytest.approx(along.moments.alpha, rel=1e-12)
-
-
 # --- autocorrelation ---
 
 
@@ -254,43 +229,7 @@ def test_length_is_interpolated_between_the_lags_around_it():
     assert gap.length("x", 0.4) == pytest.approx(4, rel=4 * EPS)
 
 
-def test_lags_that_no_pair_of_points_has_have_no_value():
-    z = rough((9, 6), seed=15)
-    z[4:] = NAN
-    found = autocorrelation(z, (1.0, 2.0))
-    # four rows that are present have no pair four rows apart
-    assert np.isnan(found.values[[0, -1]]).all()
-    assert not np.isnan(found.values[1:-1]).any()
-
-
 # --- both ---
-
-
-@pytest.mark.parametrize("shape", [(16, 15), (17, 12)])
-def test_sum_of_waves(shape):
-    # each wave holds half its height squared in the variance, shared by q and -q
-    z = sum_of_waves(shape)
-    size = np.multiply(shape, PIXEL)
-    variance = sum(height**2 for height in WAVES.values()) / 2
-    correlation = autocorrelation(z, PIXEL, periodic=True)
-    lag_x, lag_y = np.meshgrid(correlation.lags_x, correlation.lags_y, indexing="ij")
-    exact = sum(
-        height**2 / 2 * np.cos(2 * np.pi * (k * lag_x / size[0] + m * lag_y / size[1]))
-        for (k, m), height in WAVES.items()
-    )
-    np.testing.assert_allclose(correlation.values, exact / variance, rtol=0, atol=1e-13)
-
-
-@BOTH
-def test_transposition_exchanges_x_and_y(periodic):
-    z = rough((9, 12), holes=0.1)
-    turned = {"z": z.T, "pixel": PIXEL[::-1], "periodic": periodic}
-    # sums in another order, of which that of the skewness cancels but for some thousandths
-    assert_same(height_statistics(z, PIXEL, periodic=periodic), height_statistics(**turned), 1e-12)
-    first, second = autocorrelation(z, PIXEL, periodic=periodic), autocorrelation(**turned)
-    np.testing.assert_allclose(first.values, second.values.T, rtol=0, atol=1e-13)
-    np.testing.assert_array_equal(first.lags_x, second.lags_y)
-    assert first.lay == pytest.approx(1 / second.lay, rel=1e-11)
 
 
 @BOTH
