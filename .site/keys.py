@@ -29,8 +29,7 @@ from historysim.scenario import sections
 from historysim.scenario.loading_kinds import LOADINGS, measured, written
 from historysim.scenario.picture_section import IN_SCENARIOS
 from historysim.scenario.schema import KindOf
-from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
-from historysim.scenario.surface_kinds.changes import ChangedSurface, Passes
+from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, Passes, SurfaceKind
 from historysim.tables import Column, Format
 
 if TYPE_CHECKING:

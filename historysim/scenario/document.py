@@ -16,10 +16,9 @@ from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
 from historysim.errors import InputError, misfit
 from historysim.loads.friction_course import FrictionCourse
-from historysim.scenario.column_keys import column_hooks
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
-from historysim.scenario.schema import from_table, kind_from_toml, schema_converter, table
+from historysim.scenario.schema import column_hooks, from_table, kind_from_toml, schema_converter, table
 from historysim.scenario.sections import (
     MaterialEntry,
     Pictures,
@@ -27,7 +26,7 @@ from historysim.scenario.sections import (
     course_from_toml,
     material_from_toml,
 )
-from historysim.scenario.surface_kinds import SURFACES, SurfaceKind
+from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
 
 DEEPEST = 20  # sums within sums that are followed
 
@@ -175,8 +174,6 @@ def _surface_from_toml(converter: Converter, value: object, base: Any) -> Surfac
         level, depth = [part for each in level for part in _parts(each)], depth + 1
         if depth > DEEPEST:
             raise InputError(f"sums within sums, more than {DEEPEST} deep; expected fewer")
-    from historysim.scenario.surface_kinds.changes import ChangedSurface
-
     own = attrs.fields_dict(ChangedSurface).keys() - {"of"}
     keys = {key: entry.pop(key) for key in sorted(own & entry.keys())}
     surface = kind_from_toml(converter, entry, SURFACES)

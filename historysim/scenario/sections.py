@@ -21,13 +21,13 @@ from historysim.basics.fields import (
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit
 from historysim.loads.friction_course import FrictionCourse, check_one
-from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.grid import Grid, grid_of
 from historysim.scenario.loading_kinds import Loading
 from historysim.scenario.schema import (
     AnyFrictionLaw,
     AnyWearLaw,
     ColumnsOf,
+    NumbersFile,
     from_table,
     given,
     table,

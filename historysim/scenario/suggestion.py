@@ -14,7 +14,7 @@ from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.scenario.column_keys import column_from_toml
+from historysim.scenario.schema import column_from_toml
 from historysim.tables import Format, Listing, read_table
 
 # A word begins at the start of a name or behind a device or a group, and ends where no letter follows.

@@ -17,7 +17,6 @@ from historysim.errors import InputError, at, misfit
 from historysim.loads.events import ACROSS, LOAD_KINDS, Event
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
-from historysim.scenario.column_keys import NumbersFile
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.loading_kinds.measured import (
     Channel,
@@ -31,7 +30,7 @@ from historysim.scenario.loading_kinds.measured import (
     hum_remark,
     last_digit,
 )
-from historysim.scenario.schema import given
+from historysim.scenario.schema import NumbersFile, given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
 from historysim.tables.blocks import one_clock
 

@@ -29,6 +29,11 @@ _SHARE = Key(
 )
 
 
+def declared(kind: type, section: object) -> dict[str, Any]:
+    """Return the keys that a class declares itself, with their values: arguments of the function of the same names."""
+    return {key: getattr(section, key) for key in kind.__annotations__}
+
+
 def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs.Attribute[Any]]":
     """Give a kind of map the keys of the steps that prepare it, beside its own."""
     names = {field.name for field in fields}
@@ -140,16 +145,7 @@ class RandomMap(HeightMap):
         # with scipy, which maps of files do not need
         from historysim.surfaces.random import random_surface
 
-        return random_surface(
-            self.shape,  # type: ignore[arg-type] # its length is checked there
-            self.pixel_size,
-            self.rms_height,
-            self.autocorrelation_length,
-            seed=self.seed,
-            autocorrelation=self.autocorrelation,
-            skewness=self.skewness,
-            kurtosis=self.kurtosis,
-        )
+        return random_surface(**declared(RandomMap, self))
 
 
 @SURFACES.register
@@ -184,13 +180,8 @@ class MeasuredMap(HeightMap):
     def made(self, folder: Path, notify: Notify) -> "Surface":
         """Return the map of the file, and notice where its heights are too coarse for radii."""
         with at("file"):
-            measured = read_surface(
-                folder / self.file,
-                pixel_size=self.pixel_size,  # type: ignore[arg-type] # its length is checked there
-                height_unit=self.height_unit,
-                lateral_unit=self.lateral_unit,
-                channel=self.channel,
-            )
+            keys = declared(MeasuredMap, self)
+            measured = read_surface(folder / keys.pop("file"), **keys)
         unfiltered = getattr(self, "s_filter", None) is None
         if unfiltered and (notice := quantisation_notice(measured)):
             notify(f"{self.source}{notice}")
@@ -206,23 +197,9 @@ class SumOfMaps(HeightMap):
     --------
     [surface]
     kind = "sum"
+    first = { kind = "measured", file = "data/heights_128.txt", pixel_size = "1 µm", height_unit = "nm" }
+    second = { kind = "measured", file = "data/heights_128.txt", pixel_size = "1 µm", height_unit = "nm" }
     rotation = "30 degree"
-
-    [surface.first]
-    kind = "random"
-    shape = [64, 64]
-    pixel_size = "1 µm"
-    rms_height = "20 nm"
-    autocorrelation_length = "10 µm"
-    seed = 1
-
-    [surface.second]
-    kind = "random"
-    shape = [128, 128]
-    pixel_size = "1 µm"
-    rms_height = "20 nm"
-    autocorrelation_length = "10 µm"
-    seed = 2
     """
 
     kind = "sum"
@@ -257,22 +234,8 @@ class MeetingMaps(SurfaceKind):
     --------
     [surface]
     kind = "meeting"
-
-    [surface.first]
-    kind = "random"
-    shape = [64, 64]
-    pixel_size = "1 µm"
-    rms_height = "20 nm"
-    autocorrelation_length = "10 µm"
-    seed = 1
-
-    [surface.second]
-    kind = "random"
-    shape = [64, 64]
-    pixel_size = "1 µm"
-    rms_height = "20 nm"
-    autocorrelation_length = "10 µm"
-    seed = 2
+    first = { kind = "measured", file = "data/heights_128.txt", pixel_size = "1 µm", height_unit = "nm" }
+    second = { kind = "measured", file = "data/heights_128.txt", pixel_size = "1 µm", height_unit = "nm" }
     """
 
     kind = "meeting"

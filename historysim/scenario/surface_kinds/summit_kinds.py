@@ -13,10 +13,17 @@ from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit
-from historysim.scenario.column_keys import NumbersFile
-from historysim.scenario.schema import ColumnsOf, given
+from historysim.scenario.schema import ColumnsOf, NumbersFile, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
-from historysim.surfaces.distribution import Gaussian, HeightDistribution, Tabulated, drawn_summits, quantile_summits
+from historysim.surfaces.distribution import (
+    LAWS,
+    Gaussian,
+    HeightDistribution,
+    Tabulated,
+    drawn_summits,
+    quantile_summits,
+    textured_summits,
+)
 from historysim.surfaces.summits import Summits
 from historysim.tables import Column
 
@@ -139,24 +146,14 @@ class Textured(SurfaceKind):
 
     def build(self, folder: Path) -> BuiltSurface:  # noqa: ARG002 - a texture needs no file
         """Return the array; by a scaling law the radius is that of the one asperity which the array replaces."""
-        # with scipy, which other kinds here do not need
-        from historysim.surfaces.distribution import LAWS, textured_summits
-
         radius = self.radius
         if self.scaling is not None:
             if self.scaling not in LAWS:
                 raise misfit(f"{shown(self.scaling)}; {nearest(self.scaling, LAWS)}", "scaling")
             radius *= max(math.prod(self.count), 1) ** LAWS[self.scaling]
         with representable():
-            summits = textured_summits(
-                self.count,  # type: ignore[arg-type] # its length is checked there
-                self.pitch,  # type: ignore[arg-type] # likewise
-                radius,
-                height_scatter=self.height_scatter,
-                radius_scatter=self.radius_scatter,
-                seed=self.seed,
-            )
-        return BuiltSurface(summits)
+            scatter: Any = {key: getattr(self, key) for key in ("height_scatter", "radius_scatter", "seed")}
+            return BuiltSurface(textured_summits(self.count, self.pitch, radius, **scatter))  # type: ignore[arg-type]
 
 
 @SURFACES.register

@@ -6,7 +6,7 @@ import attrs
 import pytest
 
 from historysim.errors import InputError
-from historysim.scenario.column_keys import NumbersFile, column_from_toml
+from historysim.scenario.schema import NumbersFile, column_from_toml
 from historysim.tables import Column, describe, read_table
 
 
