@@ -296,6 +296,14 @@ ForceOrPair = Annotated[float | Components, Quantity("N")]
 LengthOrPair = Annotated[float | Components, Quantity("m")]
 
 
+def _newtons(value: float | Sequence[float]) -> Any:
+    return each_of(newtons, value)
+
+
+def _metres(value: float | Sequence[float]) -> Any:
+    return each_of(metres, value)
+
+
 @attrs.frozen
 class TangentialEvent(LoadEvent):
     """A waypoint of the tangential channel: one number, or two, in x and y."""
@@ -327,7 +335,7 @@ class TangentialLoad(TangentialEvent):
     TangentialLoad(time=1.0, value=(0.003, 0.004))
     """
 
-    value: ForceOrPair = attrs.field(converter=lambda value: each_of(newtons, value), validator=_one_or_two)
+    value: ForceOrPair = attrs.field(converter=_newtons, validator=_one_or_two)
     name = "tangential_load"
     unit = "N"
 
@@ -347,7 +355,7 @@ class TangentialDisplacement(TangentialEvent):
     TangentialDisplacement(time=1.0, value=(1e-08, 5e-09))
     """
 
-    value: LengthOrPair = attrs.field(converter=lambda value: each_of(metres, value), validator=_one_or_two)
+    value: LengthOrPair = attrs.field(converter=_metres, validator=_one_or_two)
     name = "tangential_displacement"
     unit = "m"
 

@@ -191,7 +191,7 @@ def noted(key: str) -> Iterator[None]:
 
 def from_table(cls: type[T], value: object, converter: Converter, *as_given: str) -> T:
     """Return an instance of a class of a TOML table; some of its fields are taken as they are given."""
-    made: Any = _structure_of(cls, converter, as_given)(value, cls)
+    made: Any = _structure_of(cast("Any", cls), converter, as_given)(value, cls)
     return cast("T", made)
 
 

@@ -37,8 +37,6 @@ from historysim.scenario.surface_kinds import SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from historysim.contact.materials import Material, MaterialPair
     from historysim.results.plots.pictures import Picture
 
@@ -137,14 +135,17 @@ class Coefficients:
         entry = table(value)
         if "law" in entry:
             return converter.structure(entry, AnyFrictionLaw)
-        for key in sorted(entry.keys() - {"coefficient", "course"}):
-            from historysim.asperities.laws import LAWS
-
-            if any(key == field.name for law in LAWS.values() for field in fields_of(law)):
-                raise misfit(f"belongs to a law; expected law, one of {', '.join(LAWS)}", key)
         if not entry:
             raise misfit("missing; expected a coefficient, or law with what it needs", "coefficient")
         return from_table(cls, entry, converter)
+
+    @classmethod
+    def meant(cls, key: str) -> str:
+        """Return what to write in place of an unknown key: it may belong to a law."""
+        from historysim.asperities.laws import LAWS
+
+        of_law = any(key == field.name for law in LAWS.values() for field in fields_of(law))
+        return f"it belongs to a law; expected law, one of {', '.join(LAWS)}" if of_law else ""
 
 
 @attrs.frozen
@@ -366,7 +367,7 @@ class Sections:
         from historysim.scenario.loading_kinds import LOADINGS
         from historysim.scenario.surface_kinds import SURFACES
 
-        kinds: dict[str, Iterable[type]] = {
+        homes_of_keys = {
             "friction": (Coefficients, *LAWS.values()),
             "surface": SURFACES.values(),
             "loading": LOADINGS.values(),
@@ -375,7 +376,11 @@ class Sections:
             "rings": (Rings,),
             "materials": (MaterialsSection,),
         }
-        homes = [name for name, of in kinds.items() if any(key == each.name for kind in of for each in fields_of(kind))]
+        homes = [
+            name
+            for name, of in homes_of_keys.items()
+            if any(key == each.name for kind in of for each in fields_of(kind))
+        ]
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property

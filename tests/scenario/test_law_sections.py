@@ -74,7 +74,7 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
     [
         ("[friction]\nlaw = 'powre'", "friction.law: 'powre'; did you mean 'power'"),
         ("[friction]\nlaw = 'drawn'\ncoefficient = 0.1", "friction.coefficient: unknown key"),
-        ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: belongs to a law"),
+        ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: unknown key; it belongs to a law"),
         ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "shear_strength is -1"),
         (f"{COULOMB}\n[wear]\nlaw = 'energy'", "wear.volume_per_energy: missing"),
         (f"{COULOMB}\n[wear]\nlaw = 'rust'", "wear.law: 'rust'"),
