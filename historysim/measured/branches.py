@@ -1,9 +1,10 @@
-"""One branch of a friction loop, from reversal to reversal: at which normal load it is, and what is read off it.
+"""The branches of friction loops, from reversal to reversal: where they are, at which load, and what is read off them.
 
 README.md of this folder, "How loops are read", has the definitions and their theory.
 """
 
 import math
+from typing import Self
 
 import attrs
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.reduction import FEWEST_SAMPLES
+from historysim.measured.reduction import FEWEST_SAMPLES, channel, check_order, turning_points
 
 # Rises over the least one that no sliding has; share of a rise in its second half below which it bends.
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
@@ -49,17 +50,15 @@ class Definitions:
     still_rising: float = attrs.field(default=0.05, validator=_is_share)
 
     @property
-    def sliding_text(self) -> str:
-        """The sliding part in words."""
-        return f"the last {self.sliding_part:.3g} of the displacement of a branch"
-
-    @property
     def initial_text(self) -> str:
         """The first part in words."""
         return f"until {self.initial_part:.3g} of the way between the load at the reversal and the friction force"
 
 
 DEFAULT = Definitions()
+
+# The quantities of a branch that are read off its sliding part, and do not need the reversal.
+OF_SLIDING = {"friction_force", "normal_load", "friction_coefficient"}
 
 
 @attrs.frozen(eq=False)
@@ -71,6 +70,56 @@ class Trace:
     tangential_load: Floats  #: (sample) T [N], positive in the direction of U
     normal_load: Floats | None  #: (sample) N [N]
 
+    @classmethod
+    def of(
+        cls, time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
+    ) -> Self:
+        """Return the channels, checked."""
+        moved = channel("displacement", displacement)
+        load = channel("tangential_load", tangential_load, moved.size)
+        times = channel("time", time, moved.size)
+        check_order(times, lambda sample: f"time[{sample}]")
+        if normal_load is None:
+            return cls(times, moved, load, None)
+        given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
+        return cls(times, moved, load, channel("normal_load", given, moved.size))
+
+
+# -- where loops are -------------------------------------------------------------------------------
+
+
+def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
+    """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
+    # a loop is two branches between three reversals; loops do not overlap
+    kept = turning_points(displacement, dead_band)
+    swings = np.abs(np.diff(displacement[kept]))
+    branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
+    if branches.size < 2:
+        return np.empty((0, 3), dtype=np.int64), None
+    # only the first and the last swing may be too small to be a branch
+    turns = kept[branches[0] : branches[-1] + 2]
+    triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
+    # at either end of the record a branch without a reversal belongs to a loop that closes within the dead band
+    closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
+    loops = triples[0 if closed[0] else 1 :: 2]
+    if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
+        loops = loops[:-1]
+    behind = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
+    # a last branch that no reversal ends is whole where it closes a loop with the one before
+    whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
+    return loops, (int(behind[0]), int(behind[1])) if whole else None
+
+
+def enclosed(trace: Trace, start: int, turn: int, end: int) -> float:
+    """Return the energy of a loop, closed by a straight line."""
+    moved, sign = trace.displacement, 1 if trace.displacement[turn] >= trace.displacement[start] else -1
+    there, back = np.arange(start, turn), np.arange(turn, end + 1)
+    # hum that displacement and load have in common encloses nothing in the order of the displacements
+    ways = (there, sign * moved[there]), (back, -sign * moved[back])
+    samples = np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in ways])
+    u, f = moved[samples], trace.tangential_load[samples]
+    return _area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2
+
 
 # -- what is read off a branch ---------------------------------------------------------------------
 
@@ -78,11 +127,7 @@ class Trace:
 def read_branch(
     trace: Trace, first: int, last: int, *, definitions: Definitions, lateral_stiffness: float, noisy: bool
 ) -> tuple[tuple[float, ...], bool]:
-    """Return the values of the branch between two samples, in the order of BRANCH_QUANTITIES; whether it still rises.
-
-    Where a record is noisy its channels turn between samples: the outermost sample may be behind the turn, and its load
-    is none of sliding.
-    """
+    """Return the values of a branch between two samples, in the order of BRANCH_QUANTITIES; whether it still rises."""
     sign, part = (-1.0 if trace.displacement[last] < trace.displacement[first] else 1.0), slice(first, last + 1)
     u, f = sign * (trace.displacement[part] - trace.displacement[first]), sign * trace.tangential_load[part]
     start = (1 - definitions.sliding_part) * u[-1]
@@ -91,6 +136,7 @@ def read_branch(
     slides_from = _crossing(u[order], start)
     force = _mean_from(slides_from, u[order], f[order])
     rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    # channels turn between samples: the outermost one may be behind the turn, and its load is none of sliding
     if noisy and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
         order = np.argsort(u[:-1], kind="stable")
         slides_from = _crossing(u[order], start)
@@ -106,7 +152,8 @@ def read_branch(
         reversal_load = min(sign * float(trace.tangential_load[max(first - 1, 0)]), float(f[0]))
         share = (f - reversal_load) / (force - reversal_load)
         virgin = _virgin_displacement(u - (f - reversal_load) / lateral_stiffness, share, definitions.reached)
-        stiffness = 1 / _slope(_crossing(f, f[0] + definitions.initial_part * rise), f, u)
+        compliance = _slope(*_up_to(_crossing(f, f[0] + definitions.initial_part * rise), f, u))
+        stiffness = 1 / compliance if compliance > 0 else math.nan
     friction = force / load if load > 0 else math.nan
     return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
 
@@ -126,11 +173,9 @@ def _rise(place: float, u: Floats, f: Floats) -> float:
     along, loads = u[math.ceil(place) :], f[math.ceil(place) :]
     if along.size < 2 or np.ptp(along) == 0:
         return 0.0
-    across = along - along.mean()
-    squares = float(across @ across)
-    slope = float(across @ loads) / squares
+    slope, across = _slope(along, loads), along - along.mean()
     left = loads - loads.mean() - slope * across
-    error = math.sqrt(float(left @ left) / (along.size - 2) / squares) if along.size > 2 else 0.0
+    error = math.sqrt(float(left @ left) / (along.size - 2) / float(across @ across)) if along.size > 2 else 0.0
     return slope * float(np.ptp(along)) if slope > CLEAR_SLOPE * error else 0.0
 
 
@@ -156,11 +201,9 @@ def _virgin_displacement(moved: Floats, share: Floats, reached: float) -> float:
     end = int(beyond.argmax()) if beyond.any() else 0
     # what slid before the reversal, or has not left it yet, is not on the curve
     part = np.flatnonzero(share[:end] >= 1 - reached)
-    way, moved = covered(share[part]), moved[part]
-    if moved.size < FEWEST_OF_CURVE:
+    if part.size < FEWEST_OF_CURVE:
         return math.nan
-    across = way - way.mean()
-    slope = float(across @ moved) / float(across @ across) if np.any(across) else math.nan
+    slope = _slope(covered(share[part]), moved[part])
     return slope / 2 if slope > 0 else math.nan
 
 
@@ -189,18 +232,22 @@ def _mean_from(place: float, u: Floats, values: Floats) -> float:
     along = np.append(_at(place, u), u[after:])
     heights = np.append(_at(place, values), values[after:])
     length = along[-1] - along[0]
-    return float(area(along, heights) / length) if length > 0 else float(heights[-1])
+    return float(_area(along, heights) / length) if length > 0 else float(heights[-1])
 
 
-def _slope(place: float, x: Floats, y: Floats) -> float:
-    """Return the least-squares slope of y over x in the samples up to a place; NaN where it is not positive."""
+def _up_to(place: float, *channels: Floats) -> list[Floats]:
+    """Return the samples of channels up to a place; none where there is no such place."""
     count = 0 if math.isnan(place) else int(place) + 1
-    across = x[:count] - x[:count].mean() if count else x[:0]
-    slope = float(across @ y[:count])
-    return slope / float(across @ across) if slope > 0 else math.nan
+    return [values[:count] for values in channels]
 
 
-def area(u: Floats, f: Floats) -> float:
+def _slope(x: Floats, y: Floats) -> float:
+    """Return the least-squares slope of y over x; NaN where x does not vary."""
+    across = x - x.mean() if x.size else x
+    return float(across @ y) / float(across @ across) if across.any() else math.nan
+
+
+def _area(u: Floats, f: Floats) -> float:
     """Return ∫ f du along samples, by the trapezoidal rule."""
     return float(np.diff(u) @ (f[1:] + f[:-1])) / 2
 
@@ -227,9 +274,8 @@ def at_one_load(
     A branch on which the load moves by more than the share, beyond what it moves on most branches, is at no one load.
     """
     none = np.zeros((number.size, 2), dtype=np.bool_)
-    nothing = AtOneLoad(number, ends, none, none)
     if trace.normal_load is None:
-        return nothing
+        return AtOneLoad(number, ends, none, none)
     branches = [loop[place : place + 2] for loop in ends for place in (0, 1)] + ([lone] if lone else [])
     moves = np.array([_moves(trace, int(first), int(last), dead_band) for first, last in branches])
     *of_loops, behind = np.split(moves, [2 * number.size])
@@ -245,9 +291,10 @@ def at_one_load(
             f"four, over {limit}: those are not left out"
         )
     if not stepped.any():
-        return attrs.evolve(nothing, notes=tuple(notes))
+        return AtOneLoad(number, ends, none, none, tuple(notes))
     if moved.any():
-        count, by = counted(int(moved.sum()), "branch is", "branches are"), _range(on_the_way[moved])
+        low, high = (f"{100 * float(of(on_the_way[moved])):.3g} %" for of in (np.min, np.max))
+        count, by = counted(int(moved.sum()), "branch is", "branches are"), low if low == high else f"{low} to {high}"
         notes.append(f"{count} left out, on which the normal load moves by {by} of its greatest value, over {limit}")
     if begun := int((stepped & ~moved).sum()):
         notes.append(
@@ -260,11 +307,6 @@ def at_one_load(
         moved, stepped = np.vstack([moved, [False, True]]), np.vstack([stepped, [behind[0, 1] > most, True]])
     kept = ~moved.all(axis=1)
     return AtOneLoad(number[kept], ends[kept], moved[kept], stepped[kept], tuple(notes))
-
-
-def _range(moves: Floats) -> str:
-    low, high = (f"{100 * float(at(moves)):.3g} %" for at in (np.min, np.max))
-    return low if low == high else f"{low} to {high}"
 
 
 def _moves(trace: Trace, first: int, last: int, dead_band: float) -> tuple[float, float]:

@@ -1,9 +1,4 @@
-"""Loops in groups, those at one normal load or of one amplitude: a table with a row for each, and laws over the load.
-
-Loops at one load have normal loads that differ by no more than a share. Loops of one amplitude are within a factor of
-two, counted down from the largest. What the source prints of its measurements is the first kind of table: quantities
-over the normal load, with their scatter (Winogrodzka, Appendix C).
-"""
+"""Loops in groups, those at one normal load or of one amplitude: statistics of each, and laws over the load."""
 
 import math
 from collections.abc import Mapping
@@ -26,6 +21,12 @@ BOTH = "both"
 UNITS = {"normal_load": "N", "amplitude": "m"}
 DIMENSIONS = {"normal_load": "level", "amplitude": "amplitude_class"}
 HEADINGS = {"normal_load": "normal load", "amplitude": "amplitude"}
+# the quantities that go with a power of the load, with the label and the words of their lines
+_POWERS = {
+    "friction_coefficient": ("", "coefficient"),
+    "preliminary_displacement": ("displacement over load", "preliminary displacement"),
+    "virgin_displacement": ("", "virgin displacement"),
+}
 CONTENT_OF_TABLE = "statistics of friction loops"  # value of the attribute ``content`` of a file of such a table
 
 
@@ -163,35 +164,30 @@ class LoopTable:
 
     def friction_line(self) -> StraightLine | None:
         """Return F = μ N + F0 through the means at the loads; None for fewer than two loads."""
-        known, load, force = self._known("friction_force")
-        return straight_line(load, force) if known > 1 else None
+        load, force = self._known("friction_force")
+        return straight_line(load, force) if load.size > 1 else None
 
     def power_law(self, quantity: str) -> PowerLawFit | None:
         """Return quantity ∝ N^n through its positive means at the loads; None for fewer than two loads."""
-        known, load, values = self._known(quantity)
-        return power_law(load, values) if known > 1 else None
+        load, values = self._known(quantity)
+        return power_law(load, values) if load.size > 1 else None
 
-    def _known(self, quantity: str) -> tuple[int, Floats, Floats]:
+    def _known(self, quantity: str) -> tuple[Floats, Floats]:
         means = self.means(quantity)
-        known = (means > 0) & (self.value > 0)
-        if self.along != "normal_load":
-            known[:] = False
-        return int(known.sum()), self.value[known], means[known]
+        known = (means > 0) & (self.value > 0) & (self.along == "normal_load")
+        return self.value[known], means[known]
 
     def laws(self) -> list[tuple[str, str]]:
         """Return lines of (label, text) that say how friction and displacement go with the load."""
         line = self.friction_line()
         if line is None:
             return []
-        interval = f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {_range(line)})" if line.count > 2 else ""
+        low, high = (quantity_text(end, "N", 3) for end in (line.intercept_low, line.intercept_high))
+        interval = f" (95 %: {line.slope_low:.4g} to {line.slope_high:.4g}; {low} to {high})" if line.count > 2 else ""
         offset = f"{'-' if line.intercept < 0 else '+'} {quantity_text(abs(line.intercept), 'N', 3)}"
         over = counted(line.count, "load", "loads") + ("" if interval else ", which give no interval")
         lines = [("friction over load", f"F = {line.slope:.4g} N {offset}{interval}, through the means at {over}")]
-        for label, quantity, text in (
-            ("", "friction_coefficient", "coefficient"),
-            ("displacement over load", "preliminary_displacement", "preliminary displacement"),
-            ("", "virgin_displacement", "virgin displacement"),
-        ):
+        for quantity, (label, text) in _POWERS.items():
             law = self.power_law(quantity)
             if law is not None:
                 interval = f" (95 %: {law.exponent_low:+.3f} to {law.exponent_high:+.3f})" if line.count > 2 else ""
@@ -225,7 +221,8 @@ class LoopTable:
         """
         import xarray as xr
 
-        dimension = DIMENSIONS[self.along]
+        dimension, heading = DIMENSIONS[self.along], HEADINGS[self.along]
+        laws = {"friction_line": self.friction_line(), **{name: self.power_law(name) for name in _POWERS}}
         variables = {}
         for name, each in self.quantities.items():
             directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
@@ -236,7 +233,6 @@ class LoopTable:
                 dims = (dimension, "direction") if each.values.ndim == 2 else (dimension,)
                 attributes = {"long_name": f"{each.label}{suffix.replace('_', ' ')}", "units": unit}
                 variables[f"{name}{suffix}"] = (dims, values if len(dims) == 2 else values[:, 0], attributes)
-        heading = HEADINGS[self.along]
         return xr.Dataset(
             variables,
             coords={
@@ -248,20 +244,14 @@ class LoopTable:
                 "title": f"friction loops by {heading}",
                 "content": CONTENT_OF_TABLE,
                 **self.attributes,
-                **self._law_attributes(),
+                **{
+                    f"{name}_{field}": value
+                    for name, law in laws.items()
+                    if law is not None
+                    for field, value in attrs.asdict(law).items()
+                },
             },
         )
-
-    def _law_attributes(self) -> dict[str, float]:
-        line = self.friction_line()
-        attributes: dict[str, float] = {}
-        if line is not None:
-            attributes = {f"friction_line_{name}": value for name, value in attrs.asdict(line).items()}
-        for quantity in ("friction_coefficient", "preliminary_displacement", "virgin_displacement"):
-            law = self.power_law(quantity)
-            if law is not None:
-                attributes.update({f"{quantity}_{name}": value for name, value in attrs.asdict(law).items()})
-        return attributes
 
 
 def same_load(normal_load: Floats, share: float) -> Integers:
@@ -287,7 +277,3 @@ def same_amplitude(amplitude: Floats) -> Integers:
     halvings = np.maximum(np.ceil(-np.log2(amplitude / amplitude.max()) - 1e-9) - 1, 0)
     classes: Integers = np.unique(-halvings, return_inverse=True)[1].astype(np.int64)
     return classes
-
-
-def _range(line: StraightLine) -> str:
-    return f"{quantity_text(line.intercept_low, 'N', 3)} to {quantity_text(line.intercept_high, 'N', 3)}"

@@ -1,10 +1,10 @@
-"""`Loops`: the friction loops of a record, as lines, tables and Datasets; and how they are found at its reversals.
+"""`Loops`: the friction loops of a record, measured or simulated, with their values, lines, tables and Datasets.
 
-One way leads from any record, measured or simulated, to its loops, so that the two can be compared.
+README.md of this folder, "How loops are read", says how each value is found.
 """
 
 import math
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TYPE_CHECKING, Literal, Self, TypedDict, Unpack
 
 import attrs
 import numpy as np
@@ -15,67 +15,269 @@ from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured.branches import (
     DEFAULT,
+    OF_SLIDING,
     Definitions,
     Trace,
-    area,
     at_one_load,
+    enclosed,
+    loop_ends,
     read_branch,
     reversal_factor,
     zero_load_factor,
 )
-from historysim.measured.loop_values import (
-    BRANCH_QUANTITIES,
-    CONTENT,
-    DIRECTIONS,
-    LOOP_QUANTITIES,
-    OF_SLIDING,
-    ROUNDING,
-    LoopValues,
-    NoLoopError,
+from historysim.measured.loop_table import (
+    CONFIDENCE,
+    Along,
+    LoopQuantity,
+    LoopStatistics,
+    LoopTable,
+    same_amplitude,
+    same_load,
 )
 from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
-from historysim.measured.reduction import (
-    channel,
-    check_moves,
-    check_order,
-    estimated_noise,
-    history_channels,
-    loop_dead_band,
-    turning_points,
-)
+from historysim.measured.reduction import check_moves, check_order, estimated_noise, history_channels, loop_dead_band
+from historysim.measured.scatter import Wander, of_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.measured.reduction import Measurement
 
+Direction = Literal["forward", "backward", "both"]
+
+DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
+
+# what each quantity is called, and its unit
+BRANCH_QUANTITIES = {
+    "friction_force": ("friction force", "N"),
+    "normal_load": ("normal load", "N"),
+    "friction_coefficient": ("friction coefficient", "1"),
+    "preliminary_displacement": ("preliminary displacement", "m"),
+    "displacement_from_zero_load": ("displacement from zero load", "m"),
+    "virgin_displacement": ("virgin displacement θμδ", "m"),
+    "tangential_stiffness": ("stiffness at reversal", "N m-1"),
+}
+# The quantities of a branch that are lower bounds where it does not come to slide.
+OF_SLIP = (
+    "friction_force",
+    "friction_coefficient",
+    "preliminary_displacement",
+    "displacement_from_zero_load",
+    "virgin_displacement",
+)
+LOOP_QUANTITIES = {
+    "dissipated_energy": ("energy per loop", "J"),
+    "displacement_gap": ("gap in displacement", "m"),
+    "tangential_load_gap": ("gap in tangential load", "N"),
+}
+QUANTITIES = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
+
+CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
+CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
+ROUNDING = 1e-9  # height and energy, over the largest load and the box around the loop, that are none
+OPEN = 2.0  # gap of the load over the half height from which on a loop does not close
 WRONG_WAY = -0.05  # energy of loops over the area of the boxes around them from which on they run the wrong way round
 
 
+class NoLoopError(InputError):
+    """A record has no whole loop, or none is left after those that are skipped."""
+
+
 @attrs.frozen(eq=False, repr=False)
-class Loops(LoopValues):
-    """The loops of a record; their values are those of `LoopValues`."""
+class Loops:
+    """What is read off the loops of a record.
+
+    Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
+    Means over the loops (`statistics`, `rows`) are those of the `large` ones.
+    """
+
+    trace: Trace  #: the record that they were found in
+    definitions: Definitions
+    dead_band: float  #: the smallest swing of the displacement that was taken for a reversal [m]
+    number: Integers  #: (loop) Which loop of the record each one is, from 0
+    ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
+    #: Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
+    left_out: tuple[tuple[int, int], ...]
+    friction_force: Floats  #: [N], positive
+    normal_load: Floats  #: mean over the sliding part [N]
+    friction_coefficient: Floats  #: [1]
+    preliminary_displacement: Floats  #: from the reversal to a share of the limit [m]
+    displacement_from_zero_load: Floats  #: from zero load to the same share [m]
+    virgin_displacement: Floats  #: θμδ of the sphere that is nearest, without the instrument [m]
+    tangential_stiffness: Floats  #: at the reversal [N/m]
+    dissipated_energy: Floats  #: (loop) ∮ T dU [J]
+    displacement_gap: Floats  #: (loop) U at the end of the loop less that at its start [m]
+    tangential_load_gap: Floats  #: (loop) Likewise T [N]
+    amplitude: Floats  #: (loop) Half the mean length of the branches that are not left out [m]
+    #: Branches that have no values: the normal load moves on them, or the record ends on them.
+    left_out_branches: Booleans
+    #: Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
+    stepped_branches: Booleans
+    #: Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
+    #: their displacements are lower bounds, and stay out of means.
+    rising_branches: Booleans
+    exclusions: tuple[str, ...] = ()  #: what was left out, and why
+    #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact.
+    lateral_stiffness: float = math.inf
+    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
+    displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
+    columns: str = ""  #: the question whether the right columns were read, which names them
+
+    def __len__(self) -> int:
+        """Return the number of loops."""
+        return self.number.size
 
     def __repr__(self) -> str:
         shown = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
-        table = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
-        texts = [f"{table[name][0]} {self.text(name, table[name][1])}" for name in shown]
+        texts = [f"{QUANTITIES[name][0]} {self.text(name, QUANTITIES[name][1])}" for name in shown]
         return f"<Loops: {', '.join([counted(len(self), 'loop', 'loops'), *texts])}>"
 
     def _repr_html_(self) -> str:
         heading, *rows = self.rows()
         return html_table(rows, heading)
 
-    def summary(self) -> list[tuple[str, str]]:
-        """Return lines of (label, text): remarks, dead band, what means are, laws over the load, notes."""
-        return [
-            *self.remarks,
-            ("dead band", self._dead_band_text()),
-            ("values", self._values_text()),
-            *self._preliminary_texts(),
-            *(self.by_load().laws()),
-            *(("note", text) for text in self.notes),
-        ]
+    # -- which loops -------------------------------------------------------------------------------
+
+    @property
+    def large(self) -> Booleans:
+        """Which loops count in means (loop): see `Definitions.amplitude_share`."""
+        large: Booleans = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
+        return large
+
+    @property
+    def load_level(self) -> Integers:
+        """Which normal load each loop is at (loop): a number from 0 that rises with it, or -1 where it is not known."""
+        with np.errstate(invalid="ignore"):
+            load = np.nansum(self.normal_load, axis=1) / np.isfinite(self.normal_load).sum(axis=1)
+        return same_load(load, self.definitions.load_share)
+
+    def without_first(self, count: int) -> Self:
+        """Return the loops without the first ones of each series at one load; NoLoopError where none is left."""
+        if not count:
+            return self
+        starts = np.flatnonzero(np.diff(self.load_level, prepend=-2))
+        place = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
+        kept = place >= count
+        if not kept.any():
+            raise NoLoopError(
+                f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
+                "one with more: lower skip_per_level"
+            )
+        own = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
+        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
+        values = {name: getattr(self, name)[kept] for name in (*QUANTITIES, *own)}
+        return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
+
+    def amplitude_classes(self) -> tuple[Integers, ...]:
+        """Return which loops, by position, are in each class of amplitudes that spans a factor of two."""
+        classes = same_amplitude(self.amplitude)
+        return tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
+
+    @property
+    def no_friction(self) -> tuple[tuple[Integers, str], ...]:
+        """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
+        levels, found = self.load_level[self.large], []
+        large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
+        small = [members[~self.large[members]] for members in self.amplitude_classes()]
+        for number, members in enumerate(large + small):
+            if not members.size or not (reason := self._why_no_friction(members)):
+                continue
+            where = f"of an amplitude of {quantity_text(float(self.amplitude[members].mean()), 'm')} "
+            if number < len(large):
+                load = quantity_text(float(np.nanmean(self.normal_load[members])), "N") if len(large) > 1 else ""
+                where = f"at {load} " if load else ""
+            many, are = counted(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
+            found.append((members, f"{many} {where}{are} friction: {reason}"))
+        return tuple(found)
+
+    def _why_no_friction(self, members: Integers) -> str:
+        """Return why loops of one class are no friction loops; nothing where they are.
+
+        Forward, the load is clearly above that backward; the load comes back; and the loops take energy.
+        """
+        height, gap, energy = (
+            values[np.isfinite(values)]
+            for values in (
+                self.friction_force[members].mean(axis=1),
+                self.tangential_load_gap[members],
+                self.dissipated_energy[members],
+            )
+        )
+        if not height.size:
+            return ""
+        largest = float(np.nanmax(np.abs(self.friction_force[members])))
+        if not _above(height, ROUNDING * largest):
+            of = quantity_text(float(height.mean()), "N", 3)
+            return f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
+        if gap.size and abs(float(np.median(gap))) > OPEN * height.mean():
+            return (
+                f"the load does not come back: it moves on by {quantity_text(float(np.median(gap)), 'N', 3)} per loop"
+            )
+        if energy.size and not _above(energy, 4 * ROUNDING * largest * float(self.amplitude[members].max())):
+            return (
+                f"they enclose {quantity_text(float(energy.mean()), 'J', 3)} on average, no energy that is clear of 0"
+            )
+        return ""
+
+    # -- statistics --------------------------------------------------------------------------------
+
+    def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
+        """Return mean and scatter of a quantity over the large loops, where it needs sliding over those that slid.
+
+        Of quantities of branches, "both" takes the mean of the two branches of each loop first.
+        """
+        if direction not in {*DIRECTIONS, "both"}:
+            raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
+        return self._statistics(self._of_slid(quantity), direction)
+
+    def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
+        if direction != "both" and values.ndim == 2:
+            values = values[:, DIRECTIONS.index(direction)]
+        return LoopStatistics.of(values[self.large])
+
+    def _of_slid(self, quantity: str) -> Floats:
+        """Return a quantity, NaN where a branch did not come to slide and it would be a lower bound."""
+        if quantity not in QUANTITIES:
+            raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(QUANTITIES)}")
+        values: Floats = getattr(self, quantity)
+        return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
+
+    def _of_friction(self, quantity: str, values: Floats) -> Floats:
+        """Return values of a quantity, NaN where the loop is none of friction and has no such quantity."""
+        if quantity not in {*OF_SLIP, "tangential_stiffness"}:
+            return values
+        values = values.copy()
+        for members, _ in self.no_friction:
+            values[members] = math.nan
+        return values
+
+    def wander(self, quantity: str) -> Wander | None:
+        """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""
+        values = self._of_slid(quantity)[self.large]
+        values = values.reshape(len(values), -1).mean(axis=1)
+        return of_values(values[np.isfinite(values)], CONFIDENCE)
+
+    def by_load(self) -> LoopTable:
+        """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
+        level = self.load_level
+        members = [np.flatnonzero((level == each) & self.large) for each in range(level.max() + 1)]
+        kept = tuple(each for each in members if each.size)
+        return self._table("normal_load", np.array([np.nanmean(self.normal_load[each]) for each in kept]), kept)
+
+    def by_amplitude(self) -> LoopTable:
+        """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
+        members = self.amplitude_classes()
+        return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
+
+    def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
+        quantities = {
+            name: LoopQuantity(label, unit, self._of_friction(name, self._of_slid(name)))
+            for name, (label, unit) in QUANTITIES.items()
+            if not name.endswith("_gap")
+        }
+        return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
+
+    # -- what was left out, and what they look like ------------------------------------------------
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -87,19 +289,23 @@ class Loops(LoopValues):
         """Faults of the instrument, and a drift of friction, with the remedy."""
         return (*instrument_faults(self), *drift_notes(self))
 
-    def _interval(self, quantity: str, unit: str) -> str:
-        """Return the interval of a mean, as a string."""
-        wander, mean = self.wander(quantity), self.statistics(quantity).mean
-        if (
-            self.text(quantity, unit) == "–"
-            or wander is None
-            or wander.reach <= 1e-12 * abs(mean)
-            or len(self.by_load()) > 1
-        ):
-            return ""
-        factor, symbol = scaled(mean, unit)
-        low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
-        return f" (95 %: {low:.4g} to {high:.4g}{symbol})"
+    # -- texts -------------------------------------------------------------------------------------
+
+    def summary(self) -> list[tuple[str, str]]:
+        """Return lines of (label, text): remarks, dead band, what means are, laws over the load, notes."""
+        length = float(np.ptp(self.trace.displacement))
+        share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
+        large, least = int(self.large.sum()), self.definitions.amplitude_share
+        of = f"{large:,} of {counted(len(self), 'loop', 'loops')}"
+        small = "" if large == len(self) else f", those of {least:.3g} of the largest amplitude or more: {of}"
+        return [
+            *self.remarks,
+            ("dead band", f"{quantity_text(self.dead_band, 'm')}{share}"),
+            ("values", f"mean ± standard deviation of one loop{small}"),
+            *self._preliminary_texts(),
+            *self.by_load().laws(),
+            *(("note", text) for text in self.notes),
+        ]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""
@@ -119,16 +325,24 @@ class Loops(LoopValues):
             ("virgin displacement θμδ", "by Mindlin's curve through the branch up to there; that of one sphere"),
         ]
 
-    def _values_text(self) -> str:
-        large, share = int(self.large.sum()), self.definitions.amplitude_share
-        of = f"{large:,} of {counted(len(self), 'loop', 'loops')}"
-        small = "" if large == len(self) else f", those of {share:.3g} of the largest amplitude or more: {of}"
-        return f"mean ± standard deviation of one loop{small}"
+    def text(self, quantity: str, unit: str, direction: Direction = "both") -> str:
+        """Return mean ± standard deviation of a quantity as a string, "–" of what is no friction; as `statistics`."""
+        count = int(self.large.sum())
+        statistics = self._statistics(self._of_friction(quantity, self._of_slid(quantity)), direction)
+        if statistics.count or quantity not in OF_SLIP:
+            return statistics.text(unit, count)
+        # nothing slid: what there is, is a lower bound
+        bound = self._statistics(self._of_friction(quantity, getattr(self, quantity)), direction)
+        return f"≥ {bound.text(unit, count)}" if bound.count else bound.text(unit, count)
 
-    def _dead_band_text(self) -> str:
-        length = float(np.ptp(self.trace.displacement))
-        share = f", {100 * self.dead_band / length:.3g} % of the range of the displacement" if length > 0 else ""
-        return f"{quantity_text(self.dead_band, 'm')}{share}"
+    def _text_with_interval(self, quantity: str, unit: str) -> str:
+        """Return the text of a quantity over both directions, with the interval of its mean where it has one."""
+        text, wander, mean = self.text(quantity, unit), self.wander(quantity), self.statistics(quantity).mean
+        if text == "–" or wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
+            return text
+        factor, symbol = scaled(mean, unit)
+        low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
+        return f"{text} (95 %: {low:.4g} to {high:.4g}{symbol})"
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of strings: quantity, forward, backward, both; the first row is the heading.
@@ -139,14 +353,14 @@ class Loops(LoopValues):
         table: list[tuple[str, str, str, str]] = [("quantity", *DIRECTIONS, "both")]
         for name, (label, unit) in BRANCH_QUANTITIES.items():
             forward, backward = (self.text(name, unit, direction) for direction in DIRECTIONS)
-            table.append((label, forward, backward, self.text(name, unit, "both") + self._interval(name, unit)))
+            table.append((label, forward, backward, self._text_with_interval(name, unit)))
         for name, (label, unit) in LOOP_QUANTITIES.items():
             if name.endswith("_gap"):
                 gaps = np.abs(getattr(self, name))
                 text = quantity_text(float(np.nanmax(gaps)), unit) if np.isfinite(gaps).any() else "–"
                 table.append((f"largest {label}", "", "", text))
             else:
-                table.append((label, "", "", self.text(name, unit, "both") + self._interval(name, unit)))
+                table.append((label, "", "", self._text_with_interval(name, unit)))
         skipped = f", {self.number[0]} before them skipped" if self.number[0] else ""
         table.append(("loops", "", "", f"{len(self)}{skipped}"))
         return table
@@ -159,13 +373,12 @@ class Loops(LoopValues):
         import xarray as xr
 
         time = self.trace.time
-        variables = {
-            name: (dims, getattr(self, name), {"long_name": label, "units": unit})
-            for dims, table in ((("loop", "direction"), BRANCH_QUANTITIES), (("loop",), LOOP_QUANTITIES))
-            for name, (label, unit) in table.items()
-        }
+        dims = {**dict.fromkeys(BRANCH_QUANTITIES, ("loop", "direction")), **dict.fromkeys(LOOP_QUANTITIES, ("loop",))}
         return xr.Dataset(
-            variables,
+            {
+                name: (dims[name], getattr(self, name), {"long_name": label, "units": unit})
+                for name, (label, unit) in QUANTITIES.items()
+            },
             coords={
                 "loop": ("loop", self.number, {"long_name": "loop of the record, from 0"}),
                 "direction": ("direction", list(DIRECTIONS)),
@@ -185,6 +398,28 @@ class Loops(LoopValues):
                 **self._attributes(),
             },
         )
+
+    def _attributes(self) -> dict[str, str | float | int]:
+        """Return how the loops were found."""
+        shares, without = self.definitions, "; ".join(text for _, text in self.no_friction)
+        attributes: dict[str, str | float | int] = {
+            "no_friction": without,
+            "dead_band": self.dead_band,
+            "sliding_part": f"the last {shares.sliding_part:.3g} of the displacement of a branch",
+            "preliminary_displacement_reached_at": shares.reached,
+            "initial_part": shares.initial_text,
+            "load_share": shares.load_share,
+            "amplitude_share": shares.amplitude_share,
+            "still_rising": shares.still_rising,
+            "left_out": "; ".join(self.exclusions),
+        }
+        return {name: value for name, value in attributes.items() if value != ""}
+
+
+def _above(values: Floats, rounding: float) -> bool:
+    """Return whether the mean of values is above 0, clear of their scatter, which three or more show."""
+    scatter = CLEARLY_ABOVE * float(values.std(ddof=1)) / np.sqrt(values.size) if values.size > 2 else 0.0
+    return bool(values.mean() > max(scatter, rounding))
 
 
 # -- how they are found ----------------------------------------------------------------------------
@@ -241,29 +476,42 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     The lateral stiffness [N/m] of an instrument is taken off for the virgin displacement alone. The noise of the
     displacement [m] is 0 for a simulated record, and estimated by default.
     """
-    trace = _trace(time, displacement, tangential_load, normal_load)
+    trace = Trace.of(time, displacement, tangential_load, normal_load)
     if not isinstance(definitions, Definitions):
         raise InputError(f"definitions is {definitions!r}; expected Definitions(...)")
     moved, load = trace.displacement, trace.tangential_load
     noise = estimated_noise(moved, displacement_noise)
     band = loop_dead_band(moved, dead_band, noise)
-    ends, lone = _loop_ends(moved, band)
-    pieces = _left_out(ends, moved.size)
-    number = _kept_loops(len(ends), skip, band)
-    along = [_along(moved, *loop) for loop in ends[number].tolist()]
-    energy = np.array([_enclosed(moved[each], load[each]) for each in along])
-    _check_sense(energy, moved[ends[number]], load[ends[number]])
-    steady = at_one_load(trace, number, ends[number], lone, dead_band=band, share=definitions.load_share)
+    all_ends, lone = loop_ends(moved, band)
+    first = check_skip(skip)
+    if first >= len(all_ends):
+        skipped = f", of which {first:,} are to be skipped" if first else ""
+        raise NoLoopError(
+            f"the record has {counted(len(all_ends), 'whole loop', 'whole loops')} at a dead band of {band:g} m"
+            f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
+        )
+    pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)
+    number, ends = np.arange(first, len(all_ends)), all_ends[first:]
+    energy = np.array([enclosed(trace, *loop) for loop in ends.tolist()])
+    _check_sense(energy, moved[ends], load[ends])
+    steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
     # a loop that lost a branch, or that a step goes through, encloses nothing
     whole = ~(steady.left_out | steady.stepped).any(axis=1)
-    energy = np.where(whole, np.append(energy, math.nan)[steady.number - number[0]], math.nan)
+    energy = np.where(whole, np.append(energy, math.nan)[steady.number - first], math.nan)
     ends, backward = steady.ends, moved[steady.ends[:, 1]] < moved[steady.ends[:, 0]]
     left_out, stepped = (np.where(backward[:, None], each[:, ::-1], each) for each in (steady.left_out, steady.stepped))
-    values, rising = _branches(trace, ends, definitions, lateral_stiffness, noisy=noise > 0)
+    values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
+    rising = np.zeros((len(ends), 2), dtype=np.bool_)
+    for loop, turns in enumerate(ends):
+        for start, end in (turns[:2], turns[1:]):
+            side = int(moved[end] < moved[start])
+            values[loop, side], rising[loop, side] = read_branch(
+                trace, start, end, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noise > 0
+            )
     values[left_out] = math.nan
-    for place, name in enumerate(BRANCH_QUANTITIES):
-        if name not in OF_SLIDING:
-            values[stepped, place] = math.nan
+    of_branch = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
+    for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
+        of_branch[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
     loops = Loops(
         trace,
@@ -271,8 +519,8 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         band,
         steady.number,
         ends,
-        pieces,
-        **dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True)),
+        tuple(piece for piece in pieces if piece[0] < piece[1]),
+        **of_branch,
         dissipated_energy=energy,
         displacement_gap=np.where(whole, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
         tangential_load_gap=np.where(whole, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
@@ -287,83 +535,12 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
 
-def _trace(
-    time: ArrayLike, displacement: ArrayLike, tangential_load: ArrayLike, normal_load: ArrayLike | None
-) -> Trace:
-    """Return the channels, checked."""
-    moved = channel("displacement", displacement)
-    load = channel("tangential_load", tangential_load, moved.size)
-    times = channel("time", time, moved.size)
-    check_order(times, lambda sample: f"time[{sample}]")
-    if normal_load is None:
-        return Trace(times, moved, load, None)
-    given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load
-    return Trace(times, moved, load, channel("normal_load", given, moved.size))
-
-
 def check_skip(skip: float, name: str = "skip") -> int:
     """Return how many loops are left out at the start; what is no whole number of 0 or more is an InputError."""
     count = scalar(name, skip)
     if count % 1 or count < 0:
         raise InputError(f"{name} is {count:g}; expected a whole number of loops to leave out, 0 or more")
     return int(count)
-
-
-def _kept_loops(count: int, skip: float, dead_band: float) -> Integers:
-    """Return the numbers of the loops that are not skipped."""
-    first = check_skip(skip)
-    if first >= count:
-        skipped = f", of which {first:,} are to be skipped" if first else ""
-        raise NoLoopError(
-            f"the record has {counted(count, 'whole loop', 'whole loops')} at a dead band of {dead_band:g} m"
-            f"{skipped}; expected one or more to be left: lower dead_band or skip, or take a longer record"
-        )
-    return np.arange(first, count)
-
-
-def _left_out(ends: Integers, size: int) -> tuple[tuple[int, int], ...]:
-    """Return the pieces before the first and after the last loop, from sample to sample."""
-    if not len(ends):
-        return ()
-    pieces = (0, int(ends[0, 0])), (int(ends[-1, 2]), size - 1)
-    return tuple(piece for piece in pieces if piece[0] < piece[1])
-
-
-def _branches(
-    trace: Trace, ends: Integers, definitions: Definitions, lateral_stiffness: float, *, noisy: bool
-) -> tuple[Floats, Booleans]:
-    """Return the quantities of all branches, (loop, direction, quantity), and which still rise where they slide."""
-    values = np.full((len(ends), 2, len(BRANCH_QUANTITIES)), math.nan)
-    rising = np.zeros((len(ends), 2), dtype=np.bool_)
-    for loop, (start, turn, end) in enumerate(ends):
-        for first, last in ((start, turn), (turn, end)):
-            side = int(trace.displacement[last] < trace.displacement[first])
-            values[loop, side], rising[loop, side] = read_branch(
-                trace, first, last, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noisy
-            )
-    return values, rising
-
-
-def _loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[int, int] | None]:
-    """Return the first, middle and last sample of each loop, (loop, 3), and the ends of a whole branch behind them."""
-    # a loop is two branches between three reversals; loops do not overlap
-    kept = turning_points(displacement, dead_band)
-    swings = np.abs(np.diff(displacement[kept]))
-    branches = np.flatnonzero((swings > 0) & (swings >= dead_band))
-    if branches.size < 2:
-        return np.empty((0, 3), dtype=np.int64), None
-    # only the first and the last swing may be too small to be a branch
-    turns = kept[branches[0] : branches[-1] + 2]
-    triples = np.column_stack([turns[:-2], turns[1:-1], turns[2:]])
-    # at either end of the record a branch without a reversal belongs to a loop that closes within the dead band
-    closed = np.abs(displacement[triples[:, 2]] - displacement[triples[:, 0]]) <= dead_band
-    loops = triples[0 if closed[0] else 1 :: 2]
-    if loops.size and loops[-1, 2] == turns[-1] and not closed[-1]:
-        loops = loops[:-1]
-    behind = turns[turns >= loops[-1, 2]] if len(loops) else turns[:0]
-    # a last branch that no reversal ends is whole where it closes a loop with the one before
-    whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
-    return loops, (int(behind[0]), int(behind[1])) if whole else None
 
 
 def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
@@ -377,16 +554,3 @@ def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
             "it; expected displacement and tangential_load positive in one direction: reverse one of the two, with a "
             "scale of -1, or mend their columns where they are swapped"
         )
-
-
-def _along(displacement: Floats, start: int, turn: int, end: int) -> Integers:
-    """Return the samples of a loop, those of each branch in the order of their displacements."""
-    rises = displacement[turn] >= displacement[start]
-    there, back = np.arange(start, turn), np.arange(turn, end + 1)
-    ways = (there, displacement[there] * (1 if rises else -1)), (back, displacement[back] * (-1 if rises else 1))
-    return np.concatenate([branch[np.argsort(along, kind="stable")] for branch, along in ways])
-
-
-def _enclosed(u: Floats, f: Floats) -> float:
-    """Return the area of a loop, closed by a straight line."""
-    return area(u, f) + float((u[0] - u[-1]) * (f[0] + f[-1])) / 2

@@ -4,18 +4,21 @@ Each fault of an instrument is found from the samples alone, and only where it s
 """
 
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import chain, pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from historysim.basics.arguments import Floats, Integers
+from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.loop_values import LoopValues
 from historysim.measured.reduction import FEWEST_SAMPLES, FEWEST_SPIKES, REVERSAL, SPIKE, count_of_spikes, noise_of
+
+if TYPE_CHECKING:
+    from historysim.measured.loops import Loops
 
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
 STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to which a note says that noise decides
@@ -31,7 +34,7 @@ LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
 
 
-def loop_notes(loops: LoopValues) -> tuple[str, ...]:
+def loop_notes(loops: "Loops") -> tuple[str, ...]:
     """Return what was left out of loops, and what the samples are too few to show, with the remedy."""
     return (
         *_noise(loops),
@@ -45,18 +48,25 @@ def loop_notes(loops: LoopValues) -> tuple[str, ...]:
     )
 
 
-def _no_friction(loops: LoopValues) -> Iterator[str]:
+def _no_friction(loops: "Loops") -> Iterator[str]:
     found = loops.no_friction
     mend = "longer strokes slide"
     if any(loops.large[members].any() for members, _ in found):
         mend = (
             loops.columns or "is the column of the tangential load right? historysim columns FILE shows what there is"
         )
-    for _, text in found:
-        yield f"{text}; {mend}"
+    yield from (f"{text}; {mend}" for _, text in found)
 
 
-def _noise(loops: LoopValues) -> Iterator[str]:
+def _of_friction(loops: "Loops") -> Booleans:
+    """Return which of the large loops are friction loops (loop)."""
+    large = loops.large.copy()
+    for members, _ in loops.no_friction:
+        large[members] = False
+    return large
+
+
+def _noise(loops: "Loops") -> Iterator[str]:
     noise = loops.displacement_noise
     if not noise:
         return
@@ -73,7 +83,7 @@ def _noise(loops: LoopValues) -> Iterator[str]:
         )
 
 
-def drift_notes(loops: LoopValues) -> Iterator[str]:
+def drift_notes(loops: "Loops") -> Iterator[str]:
     """Yield what drifts from loop to loop, where all of them are at one load."""
     if len(loops.by_load()) > 1 or loops.no_friction:
         return
@@ -96,10 +106,8 @@ def drift_notes(loops: LoopValues) -> Iterator[str]:
     )
 
 
-def _still_rising(loops: LoopValues) -> Iterator[str]:
-    rising = loops.rising_branches & loops.large[:, None]
-    for members, _ in loops.no_friction:
-        rising[members] = False
+def _still_rising(loops: "Loops") -> Iterator[str]:
+    rising = loops.rising_branches & _of_friction(loops)[:, None]
     if not rising.any():
         return
     many = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
@@ -117,12 +125,10 @@ def _still_rising(loops: LoopValues) -> Iterator[str]:
     )
 
 
-def _narrow(loops: LoopValues) -> Iterator[str]:
+def _narrow(loops: "Loops") -> Iterator[str]:
     force = loops.friction_force.mean(axis=1)
     around = 4 * force * (loops.amplitude - force / loops.lateral_stiffness)
-    slid = loops.large & (around > 0) & ~loops.rising_branches.any(axis=1)
-    for members, _ in loops.no_friction:
-        slid[members] = False
+    slid = _of_friction(loops) & (around > 0) & ~loops.rising_branches.any(axis=1)
     narrow = slid & (loops.dissipated_energy < NARROW * around)
     if not narrow.any():
         return
@@ -135,7 +141,7 @@ def _narrow(loops: LoopValues) -> Iterator[str]:
     )
 
 
-def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
+def _unknown_stiffness(loops: "Loops") -> Iterator[str]:
     unknown = np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
     if not unknown.any():
         return
@@ -149,7 +155,7 @@ def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
 # -- faults of an instrument -----------------------------------------------------------------------
 
 
-def instrument_faults(loops: LoopValues) -> list[str]:
+def instrument_faults(loops: "Loops") -> list[str]:
     """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise."""
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
@@ -218,53 +224,45 @@ def _of_the_zero(friction_force: Floats) -> Iterator[str]:
 def _branches(trace: Trace, all_ends: Integers) -> Iterator[tuple[Floats, Floats, Floats]]:
     """Yield time, displacement from the reversal and load of each branch, in its own direction."""
     moved, load = trace.displacement, trace.tangential_load
-    for first, last in [branch for ends in all_ends for branch in pairwise(ends)]:
+    for first, last in chain.from_iterable(map(pairwise, all_ends)):
         sign, part = (1.0 if moved[last] > moved[first] else -1.0), slice(first, last + 1)
         yield trace.time[part], sign * (moved[part] - moved[first]), sign * load[part]
 
 
 def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
     """Find displacement without load, at zero load or behind a reversal, beyond what the stiffness beside it takes."""
-    ratios: dict[str, list[tuple[float, float, float]]] = {"zero": [], "reversal": []}
+    # of each branch: both widths, what is beside them, and the speed
+    branches = []
     for time, unsorted, loads in _branches(trace, ends):
         order = np.argsort(unsorted, kind="stable")
         moved, load = unsorted[order], loads[order]
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
-        rising = np.maximum.accumulate(load)
+        shares = np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5])
+        place = np.searchsorted(np.maximum.accumulate(load), shares * force)
+        at_turn, behind, low, before, after, high = moved[np.minimum(place, moved.size - 1)]
+        beside, beside_turn = min(before - low, high - after) / 2, (low - behind) / 3
         speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
-
-        def at(share: float, rising: Floats = rising, moved: Floats = moved, force: float = force) -> float:
-            return float(moved[min(int(np.searchsorted(rising, share * force)), moved.size - 1)])
-
-        low, high = at(-0.1), at(0.1)
-        beside = min(at(-0.1) - at(-0.5), at(0.5) - at(0.1)) / 2
-        ratios["zero"].append(((high - low - beside), beside, speed))
-        behind = (at(-0.5) - at(-0.8)) / 3
-        ratios["reversal"].append((at(-0.9) - behind, behind, speed))
-    for place, branches in ratios.items():
-        if len(branches) < scatter.FEWEST_LOOPS:
-            continue
-        width, beside, speed = np.median(np.array(branches), axis=0)
-        stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
-        if width < max(LOST_OVER_STROKE * stroke, LOST_OVER_BESIDE * beside, SPIKE * noise):
-            continue
-        of = quantity_text(float(width), "m", 2)
-        if place == "zero":
-            yield (
-                f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
-                f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
-            )
-        else:
-            late = quantity_text(float(width / speed), "s", 3)
-            lag = f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes' * bool(
-                speed > 0
-            )
-            yield (
-                f"the load stays for {of} behind a reversal: it looks like play of the drive{lag}; energies and "
-                "displacements hold it"
-            )
+        branches.append((after - before - beside, beside, at_turn - beside_turn, beside_turn, speed))
+    if len(branches) < scatter.FEWEST_LOOPS:
+        return
+    width, beside, width_behind, beside_turn, speed = np.median(np.array(branches), axis=0).tolist()
+    stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
+    least = max(LOST_OVER_STROKE * stroke, SPIKE * noise)
+    if width >= max(least, LOST_OVER_BESIDE * beside):
+        of = quantity_text(width, "m", 2)
+        yield (
+            f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
+            f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
+        )
+    if width_behind >= max(least, LOST_OVER_BESIDE * beside_turn):
+        late = quantity_text(width_behind / speed, "s", 3)
+        lag = f', or the load lags by {late}, which shift = "-{late}" at the tangential load removes'
+        yield (
+            f"the load stays for {quantity_text(width_behind, 'm', 2)} behind a reversal: it looks like play of the "
+            f"drive{lag if speed > 0 else ''}; energies and displacements hold it"
+        )
 
 
 def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
@@ -274,15 +272,12 @@ def _stick_slip(trace: Trace, ends: Integers) -> Iterator[str]:
         slides = load[moved >= 0.5 * moved[-1]]
         if slides.size < FEWEST_SAMPLES:
             continue
-        force = float(slides.mean())
-        steps = np.diff(slides)
-        # down at once, and slowly up again
-        falls = (steps < -max(LEAST_DROP * force, SPIKE * noise)).sum()
-        rises = (steps > max(LEAST_DROP * force, SPIKE * noise)).sum()
         branches += 1
+        steps, least = np.diff(slides), max(LEAST_DROP * float(slides.mean()), SPIKE * noise)
+        # down at once, and slowly up again
+        falls, rises = int((steps < -least).sum()), int((steps > least).sum())
         if falls >= FEWEST_DROPS and falls > 3 * rises:
-            drops += int(falls)
-            largest = max(largest, float(-steps.min()))
+            drops, largest = drops + falls, max(largest, float(-steps.min()))
     if branches and drops >= FEWEST_DROPS * branches:
         yield (
             f"the load drops by up to {quantity_text(largest, 'N', 2)} some {drops / branches:.2g} times on a "
