@@ -127,22 +127,19 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
     InputError: no holds, or a record without tangential displacement, tangential load or normal load.
     """
     load, time = measurement["tangential_load"], measurement.time
-    model = _Model.of(measurement, ensemble, instrument)
-    parts = model.rests
-    alone = model.load(0.0, 1.0)
-    law = _creeping(model, load)
-    relaxes, why = np.zeros(load.size), law.unknown
+    record = _Record.of(measurement, ensemble, instrument)
+    law = _creeping(record)
+    why = law.unknown
+    relaxes, memory = np.zeros(load.size), record.modelled(0.0, 1.0)
     if not why:
-        steady = model.at_steady_load()
-        relaxes = steady.load(law.creep, law.onset) - steady.load(0.0, law.onset)
-    memory = (alone if why else model.load(law.creep, law.onset)) - relaxes
-    points = _points(time, load - memory, load, parts)
+        steady = record.at_steady_load()
+        relaxes = steady.modelled(law.creep, law.onset) - steady.modelled(0.0, law.onset)
+        memory = record.modelled(law.creep, law.onset) - relaxes
+    points = record.points(load - memory)
     fit = _Fit.of(points)
-    if not why:
-        why = _better(points, fit)
-    drift = math.nan if why else law.drift.value
+    why = why or _better(points, fit)
     held = []
-    for part in parts:
+    for part in record.rests:
         change, own, relaxed = (end_of(values, part) - start_of(values, part) for values in (load, memory, relaxes))
         long = float(part.since(time)[-1])
         held.append(
@@ -154,7 +151,7 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
                 change=change,
                 memory=own,
                 relaxation=math.nan if why else relaxed,
-                sensor=drift * long,
+                sensor=math.nan if why else law.drift.value * long,
             )
         )
     value = law.per_decade.value
@@ -174,169 +171,6 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
 
 
 @attrs.frozen(eq=False)
-class _Model:
-    """The contact of a record, that creeps in its holds."""
-
-    observation: Observation
-    ensemble: Ensemble
-    instrument: Instrument
-    rests: list[Rest]
-    sense: Floats  #: (hold) Sign of the tangential load
-
-    @classmethod
-    def of(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Model":
-        """Return that of a record, without the noise of displacement and normal load in its holds."""
-        displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
-        rests = rests_of(measurement)
-        least = LEAST_ROLE * float(np.abs(load).max())
-        rests = [part for part in rests if abs(start_of(load, part)) > least]
-        if not rests:
-            raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
-        still = quiet(measurement, rests)
-        band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
-        still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
-        observation = observe(still, displacement_noise=estimated_noise(displacement), load_noise=noise_of(load))
-        return cls(observation, ensemble, instrument, rests, np.sign([start_of(load, part) for part in rests]))
-
-    def at_steady_load(self) -> "_Model":
-        """Return the same with the normal load of the start of each hold throughout it."""
-        normal = self.observation.normal_load.copy()
-        for part in self.rests:
-            normal[part.samples] = normal[part.samples[0]]
-        return attrs.evolve(self, observation=attrs.evolve(self.observation, normal_load=normal))
-
-    def load(self, creep: float, onset: float) -> Floats:
-        """Return the tangential load (sample) [N] where the contact creeps by creep ln(1 + t/onset) [m] in each hold.
-
-        What has crept stays, until the contact slides.
-        """
-        time, moved = self.observation.time, self.observation.displacement.copy()
-        for part, sense in zip(self.rests, self.sense, strict=True):
-            crept = sense * creep * _growth(part.since(time), onset)
-            moved[part.samples] -= crept
-            moved[part.samples[-1] + 1 :] -= crept[-1]
-        return passed(
-            self.ensemble, self.instrument, attrs.evolve(self.observation, displacement=moved)
-        ).tangential_load
-
-
-@attrs.frozen
-class _Law:
-    """Creep of a contact, and the drift of its sensor."""
-
-    creep: float
-    onset: float
-    per_decade: WithInterval
-    drift: WithInterval
-    unknown: str = ""
-
-
-@attrs.frozen(eq=False)
-class _Search:
-    """Least squares over creep, logarithm of the onset, and drift, in units of their own."""
-
-    model: _Model
-    load: Floats
-    measured: "_Points"
-    mean_load: float  #: of the holds, without sign [N]
-    relaxed: float  #: share of the load that creep by one unit takes over ln(1 + t/τ)
-
-    @classmethod
-    def of(cls, model: _Model, load: Floats) -> "_Search":
-        """Return that of a record."""
-        measured = _points(model.observation.time, load, load, model.rests)
-        onset = math.sqrt(float(measured.time.min() * measured.time.max()))
-        found = cls(model, load, measured, float(np.abs(measured.load).mean()), math.nan)
-        steady = model.at_steady_load()
-        alone = steady.load(found.unit, onset) - steady.load(0.0, onset)
-        slope = _Fit.of(_points(model.observation.time, alone, load, model.rests)).share
-        return attrs.evolve(found, relaxed=slope)
-
-    @property
-    def unit(self) -> float:
-        """Of creep: a thousandth of the stroke [m]."""
-        return 1e-3 * float(np.ptp(self.model.observation.displacement))
-
-    @property
-    def drift_unit(self) -> float:
-        """The load over the longest hold [N/s]."""
-        return self.mean_load / float(self.measured.time.max())
-
-    def left(self, given: Floats) -> Floats:
-        """Return what is left (point), over the load."""
-        predicted = self.model.load(given[0] * self.unit, math.exp(given[1]))
-        points = _points(self.model.observation.time, self.load - predicted, self.load, self.model.rests)
-        drift = given[2] * self.drift_unit * points.time
-        return np.asarray(np.sqrt(points.count) / self.mean_load * _centred(points.left - drift, points))
-
-    def solved(self) -> Any:  # noqa: ANN401 - scipy gives no types
-        """Return the least squares, from the best of some starts: beside a load that falls, little creep has none."""
-        from scipy.optimize import least_squares
-
-        time = self.measured.time
-        low, high = math.log(float(time.min()) / 10), math.log(10 * float(time.max()))
-        ends = [abs(end_of(self.load, part) - start_of(self.load, part)) for part in self.model.rests]
-        onsets = np.geomspace(time.min(), time.max() / 10, FIRST_ONSETS)
-        whole = max(ends) / self.mean_load / self.relaxed / np.log1p(time.max() / onsets)
-        starts = [
-            np.array([max(share * each, LEAST_START), math.log(onset), 0.0])
-            for share in FIRST_SHARES
-            for onset, each in zip(onsets, whole, strict=True)
-        ]
-        return least_squares(
-            self.left,
-            min(starts, key=lambda each: float(np.sum(self.left(each) ** 2))),
-            bounds=([0.0, low - 1e-6, -np.inf], [np.inf, high + 1e-6, np.inf]),
-            x_scale=[max(float(whole.mean()), LEAST_START), 1.0, 0.01],
-            diff_step=1e-4,
-            xtol=1e-6,
-            max_nfev=MOST_ROUNDS,
-        )
-
-
-def _creeping(model: _Model, load: Floats) -> _Law:
-    """Return the creep with which the model has the least squares in the holds, with intervals of 95 %.
-
-    These leave the holds out one by one (jackknife): that has all that differs from hold to hold, in it correlated
-    noise. The model is taken as linear there.
-    """
-    from scipy import stats
-
-    nothing, count = WithInterval(math.nan, math.nan, math.nan), len(model.rests)
-    if count < FEWEST_HOLDS:
-        short = f"it has {counted(count, 'hold', 'holds')}; expected {FEWEST_HOLDS} or more, for an interval"
-        return _Law(math.nan, math.nan, nothing, nothing, short)
-    search = _Search.of(model, load)
-    if not search.relaxed > 0:
-        return _Law(math.nan, math.nan, nothing, nothing, "the contact of the model carries no tangential load there")
-    found = search.solved()
-    if not found.jac[:, 0].any():
-        hidden = "none is seen; noise decides, or slip as the normal load falls hides it"
-        return _Law(math.nan, math.nan, nothing, nothing, hidden)
-    of_hold = search.measured.hold == np.arange(count)[:, np.newaxis]
-    squares = np.array([found.jac[own].T @ found.jac[own] for own in of_hold])
-    across = np.array([found.jac[own].T @ found.fun[own] for own in of_hold])
-    others = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
-    moves = np.array([-np.linalg.pinv(square) @ each for square, each in others])
-    variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
-    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
-
-    def estimate(which: int, unit: float) -> WithInterval:
-        value, far = float(found.x[which]) * unit, float(reach[which]) * unit
-        return WithInterval(value, value - far, value + far)
-
-    per_decade, drift = estimate(0, search.unit * math.log(10)), estimate(2, search.drift_unit)
-    unknown = ""
-    if not per_decade.low > 0:
-        most = 100 * search.relaxed * per_decade.high / search.unit
-        unknown = f"noise decides; a decade of time changes the load by less than {most:.2g} %"
-    return _Law(float(found.x[0]) * search.unit, math.exp(found.x[1]), per_decade, drift, unknown)
-
-
-# -- relaxation ------------------------------------------------------------------------------------
-
-
-@attrs.frozen(eq=False)
 class _Points:
     """Means of what memory leaves in the holds, each over a part of a decade of time."""
 
@@ -346,24 +180,167 @@ class _Points:
     load: Floats  #: (point) Tangential load at the start of the hold [N]
     count: Floats  #: (point) Samples of the mean
 
+    def centred(self, values: Floats) -> Floats:
+        """Return values (point) less their weighted mean in each hold."""
+        weight = np.bincount(self.hold, self.count)
+        mean = np.bincount(self.hold, self.count * values) / np.maximum(weight, 1.0)
+        return values - mean[self.hold]
 
-def _points(time: Floats, left: Floats, load: Floats, parts: list[Rest]) -> _Points:
-    columns: list[list[float]] = []
-    for number, part in enumerate(parts):
-        # the first sample may still be on its way
-        since, own, what = part.since(time)[1:], start_of(load, part), left[part.samples][1:]
-        group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
-        for each in np.unique(group[since > 0]):
-            of = group == each
-            columns.append([number, since[of].mean(), what[of].mean(), own, of.sum()])
-    hold, *others = np.array(columns).T
-    return _Points(hold.astype(int), *others)
+    @property
+    def onsets(self) -> tuple[float, float]:
+        """The logarithms of the times between which an onset is looked for."""
+        return math.log(float(self.time.min()) / 10), math.log(10 * float(self.time.max()))
 
 
-def _ends(points: _Points, hold: int) -> tuple[int, int]:
-    """Return the first and the last point of a hold."""
-    first, *_, last = np.flatnonzero(points.hold == hold)
-    return int(first), int(last)
+@attrs.frozen(eq=False)
+class _Record:
+    """A record, with the contact that creeps in its holds."""
+
+    load: Floats  #: (sample) What was measured [N]
+    observation: Observation
+    ensemble: Ensemble
+    instrument: Instrument
+    rests: list[Rest]
+    sense: Floats  #: (hold) Sign of the tangential load
+
+    @classmethod
+    def of(cls, measurement: Measurement, ensemble: Ensemble, instrument: Instrument) -> "_Record":
+        """Return a record without the noise of displacement and normal load in its holds."""
+        displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
+        least = LEAST_ROLE * float(np.abs(load).max())
+        rests = [part for part in rests_of(measurement) if abs(start_of(load, part)) > least]
+        if not rests:
+            raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
+        still = quiet(measurement, rests)
+        band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
+        still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
+        observation = observe(still, displacement_noise=estimated_noise(displacement), load_noise=noise_of(load))
+        return cls(load, observation, ensemble, instrument, rests, np.sign([start_of(load, part) for part in rests]))
+
+    def at_steady_load(self) -> "_Record":
+        """Return the same with the normal load of the start of each hold throughout it."""
+        normal = self.observation.normal_load.copy()
+        for part in self.rests:
+            normal[part.samples] = normal[part.samples[0]]
+        return attrs.evolve(self, observation=attrs.evolve(self.observation, normal_load=normal))
+
+    def modelled(self, creep: float, onset: float) -> Floats:
+        """Return the tangential load (sample) [N] where the contact creeps by creep ln(1 + t/onset) [m] in each hold.
+
+        What has crept stays, until the contact slides.
+        """
+        time, moved = self.observation.time, self.observation.displacement.copy()
+        for part, sense in zip(self.rests, self.sense, strict=True):
+            crept = sense * creep * _growth(part.since(time), onset)
+            moved[part.samples] -= crept
+            moved[part.samples[-1] + 1 :] -= crept[-1]
+        observation = attrs.evolve(self.observation, displacement=moved)
+        return passed(self.ensemble, self.instrument, observation).tangential_load
+
+    def points(self, left: Floats) -> _Points:
+        """Return the means of what is left of the load (sample) [N] in the holds."""
+        columns: list[list[float]] = []
+        for number, part in enumerate(self.rests):
+            # the first sample may still be on its way
+            since, what = part.since(self.observation.time)[1:], left[part.samples][1:]
+            group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
+            for each in np.unique(group[since > 0]):
+                of = group == each
+                columns.append([number, since[of].mean(), what[of].mean(), start_of(self.load, part), of.sum()])
+        hold, *others = np.array(columns).T
+        return _Points(hold.astype(int), *others)
+
+
+# -- creep: least squares over it, the logarithm of its onset, and the drift, in units of their own ----
+
+
+_NOTHING = WithInterval(math.nan, math.nan, math.nan)
+
+
+@attrs.frozen
+class _Law:
+    """Creep of a contact, and the drift of its sensor."""
+
+    creep: float = math.nan
+    onset: float = math.nan
+    per_decade: WithInterval = _NOTHING
+    drift: WithInterval = _NOTHING
+    unknown: str = ""
+
+
+def _creeping(record: _Record) -> _Law:
+    """Return the creep with which the model has the least squares in the holds, with intervals of 95 %.
+
+    These leave the holds out one by one (jackknife): that has all that differs from hold to hold, in it correlated
+    noise. The model is taken as linear there.
+    """
+    from scipy import stats
+
+    count = len(record.rests)
+    if count < FEWEST_HOLDS:
+        few = counted(count, "hold", "holds")
+        return _Law(unknown=f"it has {few}; expected {FEWEST_HOLDS} or more, for an interval")
+    measured, steady = record.points(record.load), record.at_steady_load()
+    unit = 1e-3 * float(np.ptp(record.observation.displacement))
+    drift_unit = float(np.abs(measured.load).mean()) / float(measured.time.max())
+    onset = math.sqrt(float(measured.time.min() * measured.time.max()))
+    # share of the load that creep by one unit takes over ln(1 + t/τ)
+    relaxed = _Fit.of(record.points(steady.modelled(unit, onset) - steady.modelled(0.0, onset))).share
+    if not relaxed > 0:
+        return _Law(unknown="the contact of the model carries no tangential load there")
+    found = _solved(record, measured, unit, drift_unit, relaxed)
+    if not found.jac[:, 0].any():
+        return _Law(unknown="none is seen; noise decides, or slip as the normal load falls hides it")
+    of_hold = measured.hold == np.arange(count)[:, np.newaxis]
+    squares = np.array([found.jac[own].T @ found.jac[own] for own in of_hold])
+    across = np.array([found.jac[own].T @ found.fun[own] for own in of_hold])
+    others = zip(squares.sum(axis=0) - squares, across.sum(axis=0) - across, strict=True)
+    moves = np.array([-np.linalg.pinv(square) @ each for square, each in others])
+    variance = (count - 1) / count * np.sum((moves - moves.mean(axis=0)) ** 2, axis=0)
+    reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, count - 1)) * np.sqrt(variance)
+    per_decade, drift = (
+        WithInterval(*(of * float(found.x[at] + sign * reach[at]) for sign in (0, -1, 1)))
+        for at, of in ((0, unit * math.log(10)), (2, drift_unit))
+    )
+    unknown = ""
+    if not per_decade.low > 0:
+        most = 100 * relaxed * per_decade.high / unit
+        unknown = f"noise decides; a decade of time changes the load by less than {most:.2g} %"
+    return _Law(float(found.x[0]) * unit, math.exp(found.x[1]), per_decade, drift, unknown)
+
+
+def _solved(record: _Record, measured: _Points, unit: float, drift_unit: float, relaxed: float) -> Any:  # noqa: ANN401 - scipy gives no types
+    """Return the least squares, from the best of some starts: beside a load that falls, little creep has none."""
+    from scipy.optimize import least_squares
+
+    mean_load = float(np.abs(measured.load).mean())
+
+    def left(given: Floats) -> Floats:
+        points = record.points(record.load - record.modelled(given[0] * unit, math.exp(given[1])))
+        drift = given[2] * drift_unit * points.time
+        return np.asarray(np.sqrt(points.count) / mean_load * points.centred(points.left - drift))
+
+    time, (low, high) = measured.time, measured.onsets
+    change = max(abs(end_of(record.load, part) - start_of(record.load, part)) for part in record.rests)
+    onsets = np.geomspace(time.min(), time.max() / 10, FIRST_ONSETS)
+    whole = change / mean_load / relaxed / np.log1p(time.max() / onsets)
+    starts = [
+        np.array([max(share * each, LEAST_START), math.log(onset), 0.0])
+        for share in FIRST_SHARES
+        for onset, each in zip(onsets, whole, strict=True)
+    ]
+    return least_squares(
+        left,
+        min(starts, key=lambda each: float(np.sum(left(each) ** 2))),
+        bounds=([0.0, low - 1e-6, -np.inf], [np.inf, high + 1e-6, np.inf]),
+        x_scale=[max(float(whole.mean()), LEAST_START), 1.0, 0.01],
+        diff_step=1e-4,
+        xtol=1e-6,
+        max_nfev=MOST_ROUNDS,
+    )
+
+
+# -- relaxation ------------------------------------------------------------------------------------
 
 
 def _growth(time: Any, onset: float) -> Any:  # noqa: ANN401 - a number or an array
@@ -372,13 +349,6 @@ def _growth(time: Any, onset: float) -> Any:  # noqa: ANN401 - a number or an ar
 
 def _levelling(time: Floats, length: float) -> Floats:
     return np.asarray(1 - np.exp(-time / length))
-
-
-def _centred(values: Floats, points: _Points) -> Floats:
-    """Return values less their weighted mean in each hold."""
-    weight = np.bincount(points.hold, points.count)
-    mean = np.bincount(points.hold, points.count * values) / np.maximum(weight, 1.0)
-    return values - mean[points.hold]
 
 
 @attrs.frozen
@@ -395,8 +365,7 @@ class _Fit:
         """Return the best over the onset."""
         from scipy.optimize import minimize_scalar
 
-        low, high = math.log(float(points.time.min()) / 10), math.log(10 * float(points.time.max()))
-        tried = np.linspace(low, high, ONSETS)
+        tried = np.linspace(*points.onsets, ONSETS)
         squares = [cls._at(points, form, float(np.exp(each))).squares for each in tried]
         best = int(np.argmin(squares))
         around = tried[max(best - 1, 0)], tried[min(best + 1, ONSETS - 1)]
@@ -410,9 +379,9 @@ class _Fit:
     def _at(cls, points: _Points, form: Any, onset: float) -> "_Fit":  # noqa: ANN401 - as for `of`
         root = np.sqrt(points.count)
         columns = [-points.load * form(points.time, onset), points.time]
-        design = np.column_stack([root * _centred(column, points) for column in columns])
+        design = np.column_stack([root * points.centred(column) for column in columns])
         scale = np.maximum(np.abs(design).max(axis=0), np.finfo(float).tiny)
-        goal = root * _centred(points.left, points)
+        goal = root * points.centred(points.left)
         found = np.linalg.lstsq(design / scale, goal, rcond=None)[0] / scale
         return cls(float(np.sum((goal - design @ found) ** 2)), float(found[0]), float(found[1]), onset)
 
@@ -420,7 +389,7 @@ class _Fit:
         """Return what is left without the drift over the load, with the mean of the fit in each hold."""
         form = -self.share * np.asarray(_growth(points.time, self.onset))
         left = (points.left - self.drift * points.time) / points.load
-        return _centred(left, points) + form - _centred(form, points)
+        return points.centred(left) + form - points.centred(form)
 
 
 def _better(points: _Points, fit: _Fit) -> str:
