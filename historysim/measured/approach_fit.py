@@ -14,7 +14,7 @@ from historysim.basics.arguments import ArrayLike, Floats
 from historysim.measured.loop_table import CONFIDENCE
 from historysim.measured.reduction import MEDIAN_OF_NORMAL
 
-Form = Callable[[Floats, Floats], Floats]
+Decay = Callable[[Floats], Floats]
 
 FEWEST_WINDOWS = 6
 # Chances below which an exponential describes windows better than a constant, or than a line, by no accident.
@@ -78,7 +78,7 @@ def _approach_from(along: Floats, friction: Floats, edges: Floats, origin: float
     lengths = np.geomspace(*bounds, _LENGTHS)
     means = _middle_means(way, values, edges)
     for again in (True, False):
-        _, guess = _least(_exponential, place, means, lengths)
+        _, guess = _least(_EXPONENTIAL, place, means, lengths)
         try:
             with warnings.catch_warnings():
                 # where there is no decay, its length has no covariance
@@ -141,22 +141,15 @@ def _curve(way: Floats, steady: float, start: float, length: float) -> Floats:
     return np.asarray(steady + (start - steady) * np.exp(-way / length))
 
 
-def _exponential(way: Floats, length: Floats) -> Floats:
-    return np.asarray(np.exp(-way / length))
+# decays over the way in lengths: the exponential, and two slower ones
+_EXPONENTIAL: Decay = lambda way: np.exp(-way)  # noqa: E731 - a row of forms
+_SLOWER: tuple[Decay, ...] = (lambda way: 1 / (1 + 10 * way), lambda way: np.exp(-np.sqrt(way)))
 
 
-def _hyperbola(way: Floats, length: Floats) -> Floats:
-    return 1 / (1 + 10 * way / length)
-
-
-def _stretched(way: Floats, length: Floats) -> Floats:
-    return np.asarray(np.exp(-np.sqrt(way / length)))
-
-
-def _least(form: Form, place: Floats, means: Floats, lengths: Floats) -> tuple[float, tuple[float, float, float]]:
+def _least(decay_of: Decay, place: Floats, means: Floats, lengths: Floats) -> tuple[float, tuple[float, float, float]]:
     """Return the least sum of squares beside a decay, and steady value, start and length of it."""
     # each line through the means over a decay, by its slope and its end at no decay
-    decay = form(place, lengths[:, None])
+    decay = decay_of(place / lengths[:, None])
     across, up = decay - decay.mean(axis=1, keepdims=True), means - means.mean()
     slope = across @ up / np.sum(across**2, axis=1)
     squares = np.sum((up - slope[:, None] * across) ** 2, axis=1)
@@ -175,7 +168,7 @@ def _what_is_as_good(place: Floats, means: Floats, lengths: Floats, square: floa
         return "an exponential describes the windows no better than a constant"
     if stats.f.sf((line - square) / scatter, 1, free) > CHANCE_OF_LINE:
         return "an exponential describes the windows no better than a straight line, which has no steady value"
-    others = min(_least(form, place, means, lengths)[0] for form in (_hyperbola, _stretched))
+    others = min(_least(decay, place, means, lengths)[0] for decay in _SLOWER)
     if square - others > CLEARLY_BETTER * scatter:
         return "a slower decay, 1/(1 + s/L) or exp(-√(s/L)), describes the windows better; it has another steady value"
     return ""

@@ -80,22 +80,22 @@ class Sliding:
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): how far it slid, the mean, the peak, and the approach to the steady value."""
-        length = self._text(float(np.ptp(self.place)))
-        means = self.window_mean
+        means, way = self.window_mean, float(np.ptp(self.place))
         scatter = f" ± {means.std(ddof=1):.2g}: mean ± standard deviation of the windows" if means.size > 1 else ""
+        windows = f"{counted(means.size, 'window', 'windows')} of {self._text(way / means.size)}"
+        peak = "none that stands above the noise"
+        if self.peak is not None:
+            peak = f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}"
+            peak += f"; of this, noise makes about {self.peak.lifted:.1g}"
         lines = [
             *self.remarks,
-            ("slides", f"{length}, in {counted(means.size, 'window', 'windows')} of {self._text(self._width)}"),
+            ("slides", f"{self._text(way)}, in {windows}"),
             ("friction coefficient", f"{means.mean():.4g}{scatter}"),
+            ("static peak", peak),
         ]
-        if self.peak is None:
-            lines.append(("static peak", "none that stands above the noise"))
-        else:
-            lifted = f"of this, noise makes about {self.peak.lifted:.1g}"
-            lines.append(("static peak", f"{self.peak.coefficient:.4g} at {self._text(self.peak.place)}; {lifted}"))
-        if self.approach is None:
-            return [*lines, ("steady value", f"no running-in of this form: {self.no_approach}")]
         approach = self.approach
+        if approach is None:
+            return [*lines, ("steady value", f"no running-in of this form: {self.no_approach}")]
         beyond = "" if approach.settled else ": beyond the record, which is shorter than two lengths of the approach"
         steady = f"{approach.steady:.4g} (95 %: {approach.steady_low:.4g} to {approach.steady_high:.4g}){beyond}"
         start = f"{approach.start:.4g} (95 %: {approach.start_low:.4g} to {approach.start_high:.4g})"
@@ -114,22 +114,26 @@ class Sliding:
         """
         import xarray as xr
 
-        unit, attributes = UNITS[self.over], self._ends()
+        attributes: dict[str, Any] = {
+            "title": f"friction over {self.over}",
+            "content": CONTENT_OF_COURSE,
+            "record_start": float(self.place[0]),
+            "record_end": float(self.place[-1]),
+            "no_approach": self.no_approach,
+            "remarks": "\n".join(f"{label}: {text}" for label, text in self.remarks),
+        }
         for name, part in (("peak", self.peak), ("approach", self.approach)):
             if part is not None:
-                attributes.update({f"{name}_{key}": float(value) for key, value in attrs.asdict(part).items()})
+                attributes |= {f"{name}_{key}": float(value) for key, value in attrs.asdict(part).items()}
+        columns = {
+            "coefficient": (self.window_mean, "friction coefficient"),
+            "standard_deviation": (self.window_deviation, "standard deviation of a sample"),
+            "count": (self.window_count, "samples"),
+        }
         return xr.Dataset(
-            {
-                "coefficient": ("window", self.window_mean, {"long_name": "friction coefficient", "units": "1"}),
-                "standard_deviation": (
-                    "window",
-                    self.window_deviation,
-                    {"long_name": "standard deviation of a sample", "units": "1"},
-                ),
-                "count": ("window", self.window_count, {"long_name": "samples", "units": "1"}),
-            },
-            coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": unit})},
-            attrs={"title": f"friction over {self.over}", "content": CONTENT_OF_COURSE, **attributes},
+            {name: ("window", each, {"long_name": text, "units": "1"}) for name, (each, text) in columns.items()},
+            coords={self.over: ("window", self.window_place, {"long_name": self.over, "units": UNITS[self.over]})},
+            attrs={name: value for name, value in attributes.items() if value != ""},
         )
 
     @classmethod
@@ -141,7 +145,6 @@ class Sliding:
         over = next((over for over in get_args(Over) if over in table.coords), None)
         if table.attrs.get("content") != CONTENT_OF_COURSE or over is None:
             raise InputError("this Dataset is no friction over time or distance; expected one of historysim sliding")
-        middle = table[over].values
         ends = [float(table.attrs[name]) for name in ("record_start", "record_end")]
         remarks = filter(None, str(table.attrs.get("remarks", "")).split("\n"))
 
@@ -153,7 +156,7 @@ class Sliding:
             over=over,
             place=np.array(ends),
             coefficient=np.full(2, np.nan),
-            window_place=middle,
+            window_place=table[over].values,
             window_mean=table["coefficient"].values,
             window_deviation=table["standard_deviation"].values,
             window_count=table["count"].values,
@@ -162,16 +165,6 @@ class Sliding:
             no_approach=str(table.attrs.get("no_approach", "")),
             remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
         )
-
-    def _ends(self) -> dict[str, Any]:
-        remarks = "\n".join(f"{label}: {text}" for label, text in self.remarks)
-        ends = {"record_start": float(self.place[0]), "record_end": float(self.place[-1])}
-        texts = {"no_approach": self.no_approach, "remarks": remarks}
-        return ends | {name: text for name, text in texts.items() if text}
-
-    @property
-    def _width(self) -> float:
-        return float(np.ptp(self.place)) / self.window_mean.size
 
     def _text(self, place: float) -> str:
         return duration_text(place) if self.over == "time" else quantity_text(place, "m")
@@ -234,11 +227,15 @@ def sliding_of_channels(
         along, friction = along[begins:], friction[begins:]
     edges = np.linspace(along[0], along[-1], int(count) + 1)
     means = _windows(along, friction, edges)
-    if moved is not None and not rests:
-        _check_sense(means[0])
-    spikes = count_of_spikes(friction, USUAL_STEPS)
-    smooth = _running_median(friction, WIDTH_OF_SPIKES if spikes >= FEWEST_SPIKES else 1)
+    if moved is not None and not rests and np.mean(means[0] < 0) >= BACKWARDS:
+        raise InputError(
+            f"the friction coefficient is {means[0].mean():.3g}: friction would give energy instead of taking it; "
+            "expected tangential displacement and tangential_load positive in one direction: reverse one of the two, "
+            "with a scale of -1"
+        )
+    smooth, spikes = friction, count_of_spikes(friction, USUAL_STEPS)
     if spikes >= FEWEST_SPIKES:
+        smooth = _running_median(friction, WIDTH_OF_SPIKES)
         many = f"{counted(spikes, 'sample', 'samples')} of {friction.size:,} stand out from both neighbours"
         remarks.append(("spikes", f"{many}: static peak and start are those of a median of {WIDTH_OF_SPIKES} samples"))
     # noise that is correlated from sample to sample is more than what one differs from the next by
@@ -262,15 +259,6 @@ def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int)
         rests = np.abs(smooth) < RESTS * np.median(friction[friction.size // 2 :])
     first = int(rests.argmin())
     return first if along[first] - along[0] >= (along[-1] - along[0]) / windows else 0
-
-
-def _check_sense(mean: Floats) -> None:
-    if np.mean(mean < 0) >= BACKWARDS:
-        raise InputError(
-            f"the friction coefficient is {mean.mean():.3g}: friction would give energy instead of taking it; expected "
-            "tangential displacement and tangential_load positive in one direction: reverse one of the two, with a "
-            "scale of -1"
-        )
 
 
 def _running_median(values: Floats, samples: int) -> Floats:
