@@ -172,17 +172,15 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
     off = (observation.tangential_load - end.response.tangential_load)[search.compared]
-    parameters = tuple(
-        Parameter(name, math.exp(at), *_around(at, width), *_around(at, noise))
-        for name, at, width, noise in zip(names, middle, reach, by_noise, strict=True)
-    )
+    ends = [middle + sign * width for width in (reach, by_noise) for sign in (-1, 1)]
     limit = end.at_limit(search.start)
     minimum = end.settled and not limit.any()
     if not minimum:
         # an interval around what is no minimum would be a wrong one
-        reach = np.zeros_like(reach)
-        parameters = tuple(Parameter(each.name, each.value, math.nan, math.nan) for each in parameters)
-    elif wanders is not None:
+        reach, ends = np.zeros_like(reach), [np.full(count, math.nan)] * 4
+    columns = np.exp(np.minimum([middle, *ends], _LARGEST)).T.tolist()
+    parameters = tuple(Parameter(name, *numbers) for name, numbers in zip(names, columns, strict=True))
+    if minimum and wanders is not None:
         parameters = tuple(map(_drifting, parameters, wanders))
     pieces = None if wanders is None else _pieces(search).size - 1
     return ParameterFit(
@@ -199,10 +197,6 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
             *_drifts(parameters),
         ),
     )
-
-
-def _around(middle: float, width: float) -> tuple[float, float]:
-    return math.exp(middle - width), math.exp(min(middle + width, _LARGEST))
 
 
 def _notes_on_search(search: Search, end: SearchResult, misfit: float, *, minimum: bool) -> list[str]:

@@ -23,42 +23,30 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
-# Turning points and steps of load up to which their places are unknowns; else they are where they are expected.
-MOST_NODES = 1000
-DECADES = 4  # how many factors of ten a start may be off; the search scans so far on either side of it
+MOST_NODES = 1000  # turning points and steps of load up to which their places are unknowns
+DECADES = 4  # factors of ten that a start may be off; the search scans so far on either side of it
 FARTHEST = (DECADES + 1) * math.log(10)  # how far from the start the search may go, as a logarithm
-MOST_SCANNED = 500  # starts that a scan tries at most; with more parameters they are farther apart, up to four decades
+FARTHEST_NODE = 5.0  # standard deviations that noise moves a node; a model that does not fit would move it farther
 ENOUGH_SAMPLES = 5_000  # samples from which on a record is thinned while the search finds its way
-# Noise moves a node no farther, in standard deviations; a model that does not fit would, to look better.
-FARTHEST_NODE = 5.0
-# how far from a node a sample may have been read, in standard deviations, that is on the other side of it
-_AMBIGUOUS = 3.0
-# the share of a branch, one over this, that may be left out for it at either end
-_MOST_BESIDE = 8
-_STEP, _NODE_STEP = 1e-5, 1e-3
-_TOGETHER = 4
-# samples of a record while it is scanned, and of each of its branches; what loads over the normal load are shares of
-_SCANNED, _SCANNED_BRANCH = 200, 8
-_LEVELS = 0.5, 0.9, 0.99
-# how many valleys of a scan are followed, how far apart they are, and how much worse they may be than the deepest
+_AMBIGUOUS = 3.0  # standard deviations from a node within which a sample may be of its other side
+_MOST_BESIDE = 8  # one over the share of a branch that may be left out for it at either end
+_STEP, _NODE_STEP = 1e-5, 1e-3  # of differences, by parameters and by nodes
+_TOGETHER = 4  # every how many-th node is moved at once: its samples end where the next of them begin
+_ROUNDING = 1e-4  # norm of a derivative, over the root of the number of samples, that is none
+# The scan: samples of the record and of each branch, starts that are tried, and how far these are apart; shares of
+# the samples at the loads over the normal load where friction is tried besides.
+_SCANNED, _SCANNED_BRANCH, MOST_SCANNED = 200, 8, 500
+_STEPS_A_DECADE, _LEVELS = (8, 4, 2, 1, 0.5, 0.25), (0.5, 0.9, 0.99)
+# Valleys of a scan that are followed, how far they are apart, and how much worse they may be than the deepest.
 _VALLEYS, _APART, _WORST_VALLEY = 4, 0.4 * math.log(10), 1.5
-# sums that are alike where their unknowns are near, and that are the same wherever these are
-_ALIKE, _THE_SAME = 1e-3, 1e-6
-# by how much of χ² two sums differ by chance, and at most over the sum
-_LIKELY, _CHANCE = 11.0, 0.05
-# how much more than the deepest an end may have, over the sum; of the residual's rms that is half as much
-_AS_DEEP = 1e-3
-_STEPS_A_DECADE = 8, 4, 2, 1, 0.5, 0.25
-_ROUNDING = 1e-4
-_MOST_EXACT = 8
-_MOST_ROUNDS = 8
-# what noise of the displacement adds is less than so much, for each sample; a sum of squares has no negative terms
-_ROOM = 100.0
-# how far the weights of the samples still move an estimate where the search ends, over its standard deviation
-_NEAR = 0.03
-_AT_BOUND = 1e-3
-# what residuals pull an estimate by where it is stationary, and the first simplex where it is not, in deviations
-_STATIONARY, _SIMPLEX = 0.1, 3.0
+_ALIKE, _THE_SAME = 1e-3, 1e-6  # sums that are alike where their unknowns are near, and the same wherever these are
+_LIKELY, _CHANCE = 11.0, 0.05  # of χ², by which two sums differ by chance, and at most over the sum
+_AS_DEEP = 1e-3  # more than the deepest that an end may have, over the sum
+_MOST_EXACT = 8  # nodes up to which the exact solver is taken
+_MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and deviations of an estimate within which they have settled
+_ROOM = 100.0  # more than noise of the displacement adds for each sample: a sum of squares has no negative terms
+_AT_BOUND = 1e-3  # share of the way to its bound within which a node is there
+_STATIONARY, _SIMPLEX = 0.1, 3.0  # deviations that residuals pull a stationary estimate by, and of a first simplex
 
 
 @attrs.frozen(eq=False)
@@ -67,8 +55,7 @@ class ResidualSlopes:
 
     by_parameter: Floats  #: (residual, parameter)
     by_node: "csr_array"  #: (residual, node)
-    #: (sample, parameter) Derivatives of half of what noise of the displacement adds to the square of each sample's
-    #: residual.
+    #: (sample, parameter) The same of half of what noise of the displacement adds to the square of a residual.
     added: Floats
     added_by_node: "csr_array"  #: (sample, node) The same by the nodes
 
@@ -148,11 +135,11 @@ class Search:
 
     def ended(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
         """Return where the search ends; `notify` is called at each walk along the observation, with their number."""
-        walks, scanned = itertools.count(1), len(self._scanned())
+        # what follows the scan takes about as many walks
+        walks, scanned = itertools.count(1), 2 * len(self._scanned())
 
         def reporting_model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
-            # what follows the scan takes about as many
-            notify(max(2 * scanned, next(walks)))
+            notify(max(scanned, next(walks)))
             return self.model(values)
 
         reporting = attrs.evolve(self, model=reporting_model)
@@ -204,10 +191,9 @@ class Search:
     def thin(self, most: int, free: int | None = None) -> "Search":
         """Return the search on about so many samples, and with so many free nodes."""
         observation = self.observation.thinned(most)
-        free, compared = self.free if free is None else free, _compared(observation)
-        return attrs.evolve(
-            self, observation=observation, compared=compared, free=free, left_over=np.ones(compared.size)
-        )
+        compared = _compared(observation)
+        thinner = attrs.evolve(self, observation=observation, compared=compared, left_over=np.ones(compared.size))
+        return thinner if free is None else attrs.evolve(thinner, free=free)
 
     def starts(self) -> list[Floats]:
         """Return the minima that a scan of the whole range leads to, the best first.
@@ -240,20 +226,17 @@ class Search:
 
     def _scanned(self) -> list[Floats]:
         """Return the logarithms of the parameters that a scan tries."""
-        others = [name for name in self.names if name != "friction"]
-        steps = np.zeros(1)
-        levels = {0.0}
+        levels, others = {0.0}, len(self.names)
         if "friction" in self.names:
+            others -= 1
             at, those = self.names.index("friction"), self.compared[self.observation.normal_load[self.compared] > 0]
             shares = np.abs(self.observation.tangential_load[those]) / self.observation.normal_load[those]
             shares = np.quantile(shares, _LEVELS) if those.size else shares
             levels |= set((np.log(shares[shares > 0]) - self.start[at]).clip(-FARTHEST, FARTHEST).tolist())
-        for dense in _STEPS_A_DECADE:
-            count = int(2 * DECADES * dense) + 1
-            steps = np.linspace(-DECADES, DECADES, count) * math.log(10)
-            if len(levels) * len(steps) ** len(others) <= MOST_SCANNED:
-                break
-        each = [sorted(levels) if name == "friction" else steps.tolist() for name in self.names]
+        counts = [int(2 * DECADES * dense) + 1 for dense in _STEPS_A_DECADE]
+        count = next((each for each in counts if len(levels) * each**others <= MOST_SCANNED), counts[-1])
+        steps = (np.linspace(-DECADES, DECADES, count) * math.log(10)).tolist()
+        each = [sorted(levels) if name == "friction" else steps for name in self.names]
         return [self.start + step for step in itertools.product(*each)]
 
     def _squares(self, x: Floats) -> float:
@@ -279,8 +262,8 @@ class Search:
             whole = vstack([both, csr_array(of_room[None, :])], format="csr")
             return whole.toarray() if exact else whole
 
-        first = np.concatenate([self.start, np.zeros(self.free)])
-        reach = np.concatenate([np.full(len(self.names), FARTHEST), np.full(self.free, FARTHEST_NODE)])
+        first = np.append(self.start, np.zeros(self.free))
+        reach = np.append(np.full(len(self.names), FARTHEST), np.full(self.free, FARTHEST_NODE))
         tolerance = 1e-6 if rough else 1e-10
         return least_squares(
             residuals,
@@ -323,14 +306,14 @@ class Search:
             pull,
             int((~moves).sum()),
             scale,
-            self.noises(unknowns),
+            self.noises(response),
             near and minimum.status > 0,
             np.zeros(count),
         )
 
-    def noises(self, unknowns: Floats) -> Floats:
+    def noises(self, response: ModelResponse) -> Floats:
         """Return the noise of each residual [N]: of the load, and of the displacement times the stiffness there."""
-        by_displacement = self._walked(unknowns).stiffness[self.compared] * self.observation.displacement_noise
+        by_displacement = response.stiffness[self.compared] * self.observation.displacement_noise
         noise: Floats = np.hypot(self.load_noise, by_displacement)
         return noise
 
@@ -343,8 +326,8 @@ class Search:
         """
         from scipy.optimize import brentq
 
-        noise = self.noises(unknowns)
-        off = self._compare(self._walked(unknowns), unknowns, 1.0)[: self.compared.size]
+        response = self._walked(unknowns)
+        noise, off = self.noises(response), self._compare(response, unknowns, 1.0)[: self.compared.size]
         freedom = self.compared.size - len(self.names)
 
         def excess(missed: float) -> float:
