@@ -115,16 +115,7 @@ def test_messages_about_json(file, document, column, said):
 
 
 @pytest.mark.parametrize(
-    "beside",
-    [
-        {"F unit": "kN"},
-        {"F units": "kN"},
-        {"F_unit": "kN", "t_unit": "s"},
-        {"F_units": "kN"},
-        {"units": {"F": "kN", "t": "s"}},
-        {"unit": {"F": "kN"}},
-        {"F.unit": "kN"},
-    ],
+    "beside", [{"F unit": "kN"}, {"F_units": "kN", "t_units": "s"}, {"units": {"F": "kN", "t": "s"}}, {"F.unit": "kN"}]
 )
 def test_units_beside_arrays_of_json(file, beside):
     file.write_text(json.dumps({"run": {"t": [0], "F": [1.5]} | beside}), encoding="utf-8")
@@ -168,10 +159,8 @@ def test_listing_of_json(file):
 )
 def test_numbers_of_json_are_read_exactly(tmp_path_factory, rows):
     path = tmp_path_factory.getbasetemp() / "exact.json"
-    for document, form in (({"m": rows}, {}), ({"m": np.transpose(rows).tolist()}, {"transposed": True})):
-        path.write_text(json.dumps(document), encoding="utf-8")
-        found = values(path, *(Column("m", index=index) for index in (1, 2, 3)), **form)
-        assert np.transpose(found).tolist() == rows
+    path.write_text(json.dumps({"m": rows}), encoding="utf-8")
+    assert np.transpose(values(path, *(Column("m", index=index) for index in (1, 2, 3)))).tolist() == rows
 
 
 # -- MATLAB ----------------------------------------------------------------------------------------
@@ -197,15 +186,6 @@ VARIABLES = {
     "text": "kN",
     "texts": np.array(["a", "b"]),
 }
-
-
-@pytest.fixture(params=[False, True], ids=["plain", "compressed"])
-def matlab(request, tmp_path):
-    from scipy.io import savemat
-
-    path = tmp_path / "f.mat"
-    savemat(path, VARIABLES, do_compression=request.param)
-    return path
 
 
 @pytest.fixture
@@ -248,9 +228,9 @@ def test_what_a_matlab_file_unpacks_to_has_a_bound_before_it_is_unpacked(tmp_pat
     from scipy.io import savemat
 
     path = tmp_path / "zeros.mat"
-    savemat(path, {"t": np.zeros(1 << 23), "F": np.zeros(1 << 23)}, do_compression=True)
+    savemat(path, {"t": np.zeros(1 << 20), "F": np.zeros(1 << 20)}, do_compression=True)
     assert len(describe(path)) == 2
-    for allowed, told in ((1e7, "67,108,"), (1e8, "134,217,")):
+    for allowed, told in ((2e6, "8,388,"), (1e7, "16,777,")):
         monkeypatch.setenv("HISTORYSIM_MOST_UNPACKED_BYTES", str(allowed))
         tracemalloc.start()
         with pytest.raises(InputError, match=f"unpack to {told}.*UNPACKED_BYTES"):
@@ -428,7 +408,7 @@ def test_a_dataset_has_a_largest_size(tmp_path, monkeypatch):
 # -- netCDF ----------------------------------------------------------------------------------------
 
 
-@pytest.fixture(params=["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET"])
+@pytest.fixture(params=["NETCDF4", "NETCDF3_CLASSIC"])
 def netcdf(request, tmp_path):
     import netCDF4
 
@@ -448,11 +428,6 @@ def netcdf(request, tmp_path):
         put("F", "f4", F, units="kN")
         put("scaled", "i2", np.arange(6), scale_factor=0.5, add_offset=1.0)
         put("filled", "i4", [1, 2, -9, 4, 5, 6], _FillValue=np.int32(-9))
-        put("missing", "f4", [1, 2, -9, 4, 5, 6], missing_value=np.float32(-9))
-        put("valid", "i2", [1, 2, -9, 4, 50, 6], valid_range=np.array([0, 9], "i2"), scale_factor=2.0)
-        put("least", "f8", [1, 2, -9, 4, 5, 6], valid_min=0.0)
-        put("most", "f8", [1, 2, -9, 4, 5, 6], valid_max=5.0)
-        put("unwritten", "f8", [1, 2])
         put("bytes", "i1", np.arange(6))
         put("record", "f8", T, ("u",))
         put("letters", "S1", np.array([b"a"] * 6))
@@ -472,6 +447,7 @@ def test_variables_of_netcdf(netcdf):
         list(range(6)),
     ]
     assert values(netcdf, "scaled") == [[1.0, 1.5, 2.0, 2.5, 3.0, 3.5]]
+    np.testing.assert_array_equal(values(netcdf, "filled", missing=True), [[1, 2, np.nan, 4, 5, 6]])
 
 
 def test_groups_of_netcdf(netcdf):
@@ -492,20 +468,6 @@ def test_messages_and_listing_of_netcdf(netcdf):
         ('"letters"', "", "6", ""),
     ):
         assert expected in found
-
-
-def test_a_result_of_the_program_can_be_read(tmp_path):
-    import historysim as hs
-
-    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-    ensemble = hs.Ensemble(pair, summit_height=[0.0, -0.1], summit_radius=1.0, friction=0.5)
-    history = hs.replay(ensemble, [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.001)])
-    history.to_netcdf(tmp_path / "f.nc")
-    wanted = {"t": Column("time"), "N": Column("total_normal_load"), "T": Column("tangential_load", index=1)}
-    found = read_table(tmp_path / "f.nc", wanted, {"t": "s", "N": "N", "T": "N"}, Format(transposed=False))
-    np.testing.assert_array_equal(found.columns["t"], history["time"])
-    np.testing.assert_array_equal(found.columns["N"], history["total_normal_load"])
-    np.testing.assert_array_equal(found.columns["T"], history["tangential_load"][:, 0])
 
 
 # -- TDMS ------------------------------------------------------------------------------------------
