@@ -1,9 +1,6 @@
 """What a misfit looks like: of the faults that a key mends, the one that a model leaves in a record.
 
-A score test (Rao, *Proc. Camb. Phil. Soc.* 44 (1948) 50). Each fault moves the load along a branch in its own way. How
-much of that is in the residuals is estimated beside an offset of each branch, and beside what other values of friction
-and stiffness would do. It has a note where its mean over the branches is no chance, and takes off most of what they
-have in common. tests/README.md has how often noise alone gets one.
+README.md of this folder, "What a misfit looks like", has the test; tests/README.md how often noise alone gets a note.
 """
 
 from collections.abc import Callable, Sequence
@@ -80,8 +77,8 @@ def _none(branch: BranchSamples) -> Floats:
 class Fault:
     """What a fault of size 1 does to a branch."""
 
-    #: Of its size, and of the mean speed [m/s]; None of what is another value of a parameter, and no fault.
-    text: Callable[[float, float], str] | None = None
+    #: The unit of its size, and a note; nothing of what is another value of a parameter, and no fault.
+    text: str = ""
     behind: Callable[[BranchSamples], Floats] = _none  #: by how much displacement the load is behind [m]
     added: Callable[[BranchSamples], Floats] = _none  #: load that is added [N]
     either_way: bool = False  #: whether its size may be below 0
@@ -95,37 +92,26 @@ class Fault:
         )
 
 
-def _lag(seconds: float, speed: float) -> str:
-    late, way = quantity_text(seconds, "s", 3), quantity_text(seconds * speed, "m", 3)
-    return f'the load is behind the displacement by {late}, or {way}: try shift = "-{late}" at the tangential load'
-
-
-def _play(width: float, _: float) -> str:
-    of = quantity_text(width, "m", 3)
-    return f'the displacement goes on by {of} at zero load: try free_play = "{of}" at the displacement'
-
-
-def _beside(stiffness: float, _: float) -> str:
-    of = quantity_text(stiffness, "N/m", 3)
-    return (
-        f"the load rises along each stroke by {of}, in both directions, as with a guide, a flexure or a cable beside "
-        "the contact: no key models it; take that spring off the load"
-    )
-
-
-def _sloping(slope: float, _: float) -> str:
-    of = quantity_text(abs(slope), "N/m", 3)
-    return (
-        f"friction goes with the position, by {of}, up on one branch and down on the next, as with a normal load that "
-        "changes along the stroke: give its column as normal_load, and not a constant"
-    )
-
-
 FAULTS = {
-    "lag": Fault(_lag, behind=lambda branch: branch.speed),
-    "play": Fault(_play, behind=lambda branch: (branch.load > 0).astype(float)),
-    "beside": Fault(_beside, added=lambda branch: branch.moved),
-    "sloping": Fault(_sloping, added=lambda branch: branch.sign * branch.moved, either_way=True),
+    "lag": Fault(
+        's: the load is behind the displacement by {size}, or {way}: try shift = "-{size}" at the tangential load',
+        behind=lambda branch: branch.speed,
+    ),
+    "play": Fault(
+        'm: the displacement goes on by {size} at zero load: try free_play = "{size}" at the displacement',
+        behind=lambda branch: (branch.load > 0).astype(float),
+    ),
+    "beside": Fault(
+        "N/m: the load rises along each stroke by {size}, in both directions, as with a guide, a flexure or a cable "
+        "beside the contact: no key models it; take that spring off the load",
+        added=lambda branch: branch.moved,
+    ),
+    "sloping": Fault(
+        "N/m: friction goes with the position, by {size}, up on one branch and down on the next, as with a normal load "
+        "that changes along the stroke: give its column as normal_load, and not a constant",
+        added=lambda branch: branch.sign * branch.moved,
+        either_way=True,
+    ),
     "other friction": Fault(behind=lambda branch: branch.moved, either_way=True),
     "other stiffness": Fault(behind=lambda branch: branch.model - branch.model[0], either_way=True),
 }
@@ -154,15 +140,15 @@ def advice(branches: Sequence[BranchSamples], place_deviation: float) -> list[st
         branches = [branches[first + other] for first in chosen for other in (0, 1) if first + other < len(branches)]
     speed = float(np.median(np.concatenate([branch.speed for branch in branches])))
     effects = {name: effect_of(fault, branches) for name, fault in FAULTS.items()}
-    beside = max(effects[name].explained for name, fault in FAULTS.items() if fault.text is None)
+    beside = max(effects[name].explained for name, fault in FAULTS.items() if not fault.text)
     name, best = max(effects.items(), key=lambda item: item[1].explained if item[1].sure else -1.0)
-    text = FAULTS[name].text
-    if text is None or not best.sure or best.change < LEAST or best.explained < max(EXPLAINS, beside + AS_GOOD):
+    unit, _, text = FAULTS[name].text.partition(": ")
+    if not text or not best.sure or best.change < LEAST or best.explained < max(EXPLAINS, beside + AS_GOOD):
         return []
     if name == "lag" and best.size * speed < OVER_NOISE * place_deviation:
         return []
-    share = f"{100 * best.explained:.0f} %"
-    return [f"of what the model leaves alike in all loops, {share} looks like this: {text(best.size, speed)}"]
+    seen = text.format(size=quantity_text(abs(best.size), unit, 3), way=quantity_text(abs(best.size) * speed, "m", 3))
+    return [f"of what the model leaves alike in all loops, {100 * best.explained:.0f} % looks like this: {seen}"]
 
 
 def effect_of(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:

@@ -78,7 +78,7 @@ class Trace:
         moved = channel("displacement", displacement)
         load = channel("tangential_load", tangential_load, moved.size)
         times = channel("time", time, moved.size)
-        check_order(times, lambda sample: f"time[{sample}]")
+        check_order(times)
         if normal_load is None:
             return cls(times, moved, load, None)
         given = np.full(moved.size, normal_load) if np.ndim(normal_load) == 0 else normal_load

@@ -8,6 +8,7 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import attrs
 import numpy as np
@@ -75,12 +76,10 @@ class Observation:
         if stride <= 1:
             return self
         kept = np.union1d(np.arange(0, self.time.size, stride), np.append(self.nodes, self.first))
+        channels = "time", "displacement", "tangential_load", "normal_load"
         return attrs.evolve(
             self,
-            time=self.time[kept],
-            displacement=self.displacement[kept],
-            tangential_load=self.tangential_load[kept],
-            normal_load=self.normal_load[kept],
+            **{name: getattr(self, name)[kept] for name in channels},
             turns=np.searchsorted(kept, self.turns),
             nodes=np.searchsorted(kept, self.nodes),
             first=int(np.searchsorted(kept, self.first)),
@@ -102,8 +101,9 @@ def observe(
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
     measurement.check_pressed()
-    check_moves(displacement, measurement.dead_band.get("tangential_displacement"))
-    dead_band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
+    given = measurement.dead_band.get("tangential_displacement")
+    check_moves(displacement, given)
+    dead_band = loop_dead_band(displacement, given)
     turns = turning_points(displacement, dead_band)
     skip = check_skip(skip)
     start = 1 + 2 * skip if skip else 0
@@ -118,7 +118,9 @@ def observe(
         loops = None
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
     nodes = np.union1d(turns, load_steps(normal))
-    half_step, offset = _half_step(displacement), np.zeros(displacement.size)
+    # half of the way from each sample to the farther one of its neighbours
+    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
+    half_step, offset = np.maximum(steps[:-1], steps[1:]) / 2, np.zeros(displacement.size)
     offset[turns[1:-1]] = np.sign(displacement[turns[1:-1]] - displacement[turns[:-2]]) * half_step[turns[1:-1]] / 2
     return Observation(
         time=measurement.time,
@@ -199,13 +201,6 @@ def _stiffest(displacement: Floats, stiffness: Floats, reach: float) -> Floats:
     return greatest
 
 
-def _half_step(displacement: Floats) -> Floats:
-    """Return half of the way from each sample to the farther one of its neighbours."""
-    steps = np.abs(np.diff(displacement, prepend=displacement[:1], append=displacement[-1:]))
-    half: Floats = np.maximum(steps[:-1], steps[1:]) / 2
-    return half
-
-
 def load_steps(normal_load: Floats) -> Integers:
     """Return the samples between which the normal load changes by much more than its noise."""
     change = np.abs(np.diff(normal_load))
@@ -235,18 +230,13 @@ class Residuals:
     #: no sample is.
     mean: Floats
 
-    @property
-    def rest(self) -> float:
-        """The share of the squares that is none of these."""
-        return max(1 - self.at_reversals - self.along_sliding - self.between_branches, 0.0)
-
     def text(self) -> str:
         """Return how much is left, and where."""
         shares = {
             "the same in all loops before sliding": self.at_reversals,
             "the same in all loops during sliding": self.along_sliding,
             "offsets of branches": self.between_branches,
-            "noise": self.rest,
+            "noise": 1 - self.at_reversals - self.along_sliding - self.between_branches,
         }
         parts = sorted(shares.items(), key=lambda item: -item[1])
         of = ", ".join(f"{100 * share:.0f} % {where}" for where, share in parts if share >= 0.01)
@@ -307,15 +297,8 @@ class Comparison:
     between_turns: ModelResponse | None = None
 
     @classmethod
-    def of(
-        cls,
-        observation: Observation,
-        response: ModelResponse,
-        instrument: Instrument = RIGID,
-        contact_stiffness: float = math.nan,
-        between_turns: ModelResponse | None = None,
-    ) -> "Comparison":
-        """Return a model beside a measurement; attributes as for the class."""
+    def of(cls, observation: Observation, response: ModelResponse, *others: Any, **named: Any) -> "Comparison":  # noqa: ANN401 - as for the class
+        """Return a model beside a measurement, with the loops of the model; other attributes as for the class."""
         try:
             model = loops_of_channels(
                 observation.time,
@@ -328,7 +311,7 @@ class Comparison:
         except NoLoopError:
             # without a whole loop the samples can still be compared
             model = None
-        return cls(observation, response, model, instrument, contact_stiffness, between_turns)
+        return cls(observation, response, model, *others, **named)
 
     def __repr__(self) -> str:
         return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"
@@ -350,19 +333,20 @@ class Comparison:
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text) that say how far the two are apart."""
-        off = self.difference
-        largest = float(np.abs(self.observation.tangential_load[self.observation.first :]).max(initial=0.0))
-        rms = float(np.sqrt(np.mean(off**2)))
-        share = f", {100 * rms / largest:.3g} % of the largest tangential load" if largest > 0 else ""
-        return [
+        left, loads = self.left, [] if self.measured is None else self.measured.by_load().value.tolist()
+        lines = [
             *self.observation.remarks,
-            ("samples compared", f"{off.size:,}"),
+            ("samples compared", f"{self.difference.size:,}"),
             ("dead band", quantity_text(self.observation.dead_band, "m")),
             ("loops", "none" if self.measured is None else f"{len(self.measured):,}"),
-            *self._loads(),
-            ("rms difference", f"{quantity_text(rms, 'N')}{share}"),
-            *(("note", text) for text in self.notes),
         ]
+        if len(loads) > 1:
+            each = ", ".join(quantity_text(load, "N", 3) for load in loads)
+            over = "means below are over all of them, those of historysim loops at each load"
+            lines.append(("normal loads", f"{each}; {over}"))
+        share = f"{100 * left.rms / left.largest:.3g} % of the largest tangential load"
+        lines.append(("rms difference", f"{quantity_text(left.rms, 'N')}, {share}"))
+        return [*lines, *(("note", text) for text in self.notes)]
 
     @property
     def left(self) -> Residuals:
@@ -396,22 +380,12 @@ class Comparison:
         if not 0 < measured < SOFTER * whole:
             return []
         series = quantity_text(1 / (1 / measured - 1 / self.contact_stiffness), "N/m", 3)
-        remedy = "fit lateral_stiffness" + (
-            f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
-        )
+        start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         note = (
             f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "
-            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; {remedy}"
+            f"{quantity_text(whole, 'N/m', 3)}: looks like a compliance in series of {series}; fit lateral_stiffness"
         )
-        return [note]
-
-    def _loads(self) -> list[tuple[str, str]]:
-        """Return a line on the normal loads, where there are several."""
-        loads = [] if self.measured is None else self.measured.by_load().value.tolist()
-        if len(loads) < 2:
-            return []
-        each = ", ".join(quantity_text(load, "N", 3) for load in loads)
-        return [("normal loads", f"{each}; means below are over all of them, those of historysim loops at each load")]
+        return [note + start]
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Return a table of strings: quantity, measured, model; means over the loops ± their standard deviations."""

@@ -71,6 +71,14 @@ class Parameter:
         """Return what the interval would be if what is left were independent from sample to sample, with its unit."""
         return self._range(self.noise_low, self.noise_high)
 
+    def drift_text(self) -> str:
+        """Return how it drifts along the record."""
+        return (
+            f"{self.name} drifts along the record, from {self.text_of(self.start)} at its start to "
+            f"{self.text_of(self.end)} at its end, by {100 * self.slope_low:+.2g} to {100 * self.slope_high:+.2g} % "
+            "(95 %); the estimate is that of its middle"
+        )
+
     def text_of(self, value: float, digits: int = 4) -> str:
         """Return a value that it might have, with its unit."""
         return quantity_text(value, UNIT_OF.get(self.name, "1"), digits)
@@ -105,11 +113,8 @@ class ParameterFit:
         first = int(not self.fits)
         lines = [("the model does not fit", text) for text in self.notes[:first]]
         for parameter in self.parameters:
-            samples = (
-                ""
-                if self.loops_compared is None or math.isnan(parameter.low)
-                else f"; were samples independent {parameter.noise_text()}"
-            )
+            by_loops = self.loops_compared is not None and not math.isnan(parameter.low)
+            samples = f"; were samples independent {parameter.noise_text()}" if by_loops else ""
             lines.append((parameter.name, parameter.text(samples)))
         lines.append(("intervals by", self._basis()))
         names = [parameter.name for parameter in self.parameters]
@@ -171,7 +176,6 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
     reach, by_noise = np.maximum(reach, end.spread), np.maximum(by_noise, end.spread)
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
-    off = (observation.tangential_load - end.response.tangential_load)[search.compared]
     ends = [middle + sign * width for width in (reach, by_noise) for sign in (-1, 1)]
     limit = end.at_limit(search.start)
     minimum = end.settled and not limit.any()
@@ -187,14 +191,14 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
         parameters=parameters,
         correlation=correlation,
         response=end.response,
-        residual=off,
+        residual=(observation.tangential_load - end.response.tangential_load)[search.compared],
         misfit=misfit,
         degrees_of_freedom=freedom,
         loops_compared=pieces,
         notes=(
             *_notes_on_search(search, end, misfit, minimum=minimum),
             *_indistinct(names, correlation, reach, limit),
-            *_drifts(parameters),
+            *(each.drift_text() for each in parameters if each.drifts),
         ),
     )
 
@@ -289,16 +293,6 @@ def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
         slope_low=wander.rise - wander.rise_reach,
         slope_high=wander.rise + wander.rise_reach,
     )
-
-
-def _drifts(parameters: Sequence[Parameter]) -> list[str]:
-    return [
-        f"{each.name} drifts along the record, from {each.text_of(each.start)} at its start to "
-        f"{each.text_of(each.end)} at its end, by "
-        f"{100 * each.slope_low:+.2g} to {100 * each.slope_high:+.2g} % (95 %); the estimate is that of its middle"
-        for each in parameters
-        if each.drifts
-    ]
 
 
 def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, limit: Booleans) -> list[str]:

@@ -61,11 +61,11 @@ def history_channels(history: "xr.Dataset") -> tuple[Floats, Floats, Floats, Flo
 def clock(time: ArrayLike, size: int | None = None) -> Floats:
     """Return the times of samples [s], which rise from each to the next."""
     samples = channel("time", time, size)
-    check_order(samples, lambda sample: f"time[{sample}]", rising=True)
+    check_order(samples, rising=True)
     return samples
 
 
-def check_order(time: Floats, place: Callable[[int], str], *, rising: bool = False) -> None:
+def check_order(time: Floats, place: Callable[[int], str] = "time[{}]".format, *, rising: bool = False) -> None:
     """Check that times [s] do not decrease, or that they rise; `place` names a sample in the message."""
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0 if rising else steps < 0)
@@ -324,14 +324,13 @@ class Measurement:
         kinds = [LOAD_KINDS[name] for name in self.vectors]
         times = self.time[kept]
         numbers = [values[kept].astype(float) for values in self.vectors.values()]
-        events: list[Event] = []
         if not self.planar and all((np.abs(column) <= LARGEST).all() for column in (times, *numbers)):
             # what each event would check is checked of all of them
             codes = np.array([KINDS.index(kind) for kind in kinds], dtype=np.int8)
             columns = np.tile(codes, times.size), np.repeat(times, codes.size), np.column_stack(numbers).ravel()
             return Events(loads=Loads(*columns))
-        lists = [column.tolist() for column in numbers]
-        for index, time, *sample in zip(kept.tolist(), self.time[kept].tolist(), *lists, strict=True):
+        events: list[Event] = []
+        for index, time, *sample in zip(*map(np.ndarray.tolist, (kept, times, *numbers)), strict=True):
             try:
                 events.extend([kind(time, value) for kind, value in zip(kinds, sample, strict=True)])
             except InputError as error:
