@@ -25,7 +25,7 @@ from historysim.loads.friction_course import FrictionCourse
 from historysim.log.event_log import Verdict
 from historysim.log.header import LogHeader
 from historysim.log.verification import Difference, Verification
-from historysim.measured import loops, sliding
+from historysim.measured import loop_values, sliding
 from historysim.measured.comparison import Comparison, observe, passed
 from historysim.recording.variables import COORDINATES, Changes
 from historysim.studies.workers import BrokenError, Processes

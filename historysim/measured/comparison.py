@@ -21,15 +21,8 @@ from historysim.basics.wording import html_table
 from historysim.errors import InputError
 from historysim.loads.event_sequence import SampledLoads
 from historysim.measured.advice import FEWEST_OF_BRANCH, BranchSamples, advice
-from historysim.measured.loops import (
-    BRANCH_QUANTITIES,
-    LOOP_QUANTITIES,
-    Loops,
-    NoLoopError,
-    check_skip,
-    loops_of_channels,
-    loops_of_measurement,
-)
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement, check_moves, loop_dead_band, noise_of, turning_points
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay

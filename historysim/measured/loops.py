@@ -1,15 +1,12 @@
-"""`Loops`: the friction loops of a record, measured or simulated, with their values, lines, tables and Datasets.
-
-README.md of this folder, "How loops are read", says how each value is found.
-"""
+"""`Loops`: the friction loops of a record, as lines, tables and Datasets; and how they are found at its reversals."""
 
 import math
-from typing import TYPE_CHECKING, Literal, Self, TypedDict, Unpack
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
+from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
@@ -25,107 +22,32 @@ from historysim.measured.branches import (
     reversal_factor,
     zero_load_factor,
 )
-from historysim.measured.loop_table import (
-    CONFIDENCE,
-    Along,
-    LoopQuantity,
-    LoopStatistics,
-    LoopTable,
-    same_amplitude,
-    same_load,
+from historysim.measured.loop_values import (
+    BRANCH_QUANTITIES,
+    CONTENT,
+    DIRECTIONS,
+    LOOP_QUANTITIES,
+    OF_SLIP,
+    QUANTITIES,
+    ROUNDING,
+    Direction,
+    LoopValues,
+    NoLoopError,
 )
 from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
 from historysim.measured.reduction import check_moves, check_order, estimated_noise, history_channels, loop_dead_band
-from historysim.measured.scatter import Wander, of_values
 
 if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.measured.reduction import Measurement
 
-Direction = Literal["forward", "backward", "both"]
-
-DIRECTIONS: tuple[Direction, Direction] = ("forward", "backward")
-
-# what each quantity is called, and its unit
-BRANCH_QUANTITIES = {
-    "friction_force": ("friction force", "N"),
-    "normal_load": ("normal load", "N"),
-    "friction_coefficient": ("friction coefficient", "1"),
-    "preliminary_displacement": ("preliminary displacement", "m"),
-    "displacement_from_zero_load": ("displacement from zero load", "m"),
-    "virgin_displacement": ("virgin displacement θμδ", "m"),
-    "tangential_stiffness": ("stiffness at reversal", "N m-1"),
-}
-# The quantities of a branch that are lower bounds where it does not come to slide.
-OF_SLIP = (
-    "friction_force",
-    "friction_coefficient",
-    "preliminary_displacement",
-    "displacement_from_zero_load",
-    "virgin_displacement",
-)
-LOOP_QUANTITIES = {
-    "dissipated_energy": ("energy per loop", "J"),
-    "displacement_gap": ("gap in displacement", "m"),
-    "tangential_load_gap": ("gap in tangential load", "N"),
-}
-QUANTITIES = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
-
-CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
-CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
-ROUNDING = 1e-9  # height and energy, over the largest load and the box around the loop, that are none
-OPEN = 2.0  # gap of the load over the half height from which on a loop does not close
 WRONG_WAY = -0.05  # energy of loops over the area of the boxes around them from which on they run the wrong way round
 
 
-class NoLoopError(InputError):
-    """A record has no whole loop, or none is left after those that are skipped."""
-
-
 @attrs.frozen(eq=False, repr=False)
-class Loops:
-    """What is read off the loops of a record.
-
-    Quantities of branches are arrays (loop, direction) with the forward branch first; NaN where a branch has no value.
-    Means over the loops (`statistics`, `rows`) are those of the `large` ones.
-    """
-
-    trace: Trace  #: the record that they were found in
-    definitions: Definitions
-    dead_band: float  #: the smallest swing of the displacement that was taken for a reversal [m]
-    number: Integers  #: (loop) Which loop of the record each one is, from 0
-    ends: Integers  #: (loop, 3) The samples at which each loop begins, turns back, and ends
-    #: Pieces of the record at its beginning and its end, from sample to sample, that are no part of a loop.
-    left_out: tuple[tuple[int, int], ...]
-    friction_force: Floats  #: [N], positive
-    normal_load: Floats  #: mean over the sliding part [N]
-    friction_coefficient: Floats  #: [1]
-    preliminary_displacement: Floats  #: from the reversal to a share of the limit [m]
-    displacement_from_zero_load: Floats  #: from zero load to the same share [m]
-    virgin_displacement: Floats  #: θμδ of the sphere that is nearest, without the instrument [m]
-    tangential_stiffness: Floats  #: at the reversal [N/m]
-    dissipated_energy: Floats  #: (loop) ∮ T dU [J]
-    displacement_gap: Floats  #: (loop) U at the end of the loop less that at its start [m]
-    tangential_load_gap: Floats  #: (loop) Likewise T [N]
-    amplitude: Floats  #: (loop) Half the mean length of the branches that are not left out [m]
-    #: Branches that have no values: the normal load moves on them, or the record ends on them.
-    left_out_branches: Booleans
-    #: Branches without preliminary displacement and stiffness, since they begin with a step of the normal load.
-    stepped_branches: Booleans
-    #: Branches on which the load still rises where they should slide (`Definitions.still_rising`): their friction and
-    #: their displacements are lower bounds, and stay out of means.
-    rising_branches: Booleans
-    exclusions: tuple[str, ...] = ()  #: what was left out, and why
-    #: Of an instrument in series, of the drive of which the displacement is [N/m]; inf for that of the contact.
-    lateral_stiffness: float = math.inf
-    remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
-    displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
-    columns: str = ""  #: the question whether the right columns were read, which names them
-
-    def __len__(self) -> int:
-        """Return the number of loops."""
-        return self.number.size
+class Loops(LoopValues):
+    """The loops of a record; their values are those of `LoopValues`."""
 
     def __repr__(self) -> str:
         shown = ("friction_force", "friction_coefficient", "preliminary_displacement", "dissipated_energy")
@@ -136,149 +58,6 @@ class Loops:
         heading, *rows = self.rows()
         return html_table(rows, heading)
 
-    # -- which loops -------------------------------------------------------------------------------
-
-    @property
-    def large(self) -> Booleans:
-        """Which loops count in means (loop): see `Definitions.amplitude_share`."""
-        large: Booleans = self.amplitude >= self.definitions.amplitude_share * self.amplitude.max()
-        return large
-
-    @property
-    def load_level(self) -> Integers:
-        """Which normal load each loop is at (loop): a number from 0 that rises with it, or -1 where it is not known."""
-        with np.errstate(invalid="ignore"):
-            load = np.nansum(self.normal_load, axis=1) / np.isfinite(self.normal_load).sum(axis=1)
-        return same_load(load, self.definitions.load_share)
-
-    def without_first(self, count: int) -> Self:
-        """Return the loops without the first ones of each series at one load; NoLoopError where none is left."""
-        if not count:
-            return self
-        starts = np.flatnonzero(np.diff(self.load_level, prepend=-2))
-        place = np.arange(len(self)) - np.repeat(starts, np.diff(starts, append=len(self)))
-        kept = place >= count
-        if not kept.any():
-            raise NoLoopError(
-                f"no series of loops at one normal load has more than the {count:,} that are to be left out; expected "
-                "one with more: lower skip_per_level"
-            )
-        own = "number", "ends", "amplitude", "left_out_branches", "stepped_branches", "rising_branches"
-        note = f"the first {counted(count, 'loop is', 'loops are')} left out at each load, {(~kept).sum():,} in all"
-        values = {name: getattr(self, name)[kept] for name in (*QUANTITIES, *own)}
-        return attrs.evolve(self, **values, exclusions=(*self.exclusions, note))
-
-    def amplitude_classes(self) -> tuple[Integers, ...]:
-        """Return which loops, by position, are in each class of amplitudes that spans a factor of two."""
-        classes = same_amplitude(self.amplitude)
-        return tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
-
-    @property
-    def no_friction(self) -> tuple[tuple[Integers, str], ...]:
-        """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
-        levels, found = self.load_level[self.large], []
-        large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
-        small = [members[~self.large[members]] for members in self.amplitude_classes()]
-        for number, members in enumerate(large + small):
-            if not members.size or not (reason := self._why_no_friction(members)):
-                continue
-            where = f"of an amplitude of {quantity_text(float(self.amplitude[members].mean()), 'm')} "
-            if number < len(large):
-                load = quantity_text(float(np.nanmean(self.normal_load[members])), "N") if len(large) > 1 else ""
-                where = f"at {load} " if load else ""
-            many, are = counted(members.size, "loop", "loops"), "is no" if members.size == 1 else "are no"
-            found.append((members, f"{many} {where}{are} friction: {reason}"))
-        return tuple(found)
-
-    def _why_no_friction(self, members: Integers) -> str:
-        """Return why loops of one class are no friction loops; nothing where they are.
-
-        Forward, the load is clearly above that backward; the load comes back; and the loops take energy.
-        """
-        height, gap, energy = (
-            values[np.isfinite(values)]
-            for values in (
-                self.friction_force[members].mean(axis=1),
-                self.tangential_load_gap[members],
-                self.dissipated_energy[members],
-            )
-        )
-        if not height.size:
-            return ""
-        largest = float(np.nanmax(np.abs(self.friction_force[members])))
-        if not _above(height, ROUNDING * largest):
-            of = quantity_text(float(height.mean()), "N", 3)
-            return f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
-        if gap.size and abs(float(np.median(gap))) > OPEN * height.mean():
-            return (
-                f"the load does not come back: it moves on by {quantity_text(float(np.median(gap)), 'N', 3)} per loop"
-            )
-        if energy.size and not _above(energy, 4 * ROUNDING * largest * float(self.amplitude[members].max())):
-            return (
-                f"they enclose {quantity_text(float(energy.mean()), 'J', 3)} on average, no energy that is clear of 0"
-            )
-        return ""
-
-    # -- statistics --------------------------------------------------------------------------------
-
-    def statistics(self, quantity: str, direction: Direction = "both") -> LoopStatistics:
-        """Return mean and scatter of a quantity over the large loops, where it needs sliding over those that slid.
-
-        Of quantities of branches, "both" takes the mean of the two branches of each loop first.
-        """
-        if direction not in {*DIRECTIONS, "both"}:
-            raise InputError(f"direction is {direction!r}; expected 'forward', 'backward' or 'both'")
-        return self._statistics(self._of_slid(quantity), direction)
-
-    def _statistics(self, values: Floats, direction: Direction) -> LoopStatistics:
-        if direction != "both" and values.ndim == 2:
-            values = values[:, DIRECTIONS.index(direction)]
-        return LoopStatistics.of(values[self.large])
-
-    def _of_slid(self, quantity: str) -> Floats:
-        """Return a quantity, NaN where a branch did not come to slide and it would be a lower bound."""
-        if quantity not in QUANTITIES:
-            raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(QUANTITIES)}")
-        values: Floats = getattr(self, quantity)
-        return np.where(self.rising_branches, math.nan, values) if quantity in OF_SLIP else values
-
-    def _of_friction(self, quantity: str, values: Floats) -> Floats:
-        """Return values of a quantity, NaN where the loop is none of friction and has no such quantity."""
-        if quantity not in {*OF_SLIP, "tangential_stiffness"}:
-            return values
-        values = values.copy()
-        for members, _ in self.no_friction:
-            values[members] = math.nan
-        return values
-
-    def wander(self, quantity: str) -> Wander | None:
-        """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""
-        values = self._of_slid(quantity)[self.large]
-        values = values.reshape(len(values), -1).mean(axis=1)
-        return of_values(values[np.isfinite(values)], CONFIDENCE)
-
-    def by_load(self) -> LoopTable:
-        """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
-        level = self.load_level
-        members = [np.flatnonzero((level == each) & self.large) for each in range(level.max() + 1)]
-        kept = tuple(each for each in members if each.size)
-        return self._table("normal_load", np.array([np.nanmean(self.normal_load[each]) for each in kept]), kept)
-
-    def by_amplitude(self) -> LoopTable:
-        """Return statistics of all loops, a row for each class of amplitudes that spans a factor of two."""
-        members = self.amplitude_classes()
-        return self._table("amplitude", np.array([self.amplitude[each].mean() for each in members]), members)
-
-    def _table(self, along: Along, value: Floats, members: tuple[Integers, ...]) -> LoopTable:
-        quantities = {
-            name: LoopQuantity(label, unit, self._of_friction(name, self._of_slid(name)))
-            for name, (label, unit) in QUANTITIES.items()
-            if not name.endswith("_gap")
-        }
-        return LoopTable(along, value, members, quantities, DIRECTIONS, self._attributes())
-
-    # -- what was left out, and what they look like ------------------------------------------------
-
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, and what the samples are too few to show, with the remedy."""
@@ -288,8 +67,6 @@ class Loops:
     def faults(self) -> tuple[str, ...]:
         """Faults of the instrument, and a drift of friction, with the remedy."""
         return (*instrument_faults(self), *drift_notes(self))
-
-    # -- texts -------------------------------------------------------------------------------------
 
     def summary(self) -> list[tuple[str, str]]:
         """Return lines of (label, text): remarks, dead band, what means are, laws over the load, notes."""
@@ -398,28 +175,6 @@ class Loops:
                 **self._attributes(),
             },
         )
-
-    def _attributes(self) -> dict[str, str | float | int]:
-        """Return how the loops were found."""
-        shares, without = self.definitions, "; ".join(text for _, text in self.no_friction)
-        attributes: dict[str, str | float | int] = {
-            "no_friction": without,
-            "dead_band": self.dead_band,
-            "sliding_part": f"the last {shares.sliding_part:.3g} of the displacement of a branch",
-            "preliminary_displacement_reached_at": shares.reached,
-            "initial_part": shares.initial_text,
-            "load_share": shares.load_share,
-            "amplitude_share": shares.amplitude_share,
-            "still_rising": shares.still_rising,
-            "left_out": "; ".join(self.exclusions),
-        }
-        return {name: value for name, value in attributes.items() if value != ""}
-
-
-def _above(values: Floats, rounding: float) -> bool:
-    """Return whether the mean of values is above 0, clear of their scatter, which three or more show."""
-    scatter = CLEARLY_ABOVE * float(values.std(ddof=1)) / np.sqrt(values.size) if values.size > 2 else 0.0
-    return bool(values.mean() > max(scatter, rounding))
 
 
 # -- how they are found ----------------------------------------------------------------------------

@@ -5,7 +5,6 @@ Each fault of an instrument is found from the samples alone, and only where it s
 
 from collections.abc import Iterator
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,10 +14,8 @@ from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
+from historysim.measured.loop_values import LoopValues
 from historysim.measured.reduction import FEWEST_SAMPLES, FEWEST_SPIKES, REVERSAL, SPIKE, count_of_spikes, noise_of
-
-if TYPE_CHECKING:
-    from historysim.measured.loops import Loops
 
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
 STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to which a note says that noise decides
@@ -34,7 +31,7 @@ LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
 LEAST_DROP, FEWEST_DROPS = 0.1, 2
 
 
-def loop_notes(loops: "Loops") -> tuple[str, ...]:
+def loop_notes(loops: LoopValues) -> tuple[str, ...]:
     """Return what was left out of loops, and what the samples are too few to show, with the remedy."""
     return (
         *_noise(loops),
@@ -48,7 +45,7 @@ def loop_notes(loops: "Loops") -> tuple[str, ...]:
     )
 
 
-def _no_friction(loops: "Loops") -> Iterator[str]:
+def _no_friction(loops: LoopValues) -> Iterator[str]:
     found = loops.no_friction
     mend = "longer strokes slide"
     if any(loops.large[members].any() for members, _ in found):
@@ -58,7 +55,7 @@ def _no_friction(loops: "Loops") -> Iterator[str]:
     yield from (f"{text}; {mend}" for _, text in found)
 
 
-def _of_friction(loops: "Loops") -> Booleans:
+def _of_friction(loops: LoopValues) -> Booleans:
     """Return which of the large loops are friction loops (loop)."""
     large = loops.large.copy()
     for members, _ in loops.no_friction:
@@ -66,7 +63,7 @@ def _of_friction(loops: "Loops") -> Booleans:
     return large
 
 
-def _noise(loops: "Loops") -> Iterator[str]:
+def _noise(loops: LoopValues) -> Iterator[str]:
     noise = loops.displacement_noise
     if not noise:
         return
@@ -83,7 +80,7 @@ def _noise(loops: "Loops") -> Iterator[str]:
         )
 
 
-def drift_notes(loops: "Loops") -> Iterator[str]:
+def drift_notes(loops: LoopValues) -> Iterator[str]:
     """Yield what drifts from loop to loop, where all of them are at one load."""
     if len(loops.by_load()) > 1 or loops.no_friction:
         return
@@ -106,7 +103,7 @@ def drift_notes(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _still_rising(loops: "Loops") -> Iterator[str]:
+def _still_rising(loops: LoopValues) -> Iterator[str]:
     rising = loops.rising_branches & _of_friction(loops)[:, None]
     if not rising.any():
         return
@@ -125,7 +122,7 @@ def _still_rising(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _narrow(loops: "Loops") -> Iterator[str]:
+def _narrow(loops: LoopValues) -> Iterator[str]:
     force = loops.friction_force.mean(axis=1)
     around = 4 * force * (loops.amplitude - force / loops.lateral_stiffness)
     slid = _of_friction(loops) & (around > 0) & ~loops.rising_branches.any(axis=1)
@@ -141,7 +138,7 @@ def _narrow(loops: "Loops") -> Iterator[str]:
     )
 
 
-def _unknown_stiffness(loops: "Loops") -> Iterator[str]:
+def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
     unknown = np.isnan(loops.tangential_stiffness) & ~loops.left_out_branches & ~loops.stepped_branches
     if not unknown.any():
         return
@@ -155,7 +152,7 @@ def _unknown_stiffness(loops: "Loops") -> Iterator[str]:
 # -- faults of an instrument -----------------------------------------------------------------------
 
 
-def instrument_faults(loops: "Loops") -> list[str]:
+def instrument_faults(loops: LoopValues) -> list[str]:
     """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise."""
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:

@@ -21,7 +21,7 @@ from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, counted, read_findings
 from historysim.errors import InputError
 from historysim.measured.loop_table import LoopStatistics
-from historysim.measured.loops import OF_SLIP
+from historysim.measured.loop_values import OF_SLIP
 from historysim.recording.netcdf import chunk_shape
 from historysim.recording.provenance import CONVENTIONS, KEYWORDS
 

@@ -15,7 +15,8 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import brief
 from historysim.errors import InputError, at
 from historysim.measured.branches import DEFAULT, Definitions
-from historysim.measured.loops import BRANCH_QUANTITIES, LOOP_QUANTITIES, Loops, loops_of_history, loops_of_measurement
+from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
+from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.measured.sliding import Over, Sliding, sliding_of_history, sliding_of_measurement
 from historysim.results.asking import check_direction

@@ -8,7 +8,8 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.measured.branches import Definitions
-from historysim.measured.loops import NoLoopError, loops_of_channels
+from historysim.measured.loop_values import NoLoopError
+from historysim.measured.loops import loops_of_channels
 
 PART = 40
 

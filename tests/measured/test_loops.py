@@ -18,15 +18,8 @@ from historysim.contact import mindlin
 from historysim.errors import InputError
 from historysim.measured.branches import Definitions
 from historysim.measured.comparison import observe
-from historysim.measured.loops import (
-    BRANCH_QUANTITIES,
-    CONTENT,
-    LOOP_QUANTITIES,
-    NoLoopError,
-    loops_of_channels,
-    loops_of_history,
-    loops_of_measurement,
-)
+from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
+from historysim.measured.loops import loops_of_channels, loops_of_history, loops_of_measurement
 from historysim.measured.reduction import Measurement, reversals
 from historysim.results import analysis
 

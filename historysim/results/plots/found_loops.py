@@ -11,7 +11,8 @@ from historysim.basics.arguments import Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured.loop_table import LoopStatistics, LoopTable
-from historysim.measured.loops import DIRECTIONS, Loops
+from historysim.measured.loop_values import DIRECTIONS
+from historysim.measured.loops import Loops
 from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas
 from historysim.results.plots.pictures import PICTURES, Titled
 from historysim.results.plots.style import (

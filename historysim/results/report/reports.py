@@ -9,7 +9,7 @@ from historysim._version import __version__
 from historysim.errors import InputError
 from historysim.measured.comparison import Comparison
 from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
-from historysim.measured.loops import CONTENT as LOOPS
+from historysim.measured.loop_values import CONTENT as LOOPS
 from historysim.measured.loops import Loops
 from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import analysis
