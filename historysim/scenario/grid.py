@@ -1,5 +1,6 @@
 """Keys of a scenario with other values, or with several each (``[sweep]``), and the grid of points that those span."""
 
+import copy
 import itertools
 import math
 import re
@@ -51,21 +52,10 @@ def with_values(document: Mapping[str, Any], values: Mapping[str, Any]) -> dict[
 
     Raises InputError: a key with a place that is not there and cannot be made.
     """
-    result: Any = dict(document)
+    result = copy.deepcopy(dict(document))
     for key, value in values.items():
-        place = place_of(key)
-        here = result
-        for depth, (step, following) in enumerate(zip(place, (*place[1:], None), strict=True)):
-            _check(here, place[:depth], step)
-            if following is None:
-                with at(*place):
-                    here[step] = plain(value)
-                continue
-            within = here[step] if isinstance(step, int) else here.get(step, {})
-            # copied on the way down: the rest is shared with what was given
-            here[step] = within.copy() if isinstance(within, dict | list) else within
-            here = here[step]
-    return dict(result)
+        _put(result, place_of(key), value)
+    return result
 
 
 def text_with_values(text: str, values: Mapping[str, Any]) -> str:
@@ -74,29 +64,27 @@ def text_with_values(text: str, values: Mapping[str, Any]) -> str:
 
     expected = with_values(tomllib.loads(text), values)
     try:
-        changed = _edited(text, values)
-        if tomllib.loads(changed) == expected:
-            return changed
+        changed: Any = tomlkit.parse(text)
+        for key, value in values.items():
+            _put(changed, place_of(key), value)
+        if tomllib.loads(tomlkit.dumps(changed)) == expected:
+            return tomlkit.dumps(changed)
     except Exception:  # noqa: BLE001, S110 - tomlkit ends in many ways where tables stand in an unusual order
         pass
     # written anew, without comments
     return tomlkit.dumps(expected)
 
 
-def _edited(text: str, values: Mapping[str, Any]) -> str:
-    """Return TOML with other values in their places."""
-    import tomlkit
-
-    document: Any = tomlkit.parse(text)
-    for key, value in values.items():
-        *above, last = place_of(key)
-        here = document
-        for step in above:
-            if isinstance(step, str) and step not in here:
-                here[step] = {}
-            here = here[step]
-        here[last] = plain(value)
-    return tomlkit.dumps(document)
+def _put(document: Any, place: Place, value: object) -> None:  # noqa: ANN401 - tables of TOML, or of tomlkit
+    here = document
+    for depth, step in enumerate(place):
+        _check(here, place[:depth], step)
+        if depth + 1 == len(place):
+            with at(*place):
+                here[step] = plain(value)
+        elif isinstance(step, str) and step not in here:
+            here[step] = {}
+        here = here[step]
 
 
 def plain(value: Any) -> Any:  # noqa: ANN401 - what TOML may hold
@@ -162,17 +150,15 @@ class Grid:
     def points(self) -> Iterator[Point]:
         """Yield the points, in the order of an array of the grid's shape."""
         for values in itertools.product(*(axis.values for axis in self.axes)):
-            yield _point(self.axes, values)
+            yield self._point(values)
 
     def ends(self) -> dict[int, Point]:
         """Return the first and the last point, by their numbers."""
-        return {end % len(self): _point(self.axes, [axis.values[end] for axis in self.axes]) for end in (0, -1)}
+        return {end % len(self): self._point([axis.values[end] for axis in self.axes]) for end in (0, -1)}
 
-
-def _point(axes: Sequence[Axis], values: Sequence[Sequence[Any]]) -> Point:
-    return {
-        key: value for axis, own in zip(axes, values, strict=True) for key, value in zip(axis.keys, own, strict=True)
-    }
+    def _point(self, values: Sequence[Sequence[Any]]) -> Point:
+        keys = [key for axis in self.axes for key in axis.keys]
+        return dict(zip(keys, itertools.chain.from_iterable(values), strict=True))
 
 
 def variable_name(key: str) -> str:

@@ -37,6 +37,8 @@ from historysim.scenario.surface_kinds import SurfaceKind
 from historysim.tables import Column
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from historysim.contact.materials import Material, MaterialPair
     from historysim.results.plots.pictures import Picture
 
@@ -367,7 +369,7 @@ class Sections:
         from historysim.scenario.loading_kinds import LOADINGS
         from historysim.scenario.surface_kinds import SURFACES
 
-        homes_of_keys = {
+        kinds: dict[str, Iterable[type]] = {
             "friction": (Coefficients, *LAWS.values()),
             "surface": SURFACES.values(),
             "loading": LOADINGS.values(),
@@ -376,11 +378,7 @@ class Sections:
             "rings": (Rings,),
             "materials": (MaterialsSection,),
         }
-        homes = [
-            name
-            for name, of in homes_of_keys.items()
-            if any(key == each.name for kind in of for each in fields_of(kind))
-        ]
+        homes = [name for name, of in kinds.items() if any(key == each.name for kind in of for each in fields_of(kind))]
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property

@@ -13,6 +13,7 @@ from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit
+from historysim.loads.friction_course import check_one
 from historysim.scenario.schema import ColumnsOf, NumbersFile, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.distribution import (
@@ -109,10 +110,10 @@ class SummitTable(NumbersFile, SurfaceKind):
         rows = self.table(folder, self.columns, units)
         columns = rows.columns
         for key, expected in (("radius", "more than 0"), ("friction", "0 or more")):
-            for row, value in enumerate(columns.get(key, ())):
-                if value < 0 or (value == 0 and key == "radius"):
-                    problem = f"{rows.place(row)}: {key} is {value:g}; expected {expected}, in SI"
-                    raise misfit(f"{self.name}: {problem}", "file")
+            values = np.asarray(columns.get(key, ()))
+            for row in np.flatnonzero((values <= 0) if key == "radius" else (values < 0))[:1]:
+                problem = f"{rows.place(int(row))}: {key} is {values[row]:g}; expected {expected}, in SI"
+                raise misfit(f"{self.name}: {problem}", "file")
         summits = Summits(columns["height"], columns["radius"], columns.get("x"), columns.get("y"))
         return BuiltSurface(summits, friction=columns.get("friction"))
 
@@ -242,13 +243,6 @@ def _tabulated(columns: Mapping[str, Any]) -> HeightDistribution:
     return Tabulated.from_gaps(columns["gap"], columns["density"])
 
 
-def _check_one(columns: Mapping[str, Any]) -> None:
-    """Check that a density is of heights or of gaps."""
-    if ("height" in columns) == ("gap" in columns):
-        problem = "both height and gap" if "gap" in columns else "neither height nor gap"
-        raise InputError(f"{problem}; expected one of them")
-
-
 @attrs.frozen(kw_only=True)
 class InlineDistribution(DistributedSummits):
     """A density of heights, or of gaps (0 for the summit that touches first), written out.
@@ -270,7 +264,7 @@ class InlineDistribution(DistributedSummits):
 
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
-        _check_one(given(self))
+        check_one(height=self.height, gap=self.gap)
 
     def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""
@@ -287,7 +281,7 @@ class DistributionTable(NumbersFile, DistributedSummits):
     def __attrs_post_init__(self) -> None:
         """Check that the density is of one thing."""
         with at("columns"):
-            _check_one(self.columns)
+            check_one(height=self.columns.get("height"), gap=self.columns.get("gap"))
 
     def distribution(self, folder: Path) -> HeightDistribution:
         """Return the distribution of the heights, read from the file."""
