@@ -286,6 +286,7 @@ def check_wheel(wheel, folder):
     assert python("-P", "-c", COUNT, PYTHONPATH=str(folder)).split() == [str(home), "4"]
 
 
+@pytest.mark.ci
 @compiles
 def test_a_wheel_is_built_from_the_sources_alone(tmp_path):
     python("-m", "hatchling", "build", "-t", "sdist", "-d", str(tmp_path))
@@ -313,6 +314,7 @@ def test_a_wheel_is_built_where_there_is_no_compiler(tmp_path):
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Werror", "-fsyntax-only"]
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("language", ["c", "c++"])
 def test_no_compiler_warns(name, language):
@@ -320,6 +322,7 @@ def test_no_compiler_warns(name, language):
     subprocess.run([name, "-x", language, standard, *WARNINGS, *C_FILES], check=True)
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("language", ["c", "c++"])
 @pytest.mark.parametrize(
