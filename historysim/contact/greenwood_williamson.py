@@ -23,25 +23,27 @@ from historysim.errors import InputError
 WHOLE_CURVE = -1e8
 
 
-def _number(value: Any, field: "attrs.Attribute[float]") -> float:
-    return scalar(field.name, value, above=-math.inf if field.name == "mean_height" else 0)
+def _number(*, signed: bool = False, **options: Any) -> Any:
+    """Return a field that is one finite number in SI, and greater than 0 if not signed."""
 
+    def converted(value: Any, field: "attrs.Attribute[float]") -> float:
+        return scalar(field.name, value, above=-math.inf if signed else 0)
 
-_NUMBER: Any = attrs.Converter(_number, takes_field=True)  # type: ignore[misc]
+    return attrs.field(converter=attrs.Converter(converted, takes_field=True), **options)
 
 
 @attrs.frozen
 class GreenwoodWilliamson:
     """A surface of summits with Gaussian heights and one radius, under a rigid flat."""
 
-    contact_modulus: float = attrs.field(converter=_NUMBER)  #: E* [Pa], > 0
-    summit_radius: float = attrs.field(converter=_NUMBER)  #: R [m], > 0
+    contact_modulus: float = _number()  #: E* [Pa], > 0
+    summit_radius: float = _number()  #: R [m], > 0
     #: Standard deviation σ of the summit heights [m], > 0; not that of the surface, which is larger.
-    height_deviation: float = attrs.field(converter=_NUMBER)
-    summit_density: float = attrs.field(converter=_NUMBER)  #: D [1/m²], > 0
-    nominal_area: float = attrs.field(converter=_NUMBER)  #: A0 [m²], > 0
+    height_deviation: float = _number()
+    summit_density: float = _number()  #: D [1/m²], > 0
+    nominal_area: float = _number()  #: A0 [m²], > 0
     #: Mean height of the summits over the datum from which separations count [m].
-    mean_height: float = attrs.field(default=0.0, converter=_NUMBER)
+    mean_height: float = _number(default=0.0, signed=True)
 
     @classmethod
     def of_summits(cls, summits: Any, contact_modulus: float) -> Self:

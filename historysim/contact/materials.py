@@ -51,6 +51,7 @@ _TEXT = _is(lambda value: isinstance(value, str), "a string")
 _POISSON = _is(lambda ratio: isinstance(ratio, float) and -1 < ratio <= 0.5, "a number greater than -1 and at most 0.5")
 _RANGE = _is(_is_range, "the lower and the upper end of a range [m], both finite and 0 or more")
 _POSITIVE = at_least(0.0, above=True)
+_ISOTROPIC: Any = None  # the shear modulus that follows from the other two
 _POSITIVE_IF_KNOWN = attrs.validators.optional(_POSITIVE)
 
 # Young's modulus or hardness of what there is [Pa]: from a soft gel to a plane that is as good as rigid.
@@ -85,9 +86,7 @@ class Material:
     poissons_ratio: Number = attrs.field(converter=as_float, validator=_POISSON)  #: ν [1], -1 < ν ≤ 0.5
     #: Shear modulus G [Pa], > 0; E / (2 (1 + ν)) where it is not given. Tabulated values of anisotropic or rounded data
     #: need not agree with that relation.
-    shear_modulus: Pressure = attrs.field(  # type: ignore[assignment] - a number once it is made
-        default=None, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN
-    )
+    shear_modulus: Pressure = attrs.field(default=_ISOTROPIC, converter=optional(pascals), validator=_POSITIVE_IF_KNOWN)
     #: Surface energy γ [J/m²], > 0.
     surface_energy: SurfaceEnergy | None = attrs.field(
         default=None, converter=optional(joules_per_area), validator=_POSITIVE_IF_KNOWN
@@ -138,7 +137,7 @@ class Material:
         return html_table([(name.replace("_", " "), text) for name, text in [("name", self.name), *lines, *texts]])
 
     def __attrs_post_init__(self) -> None:
-        if self.shear_modulus is None:
+        if self.shear_modulus is _ISOTROPIC:
             object.__setattr__(self, "shear_modulus", self.youngs_modulus / (2 * (1 + self.poissons_ratio)))
         for name in ("youngs_modulus", "hardness"):
             value = getattr(self, name)

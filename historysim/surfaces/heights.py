@@ -20,7 +20,7 @@ MOST_POINTS = 2**28  # the most points of a map
 ROUNDING = 32 * np.finfo(np.float64).eps
 
 
-def _heights(values: ArrayLike) -> Floats:
+def _heights(values: Any) -> Floats:
     try:
         values = in_si(values, "m")
     except InputError as error:

@@ -15,7 +15,6 @@ Johnson, *Biometrika* 36 (1949) 149-176.
 
 import math
 from collections.abc import Callable
-from numbers import Integral
 from typing import SupportsIndex
 
 import attrs
@@ -268,10 +267,13 @@ def random_surface(
     return Surface(heights, pixel, periodic=True)
 
 
+def _is_count(value: object) -> bool:
+    return isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 1
+
+
 def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
     sides = tuple(shape) if isinstance(shape, tuple | list) else (shape, shape)
-    whole = [isinstance(side, Integral) and not isinstance(side, bool) and int(side) >= 1 for side in sides]
-    if len(sides) != 2 or not all(whole):
+    if len(sides) != 2 or not all(_is_count(side) for side in sides):
         raise InputError(
             f"shape is {shape!r}; expected the number of points along x and y, integers of 1 or more, such as "
             "(256, 256)"

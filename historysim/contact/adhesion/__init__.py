@@ -32,7 +32,7 @@ from historysim.contact import hertz
 from historysim.errors import InputError, LoadError
 
 # λ/μ_T = 1.1570…: from σ0 = 16 W/(9√3 z0) and λ = σ0 (9R/(2πWE*²))^(1/3).
-MAUGIS_OVER_TABOR = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
+MAUGIS_OVER_TABOR: float = 16 / (9 * math.sqrt(3)) * (9 / (2 * math.pi)) ** (1 / 3)
 LEAST_PARAMETER, GREATEST_PARAMETER = 1e-12, 1e12  # Maugis parameters between which all digits are found
 # A contact radius A so small for every λ allowed that a smaller one has the same load and approach in all digits.
 SMALLEST_RADIUS = 1e-60
@@ -74,7 +74,8 @@ def tabor_parameter(*, equilibrium_separation: ArrayLike, **contact: Unpack[Elas
 
 def maugis_parameter(**contact: Unpack[Adhesive]) -> Floats:
     """Return the Maugis parameter λ [1]: σ0 (9R/(2πWE*²))^(1/3), which is 1.157 μ_T."""
-    return MAUGIS_OVER_TABOR * tabor_parameter(**contact)
+    parameter: Floats = MAUGIS_OVER_TABOR * tabor_parameter(**contact)
+    return parameter
 
 
 def load_parameter(normal_load: ArrayLike, *, summit_radius: ArrayLike, work_of_adhesion: ArrayLike) -> Floats:
@@ -241,7 +242,7 @@ def _units(**contact: Unpack[Elastic]) -> _State:
 
 def _units_and_parameter(**contact: Unpack[Adhesive]) -> tuple[_State, Floats]:
     elastic = {name: contact[name] for name in Elastic.__annotations__}  # type: ignore[literal-required]
-    return _units(**elastic), _solvable(maugis_parameter(**contact))  # type: ignore[misc]
+    return _units(**elastic), _solvable(maugis_parameter(**contact))
 
 
 def _at_radius(contact_radius: ArrayLike, **contact: Unpack[Adhesive]) -> tuple[Floats, Floats, _State]:
