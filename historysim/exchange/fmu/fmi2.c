@@ -149,19 +149,19 @@ fmi2Status fmi2CancelStep(fmi2Component c) {
 }
 
 /* No step is ever pending. */
-fmi2Status fmi2GetStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) { return c ? fmi2Discard : fmi2Error; }
-fmi2Status fmi2GetIntegerStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Integer *value) {
-    return c ? fmi2Discard : fmi2Error;
-}
-fmi2Status fmi2GetStringStatus(fmi2Component c, const fmi2StatusKind kind, fmi2String *value) {
-    return c ? fmi2Discard : fmi2Error;
-}
+#define NO_STATUS(call, type) \
+    fmi2Status fmi2##call(fmi2Component c, const fmi2StatusKind kind, type *value) { return c ? fmi2Discard : fmi2Error; }
+NO_STATUS(GetStatus, fmi2Status)
+NO_STATUS(GetIntegerStatus, fmi2Integer)
+NO_STATUS(GetStringStatus, fmi2String)
+
 fmi2Status fmi2GetRealStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Real *value) {
     if (!c) return fmi2Error;
     if (kind != fmi2LastSuccessfulTime) return fmi2Discard;
     *value = UNIT->now.time;
     return fmi2OK;
 }
+
 fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2Boolean *value) {
     if (!c) return fmi2Error;
     if (kind != fmi2Terminated) return fmi2Discard;

@@ -145,7 +145,9 @@ fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 time, fmi3Float64 length, fmi3
 
 /* ---- what the unit has not: event mode, clocks, intermediate values, model exchange ------------------------------------------- */
 
-/* A function without a use here. */
+/* Functions without a use here. */
+#define MODE(name) \
+    fmi3Status name(fmi3Instance c) { return without(c, #name); }
 #define WITHOUT(name, ...) \
     fmi3Status name(fmi3Instance c, __VA_ARGS__) { return without(c, #name); }
 static fmi3Status without(fmi3Instance c, const char *call) {
@@ -154,54 +156,41 @@ static fmi3Status without(fmi3Instance c, const char *call) {
     snprintf(message, sizeof message, "%s is of no use with this unit, as modelDescription.xml says", call);
     return report(ITS, fmi3Error, message);
 }
-fmi3Status fmi3EnterEventMode(fmi3Instance c) { return without(c, "fmi3EnterEventMode"); }
-fmi3Status fmi3EnterStepMode(fmi3Instance c) { return without(c, "fmi3EnterStepMode"); }
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return without(c, "fmi3EnterConfigurationMode"); }
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return without(c, "fmi3ExitConfigurationMode"); }
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return without(c, "fmi3EvaluateDiscreteStates"); }
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c) { return without(c, "fmi3EnterContinuousTimeMode"); }
-WITHOUT(fmi3GetBinary, const fmi3ValueReference valueReferences[], size_t nValueReferences, size_t valueSizes[],
-        fmi3Binary values[], size_t nValues)
-WITHOUT(fmi3GetClock, const fmi3ValueReference valueReferences[], size_t nValueReferences, fmi3Clock values[])
-WITHOUT(fmi3SetBinary, const fmi3ValueReference valueReferences[], size_t nValueReferences, const size_t valueSizes[],
-        const fmi3Binary values[], size_t nValues)
-WITHOUT(fmi3SetClock, const fmi3ValueReference valueReferences[], size_t nValueReferences, const fmi3Clock values[])
-WITHOUT(fmi3GetNumberOfVariableDependencies, fmi3ValueReference valueReference, size_t* nDependencies)
-WITHOUT(fmi3GetVariableDependencies, fmi3ValueReference dependent, size_t elementIndicesOfDependent[],
-        fmi3ValueReference independents[], size_t elementIndicesOfIndependents[],
-        fmi3DependencyKind dependencyKinds[], size_t nDependencies)
-WITHOUT(fmi3GetAdjointDerivative, const fmi3ValueReference unknowns[], size_t nUnknowns,
-        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[], size_t nSeed,
-        fmi3Float64 sensitivity[], size_t nSensitivity)
-WITHOUT(fmi3GetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[])
-WITHOUT(fmi3GetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[])
-WITHOUT(fmi3GetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        fmi3Float64 shifts[])
-WITHOUT(fmi3GetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        fmi3UInt64 counters[], fmi3UInt64 resolutions[])
-WITHOUT(fmi3SetIntervalDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        const fmi3Float64 intervals[])
-WITHOUT(fmi3SetIntervalFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-WITHOUT(fmi3SetShiftDecimal, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        const fmi3Float64 shifts[])
-WITHOUT(fmi3SetShiftFraction, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        const fmi3UInt64 counters[], const fmi3UInt64 resolutions[])
-WITHOUT(fmi3UpdateDiscreteStates, fmi3Boolean* discreteStatesNeedUpdate, fmi3Boolean* terminateSimulation,
-        fmi3Boolean* nominalsOfContinuousStatesChanged, fmi3Boolean* valuesOfContinuousStatesChanged,
-        fmi3Boolean* nextEventTimeDefined, fmi3Float64* nextEventTime)
-WITHOUT(fmi3CompletedIntegratorStep, fmi3Boolean noSetFMUStatePriorToCurrentPoint, fmi3Boolean* enterEventMode,
-        fmi3Boolean* terminateSimulation)
+MODE(fmi3EnterEventMode)
+MODE(fmi3EnterStepMode)
+MODE(fmi3EnterConfigurationMode)
+MODE(fmi3ExitConfigurationMode)
+MODE(fmi3EvaluateDiscreteStates)
+MODE(fmi3EnterContinuousTimeMode)
+WITHOUT(fmi3GetBinary, const fmi3ValueReference vr[], size_t n, size_t sizes[], fmi3Binary value[], size_t m)
+WITHOUT(fmi3GetClock, const fmi3ValueReference vr[], size_t n, fmi3Clock value[])
+WITHOUT(fmi3SetBinary, const fmi3ValueReference vr[], size_t n, const size_t sizes[], const fmi3Binary value[], size_t m)
+WITHOUT(fmi3SetClock, const fmi3ValueReference vr[], size_t n, const fmi3Clock value[])
+WITHOUT(fmi3GetNumberOfVariableDependencies, fmi3ValueReference r, size_t* n)
+WITHOUT(fmi3GetVariableDependencies, fmi3ValueReference r, size_t of[], fmi3ValueReference others[], size_t ofs[],
+        fmi3DependencyKind kinds[], size_t n)
+WITHOUT(fmi3GetAdjointDerivative, const fmi3ValueReference u[], size_t nu, const fmi3ValueReference k[], size_t nk,
+        const fmi3Float64 seed[], size_t ns, fmi3Float64 out[], size_t no)
+WITHOUT(fmi3GetIntervalDecimal, const fmi3ValueReference vr[], size_t n, fmi3Float64 value[], fmi3IntervalQualifier q[])
+WITHOUT(fmi3GetIntervalFraction, const fmi3ValueReference vr[], size_t n, fmi3UInt64 count[], fmi3UInt64 per[],
+        fmi3IntervalQualifier q[])
+WITHOUT(fmi3GetShiftDecimal, const fmi3ValueReference vr[], size_t n, fmi3Float64 value[])
+WITHOUT(fmi3GetShiftFraction, const fmi3ValueReference vr[], size_t n, fmi3UInt64 count[], fmi3UInt64 per[])
+WITHOUT(fmi3SetIntervalDecimal, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[])
+WITHOUT(fmi3SetIntervalFraction, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 count[], const fmi3UInt64 per[])
+WITHOUT(fmi3SetShiftDecimal, const fmi3ValueReference vr[], size_t n, const fmi3Float64 value[])
+WITHOUT(fmi3SetShiftFraction, const fmi3ValueReference vr[], size_t n, const fmi3UInt64 count[], const fmi3UInt64 per[])
+WITHOUT(fmi3UpdateDiscreteStates, fmi3Boolean* again, fmi3Boolean* end, fmi3Boolean* nominals, fmi3Boolean* value,
+        fmi3Boolean* defined, fmi3Float64* next)
+WITHOUT(fmi3CompletedIntegratorStep, fmi3Boolean final, fmi3Boolean* event, fmi3Boolean* end)
 WITHOUT(fmi3SetTime, fmi3Float64 time)
-WITHOUT(fmi3SetContinuousStates, const fmi3Float64 continuousStates[], size_t nContinuousStates)
-WITHOUT(fmi3GetContinuousStateDerivatives, fmi3Float64 derivatives[], size_t nContinuousStates)
-WITHOUT(fmi3GetEventIndicators, fmi3Float64 eventIndicators[], size_t nEventIndicators)
-WITHOUT(fmi3GetContinuousStates, fmi3Float64 continuousStates[], size_t nContinuousStates)
-WITHOUT(fmi3GetNominalsOfContinuousStates, fmi3Float64 nominals[], size_t nContinuousStates)
-WITHOUT(fmi3GetNumberOfEventIndicators, size_t* nEventIndicators)
-WITHOUT(fmi3GetNumberOfContinuousStates, size_t* nContinuousStates)
-WITHOUT(fmi3GetOutputDerivatives, const fmi3ValueReference valueReferences[], size_t nValueReferences,
-        const fmi3Int32 orders[], fmi3Float64 values[], size_t nValues)
-WITHOUT(fmi3ActivateModelPartition, fmi3ValueReference clockReference, fmi3Float64 activationTime)
+WITHOUT(fmi3SetContinuousStates, const fmi3Float64 x[], size_t n)
+WITHOUT(fmi3GetContinuousStateDerivatives, fmi3Float64 d[], size_t n)
+WITHOUT(fmi3GetEventIndicators, fmi3Float64 z[], size_t n)
+WITHOUT(fmi3GetContinuousStates, fmi3Float64 x[], size_t n)
+WITHOUT(fmi3GetNominalsOfContinuousStates, fmi3Float64 x[], size_t n)
+WITHOUT(fmi3GetNumberOfEventIndicators, size_t* n)
+WITHOUT(fmi3GetNumberOfContinuousStates, size_t* n)
+WITHOUT(fmi3GetOutputDerivatives, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[], fmi3Float64 value[],
+        size_t m)
+WITHOUT(fmi3ActivateModelPartition, fmi3ValueReference r, fmi3Float64 time)

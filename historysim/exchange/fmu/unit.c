@@ -153,41 +153,40 @@ static int scale_friction(hs_unit *unit, double factor) {
 
 /* resources/contact.bin is a memory by `hs_memory_write` or `hs_planar_write`. resources/curve.bin stands beside it for a contact of patches, in
  * doubles: rows, patches; approaches [m] (rows + 1); contact areas [m²] (rows + 1); first touches [m], ascending (patches). */
+static hs_unit *not_made(hs_unit *unit, char *message, size_t size, const char *format, ...) {
+    va_list values;
+    va_start(values, format);
+    vsnprintf(message, size, format, values);
+    va_end(values);
+    hs_unit_free(unit);
+    return NULL;
+}
+
+/* Whether the table of a contact of patches is whole. */
+static int has_table(hs_unit *unit, size_t length) {
+    if (!unit->table || length < 2 * sizeof(double)) return 0;
+    unit->rows = (int64_t)unit->table[0];
+    unit->patches = (int64_t)unit->table[1];
+    return unit->rows > 0 && unit->patches > 0 && length == sizeof(double) * (size_t)(4 + 2 * unit->rows + unit->patches);
+}
+
 hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
     hs_unit *unit = (hs_unit *)calloc(1, sizeof *unit);
     size_t length = 0;
     const char *why = "resources/contact.bin cannot be read";
-    hs_kept *made = NULL;
-    if (!unit) {
-        snprintf(message, size, "there is no memory left");
-        return NULL;
-    }
+    if (!unit) return not_made(unit, message, size, "there is no memory left");
     unit->drive.tolerance = TOLERANCE;
     unit->drive.compliance = COMPLIANCE;
     unit->drive.saturate = SATURATE;
     unit->drive.threads = 1;
     void *bytes = content_of(resources, "contact.bin", &length);
-    if (bytes && read_kept(bytes, length, NULL, &made, &why) == HS_OK) unit->start = made;
+    if (bytes && read_kept(bytes, length, NULL, &unit->start, &why) != HS_OK) unit->start = NULL;
     free(bytes);
-    if (!unit->start) {
-        snprintf(message, size, "%s; expected the unit unpacked as a whole, with its resources in %s", why, resources);
-        hs_unit_free(unit);
-        return NULL;
-    }
+    if (!unit->start)
+        return not_made(unit, message, size, "%s; expected the unit unpacked as a whole, with its resources in %s", why, resources);
     if (PATCHES) {
         unit->table = (double *)content_of(resources, "curve.bin", &length);
-        int whole = unit->table && length >= 2 * sizeof(double);
-        if (whole) {
-            unit->rows = (int64_t)unit->table[0];
-            unit->patches = (int64_t)unit->table[1];
-            whole = unit->rows > 0 && unit->patches > 0 &&
-                    length == sizeof(double) * (size_t)(4 + 2 * unit->rows + unit->patches);
-        }
-        if (!whole) {
-            snprintf(message, size, "resources/curve.bin cannot be read, or is damaged");
-            hs_unit_free(unit);
-            return NULL;
-        }
+        if (!has_table(unit, length)) return not_made(unit, message, size, "resources/curve.bin cannot be read, or is damaged");
     }
     const hs_memory *line = line_of(unit->start);
     const hs_contact *contact = line->contact;
@@ -195,11 +194,7 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
     for (int64_t g = 0; unit->friction && g < contact->groups; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i)
             unit->friction[contact->order[i]] = line->friction[g];
-    if (!unit->friction || same_start(unit) != HS_DONE) {
-        snprintf(message, size, "there is no memory left");
-        hs_unit_free(unit);
-        return NULL;
-    }
+    if (!unit->friction || same_start(unit) != HS_DONE) return not_made(unit, message, size, "there is no memory left");
     return unit;
 }
 
