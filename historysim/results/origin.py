@@ -4,20 +4,18 @@ The names that its scenario gives to states say which step each is, and what a s
 """
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
-from historysim.loads.events import Event
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
@@ -29,49 +27,30 @@ Answer = TypeVar("Answer")
 FEW_STEPS, SMOOTH_STEPS = 240, 480
 
 
-@attrs.frozen(eq=False)
-class Origin:
-    """Ensemble and events of a history."""
+class Origin(NamedTuple):
+    """The replay that made a history, and what its log or its file knows beside it."""
 
-    ensemble: Ensemble
-    events: Sequence[Event]
+    job: Replay
     state: Callable[[float], EnsembleState]  #: returns the state at a time [s]
     surface: Mapping[str, Any]  #: arrays of the surface, as in the result
     settings: Mapping[str, Any]  #: further settings in the head of the log
-    replay: Callable[[], Replay]  #: returns the replay that made the history
-
-    @classmethod
-    def of_replay(cls, job: Replay, surface: Mapping[str, Any], settings: Mapping[str, Any]) -> Self:
-        """Return the origin of a history in memory, or of what a file holds."""
-        return cls(job.ensemble, job.events, lambda at: job.state(until=at), surface, settings, lambda: job)
-
-    @classmethod
-    def of_log(cls, log: EventLog) -> Self:
-        """Return the origin of the result of a log, which uses its snapshots while it is open."""
-        return cls(log.ensemble, log.job().events, lambda at: log.state(at=at), log.surface, log.settings, log.job)
-
-    @classmethod
-    def of_result(cls, path: Path) -> Self:
-        """Return the origin of a result by itself; InputError where it holds no events, or is damaged."""
-        head, content = embedded_log.read(path)
-        return cls.of_replay(head.replay(content.events), head.surface, head.settings)
 
 
 def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answer | None:
     """Return what the origin of a history answers; None where there is none, or it raises InputError."""
-    if isinstance(job := history.encoding.get(MADE_BY), Replay):
+    job, source = history.encoding.get(MADE_BY), history.encoding.get("source")
+    if isinstance(job, Replay):
         with suppress(InputError):
-            return question(Origin.of_replay(job, {}, {}))
-        return None
-    source = history.encoding.get("source")
-    if not source:
-        return None
-    path = Path(source)
-    with suppress(InputError), EventLog(log_beside(path)) as log:
-        if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
-            return question(Origin.of_log(log))
-    with suppress(InputError):
-        return question(Origin.of_result(path))
+            return question(Origin(job, lambda at: job.state(until=at), {}, {}))
+    elif source:
+        with suppress(InputError), EventLog(log_beside(Path(source))) as log:
+            if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
+                # with its snapshots, while it is open
+                return question(Origin(log.job(), lambda at: log.state(at=at), log.surface, log.settings))
+        with suppress(InputError):
+            head, content = embedded_log.read(Path(source))
+            made = head.replay(content.events)
+            return question(Origin(made, lambda at: made.state(until=at), head.surface, head.settings))
     return None
 
 
@@ -85,8 +64,8 @@ def dense(history: xr.Dataset) -> xr.Dataset:
         return history
 
     def again(origin: Origin) -> xr.Dataset:
-        job = origin.replay()
-        return attrs.evolve(job, substeps=job.substeps * -(-SMOOTH_STEPS // steps), record="totals").dataset()
+        substeps = origin.job.substeps * -(-SMOOTH_STEPS // steps)
+        return attrs.evolve(origin.job, substeps=substeps, record="totals").dataset()
 
     replayed = ask_origin(history, again)
     if replayed is None:

@@ -188,7 +188,9 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
 def _from_events(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
     """Return the asperity at steps, replayed from the events of the history; None where it has none."""
     times = [float(time) for time in history["time"].values[list(positions)]]
-    return ask_origin(history, lambda origin: [origin.ensemble.asperity(label, origin.state(time)) for time in times])
+    return ask_origin(
+        history, lambda origin: [origin.job.ensemble.asperity(label, origin.state(time)) for time in times]
+    )
 
 
 Answer = TypeVar("Answer")
@@ -208,7 +210,7 @@ class PointMaps(NamedTuple):
 def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
-    found, modulus = origin.ensemble.superposition(state), origin.ensemble.pair.contact_modulus
+    found, modulus = origin.job.ensemble.superposition(state), origin.job.ensemble.pair.contact_modulus
     first_touch, point = arrays["first_touch"], arrays["point"].astype(np.int64)
     maps = np.zeros((3, int(np.prod(shape))))
     maps[0, point] = found.normal @ arrays[SOLVED] * modulus
@@ -318,7 +320,7 @@ def load_curve(history: xr.Dataset, points: int = 101) -> xr.Dataset:
         raise InputError("the history has no normal load, so it has no approach; expected one that presses")
 
     def curve(origin: Origin) -> xr.Dataset:
-        ensemble = origin.ensemble
+        ensemble = origin.job.ensemble
         state = ensemble.initial_state()
         approach = np.linspace(0.0, ensemble.advance(state, normal_load=largest).approach, count)
         events = [NormalDisplacement(float(step), depth) for step, depth in enumerate(approach.tolist())]
@@ -399,7 +401,7 @@ def sliding_order(history: xr.Dataset, step: int = -1) -> xr.Dataset:
             hertz.approach(load / count, summit_radius=radius, contact_modulus=modulus)
         )
         share = (np.arange(count) + 0.5) / count
-        found = ask_origin(history, lambda origin: _gaussian_approaches(origin.ensemble, load, share))
+        found = ask_origin(history, lambda origin: _gaussian_approaches(origin.job.ensemble, load, share))
         if found is not None:
             text = f"{text}, Greenwood and Williamson"
             data["greenwood_williamson"] = described("rank", mean * found, text, "m")
