@@ -139,7 +139,10 @@ def loops(
         (beside, PICTURE),
         (picture, PICTURE),
     )
-    find = functools.partial(find_loops, dead_band=dead_band, definitions=definitions, **skipped)
+
+    def find(what: "Scenario | Path") -> "Loops":
+        return find_loops(what, dead_band=dead_band, definitions=definitions, **skipped)
+
     if _write_each(record, find, loop_rows, files):
         return
     evaluation = find(record)
@@ -192,7 +195,10 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
     options.check_drawn(size, [output])
     record = _record(file, values)
     files = check_outputs(options.files_read(record), (output, *TABLES_OF_SLIDING, PICTURE))
-    find = functools.partial(find_sliding, **choices)
+
+    def find(what: "Scenario | Path") -> Any:
+        return find_sliding(what, **choices)
+
     if _write_each(record, find, sliding_rows, files):
         return
     found = find(record)
@@ -276,10 +282,10 @@ def fit(scenario: Path, output: Path | None, picture: Path | None, size: "Size",
         return [picture, output]
 
     def write_each(runs: "list[Run[Fit]]") -> list[Path]:
-        each = [(run.result, *(path.with_stem(f"{path.stem}_{run.number}") for path in names)) for run in runs]
-        for _, *paths in each:
+        each = [(run.result, [path.with_stem(f"{path.stem}_{run.number}") for path in names]) for run in runs]
+        for _, paths in each:
             checked(*paths)
-        return [path for fitted, *paths in each if fitted is not None for path in write(fitted, *paths)]
+        return [path for fitted, paths in each if fitted is not None for path in write(fitted, *paths)]
 
     checked(*names)
     find = functools.partial(fit_scenario, progress=not options.given("quiet"))

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     import xarray as xr
 
-    from historysim.results.plots.printed import PrintedFigure
     from historysim.scenario.grid import Axis
 
 
@@ -67,9 +66,10 @@ def run(
     from historysim.results.result_files import open_result
 
     with open_result(output) as history:
-        drawn = _drawn(source, history) if pictures else None
-        for path in pictures:
-            save(drawn, path)
+        if pictures:
+            drawn = _drawn(source, history)
+            for path in pictures:
+                save(drawn, path)
         if not quiet:
             from historysim.results.analysis.history_summary import summary
 
@@ -77,7 +77,7 @@ def run(
             write_answer([*summary(history), *files])
 
 
-def _drawn(source: Any, history: "xr.Dataset") -> "PrintedFigure":
+def _drawn(source: Any, history: "xr.Dataset") -> Any:
     """Draw a result, or its scenario where what is drawn is of the surface alone."""
     from historysim.scenario.figure import drawable
     from historysim.verbs import plot

@@ -182,11 +182,12 @@ def _wrong(history: xr.Dataset) -> Iterator[str]:
         yield "its attribute validity is no list in JSON"
     for name in sorted(NEEDED - history.variables.keys()):
         yield f"it has no variable {name}"
-    for name, variable in history.variables.items():
-        if name in KNOWN and variable.dtype.kind not in "iuf":
+    for name in [name for name in KNOWN if name in history.variables]:
+        variable = history.variables[name]
+        if variable.dtype.kind not in "iuf":
             yield f"its variable {name} holds no numbers"
         own = tuple(each for each in variable.dims if each != DIRECTION)
-        if name in KNOWN and own != KNOWN[name].dimensions and name != "present_friction":
+        if own != KNOWN[name].dimensions and name != "present_friction":
             yield f"its variable {name} goes along {', '.join(map(str, variable.dims)) or 'nothing'}"
     if "asperity" in history.sizes and "asperity" not in history.variables:
         yield "it has no labels of its asperities"

@@ -15,7 +15,7 @@ SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of sli
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
 
 
-def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, str]]:
+def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, Any, dict[str, Any]]:
     """Return a variable of an answer, with what it is and its unit."""
     return dims, values, {**({"units": unit} if unit else {}), "long_name": text}
 
