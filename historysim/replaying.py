@@ -160,20 +160,14 @@ class Replay:
 
     def _walked(self, segment: schedule.Segment, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
         """Return the state after a segment, and name the event where that is not to be had."""
-        ensemble, instrument, event = self.ensemble, self.instrument, segment.event[0]
+        ensemble, event = self.ensemble, segment.event[0]
+        how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}
         try:
-            state = ensemble.walk(
-                state,
-                segment.paths,
-                **recorded,
-                saturate=self.saturate,
-                instrument=instrument,
-                until=segment.share,
-                friction=segment.friction_goal(len(ensemble)),
-            )
+            friction = segment.friction_goal(len(ensemble))
+            state = ensemble.walk(state, segment.paths, until=segment.share, friction=friction, **how, **recorded)
             if segment.change is not None:
                 event = segment.change_event
-                state = segment.change.act(ensemble, state, saturate=self.saturate, instrument=instrument)
+                state = segment.change.act(ensemble, state, **how)
         except (FrictionLimitError, CurveEndError, InputError) as error:
             event = event if event == segment.change_event else segment.event[error.path]
             kind = InputError if isinstance(error, InputError) else LoadError
