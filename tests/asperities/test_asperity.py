@@ -268,14 +268,6 @@ def test_the_energy_stored_in_virgin_loading_is_work_less_loss(share):
     assert ball.stored_energy == state.stored_energy
 
 
-def test_a_distance_that_is_not_a_number_is_refused():
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.5)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01, tangential_load=0.001)
-    for answer in (ensemble.asperity(0, state).traction, ensemble.asperity(0, state).pressure):
-        with pytest.raises(hs.InputError, match=r"radius\[1\] is nan; expected a finite number"):
-            answer([0.0, float("nan")])
-
-
 # the column of each variable, as a recorder writes it
 COLUMNS = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state", "dissipated_energy")
 
@@ -311,12 +303,3 @@ def test_the_stored_energies_are_shares_of_the_total():
     for state in states:
         shares = [ensemble.asperity(i, state).stored_energy for i in range(len(ensemble))]
         assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-12)
-
-
-def test_an_asperity_says_what_it_is():
-    text = repr(ball_at(0.5, 0.1))
-    assert text.startswith("<Asperity 0: partial slip, normal load 50 mN, tangential load 1 mN, contact radius ")
-    assert text.endswith(" µm, 1 reversal point>")
-    assert repr(ball_at()).endswith(", 0 reversal points>")
-    nothing = "normal load 0 N, tangential load 0 N, contact radius 0 m, stick radius 0 m, 0 reversal points"
-    assert repr(BALL.asperity(0, BALL.initial_state())) == f"<Asperity 0: separated, {nothing}>"

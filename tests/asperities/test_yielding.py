@@ -1,5 +1,6 @@
 """Summits that yield, against springs in small steps, closed forms and printed numbers."""
 
+import functools
 import math
 
 import attrs
@@ -12,13 +13,7 @@ from scipy import stats
 import historysim as hs
 from historysim.asperities.laws import ShearStrength, SlidFriction
 from historysim.asperities.wear import ArchardWear
-from historysim.asperities.yielding import (
-    YIELDING_LAWS,
-    JacksonGreen,
-    KogutEtsion,
-    Thornton,
-    YieldingLaw,
-)
+from historysim.asperities.yielding import YIELDING_LAWS, JacksonGreen, KogutEtsion, Thornton, YieldingLaw
 from historysim.contact import hertz
 from historysim.errors import FrictionLimitError, InputError
 from tests.support.sudden import change_by_parts
@@ -145,9 +140,7 @@ def test_numbers_come_from_the_softer_material():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: KogutEtsion(hardness=-1.0), "KogutEtsion: hardness is -1.0; expected a number above 0"),
         (lambda: KogutEtsion(poissons_ratio=0.7), "poissons_ratio is 0.7; expected a number from 0 to 0.5"),
-        (lambda: YieldingLaw.from_settings({"law": "kogut"}), "'kogut'; did you mean 'kogut-etsion'?"),
         (lambda: rough(2, 0, yielding=1.0), "yielding is 1.0; expected a YieldingLaw"),
         (
             lambda: rough(2, 0, yielding=LAW, wear=ArchardWear(coefficient=1e-4, hardness=1e9)),
@@ -191,7 +184,7 @@ class Softer(YieldingLaw):
         return load * 4 / 3 * MODULUS * np.sqrt(summit_radius) * critical**1.5, np.sqrt(area * summit_radius * critical)
 
 
-@pytest.mark.parametrize("parts", [1, 2, 3, 100])
+@pytest.mark.parametrize("parts", [1, 3, 100])
 @pytest.mark.parametrize("law", [LAW, Thornton(hardness=HARDNESS), JacksonGreen(hardness=HARDNESS)])
 def test_summits_that_touch_and_yield_late_on_a_path(law, parts):
     """Their springs are anchored where the virgin summits touched, not where the lowered ones would have."""
@@ -200,23 +193,26 @@ def test_summits_that_touch_and_yield_late_on_a_path(law, parts):
     state = ensemble.initial_state()
     for part in np.arange(1, parts + 1) / parts:
         state = ensemble.advance(state, normal_displacement=part * REACH, tangential_displacement=part * 5e-9)
-    if law is not LAW:
-        end = ensemble.advance(
-            ensemble.advance(ensemble.initial_state(), normal_displacement=135e-9, tangential_displacement=4.5e-9),
-            normal_displacement=REACH,
-            tangential_displacement=5e-9,
-        )
-        assert state.tangential_load == pytest.approx(end.tangential_load, abs=1e-4 * 0.5 * state.normal_load)
-        return
-    springs = YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, 0.5, height[:2], [1e-6] * 2, 1.2 * REACH, 3000)
+    if law is LAW:
+        expected, bar = late_load(), 3e-4
+    else:
+        end = ensemble.initial_state()
+        for d, u in ((135e-9, 4.5e-9), (REACH, 5e-9)):
+            end = ensemble.advance(end, normal_displacement=d, tangential_displacement=u)
+        expected, bar = end.tangential_load, 1e-4
+    assert state.tangential_load == pytest.approx(expected, abs=bar * 0.5 * state.normal_load)
+
+
+@functools.cache
+def late_load():
+    springs = YieldingSprings(MODULUS, SHEAR, HARDNESS, RATIO, 0.5, [0.0, -130e-9], [1e-6] * 2, 1.2 * REACH, 3000)
     springs.go(REACH, 5e-9, 4000)
-    expected = springs.tangential_loads @ [1, 30]
-    assert state.tangential_load == pytest.approx(expected, abs=3e-4 * 0.5 * state.normal_load)
+    return springs.tangential_loads @ [1, 30]
 
 
 @pytest.mark.parametrize(
     ("kind", "seeds"),
-    [(kind, range(10)) for kind in ("yields", "wears", "law")]
+    [(kind, range(2)) for kind in ("yields", "wears", "law")]
     + [pytest.param(kind, range(200), marks=pytest.mark.slow) for kind in ("yields", "wears", "law")],
 )
 def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
@@ -248,7 +244,10 @@ def test_a_law_of_the_users_own():
 # ---- histories, beside springs ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("count", "seed"), [(1, 1), (1, 8), (3, 2), (3, 3), (3, 6)])
+@pytest.mark.parametrize(
+    ("count", "seed"),
+    [(1, 8), (3, 2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (3, 3), (3, 6)))],
+)
 def test_random_displacements_beside_springs(count, seed):
     """Yielding on and on with tractions in all; springs and steps of the oracle are of first order."""
     rng = np.random.default_rng(seed)
@@ -282,7 +281,7 @@ def test_random_displacements_beside_springs(count, seed):
     assert left.yielding_load.all()
 
 
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (0, 2))])
 def test_random_loads_beside_springs(seed):
     """Springs go along the approaches and displacements that the loads led to."""
     rng = np.random.default_rng(seed)
@@ -323,7 +322,7 @@ def test_friction_of_constant_strength_beside_springs():
     springs, state = springs_of(ensemble, friction=coefficient), ensemble.initial_state()
     for d, u in ((60e-9, 0.0), (50e-9, 4e-9), (110e-9, 7e-9), (100e-9, -3e-9), (150e-9, 1e-9)):
         state = ensemble.advance(state, normal_displacement=d, tangential_displacement=u)
-        springs.go(d, u, 2000)
+        springs.go(d, u, 1000)
         limit = (coefficient(springs.normal_loads(), springs.radius) * springs.normal_loads()).sum()
         assert state.tangential_load == pytest.approx(springs.tangential_loads.sum(), abs=3e-3 * limit)
         assert state.dissipated_energy == pytest.approx(springs.dissipated.sum(), rel=2e-2, abs=1e-16)
@@ -402,7 +401,7 @@ def test_those_that_parted_as_they_yielded_share_one_memory_once_all_slide():
     assert back.dissipated_energy - slides.dissipated_energy == pytest.approx(lost, rel=1e-6)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.integers(0, 10**6))
 def test_no_energy_is_made(seed):
     """Work of both loads is what friction and yielding take and what is stored; none of them gives any back."""
@@ -488,7 +487,7 @@ def printed(x, most):
     return load, np.select(ranges, [x, 0.93 * x**1.136, 0.94 * x**1.146], 2 * x)
 
 
-@pytest.mark.parametrize("index", [0.7, 2.0, 2.5])
+@pytest.mark.parametrize("index", [0.7, pytest.param(2.0, marks=pytest.mark.slow), 2.5])
 def test_rough_contacts_of_kogut_and_etsion(index):
     """Their integrals (Tribol. Trans. 46 (2003) 383) over Gaussian summits, plasticity index ψ = (σ/δc)^(1/2).
 
