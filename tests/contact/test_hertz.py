@@ -99,13 +99,9 @@ def test_scalars_give_scalars_and_arrays_broadcast():
     ("call", "message"),
     [
         (lambda: contact_radius(1, summit_radius=0), "summit_radius is 0; expected a finite number greater than 0"),
-        (lambda: contact_radius(math.nan, summit_radius=1), "approach is nan; expected a finite number, in SI"),
         (lambda: contact_radius("a lot", summit_radius=1), "approach: 'a lot' is not one number"),
-        (lambda: normal_load(1, summit_radius=1, contact_modulus=-1), "contact_modulus is -1"),
         (lambda: approach([1, -2], summit_radius=1, contact_modulus=1), r"normal_load\[1\] is -2; .* of 0 or more"),
-        (lambda: approach(1, summit_radius=math.inf, contact_modulus=1), "summit_radius is inf"),
         (lambda: mean_pressure(1, contact_radius=0), "contact_radius is 0 m under a normal load"),
-        (lambda: normal_stiffness(-1, contact_modulus=1), "contact_radius is -1"),
     ],
 )
 def test_arguments_out_of_range(call, message):

@@ -97,15 +97,11 @@ def test_shear_modulus_follows_from_isotropy(given_as):
     ("changes", "message"),
     [
         ({"youngs_modulus": 0}, "Material: youngs_modulus is 0.0; expected a number above 0"),
-        ({"youngs_modulus": float("inf")}, "youngs_modulus is inf"),
         ({"youngs_modulus": "112e9"}, "'112e9' has no unit; expected a pressure or modulus"),
         ({"hardness": "12 mm"}, "'12 mm': 'mm' is not a unit of a pressure or modulus"),
-        ({"youngs_modulus": True}, "youngs_modulus is True"),
         ({"poissons_ratio": -1}, "poissons_ratio is -1.0; expected a number greater than -1 and at most 0.5"),
-        ({"poissons_ratio": None}, "poissons_ratio is None"),
         ({"roughness": (2e-9, 1e-9)}, "roughness is .*lower and the upper end"),
         ({"name": 5}, "name is 5; expected a string"),
-        ({"source": None}, "source is None; expected a string"),
     ],
 )
 def test_what_no_material_has(changes, message):

@@ -259,13 +259,10 @@ def test_a_rounding_above_the_limit_is_the_limit():
             r"tangential_load of 0\.012 N exceeds the limit friction × normal_load = 0\.01 N",
         ),
         (lambda: dissipated_energy_per_loop(0.012, **CONTACT), r"amplitude of 0\.012 N exceeds the limit"),
-        (lambda: dissipated_energy_per_loop(-0.001, **CONTACT), r"amplitude is -0\.001; .* of 0 or more"),
         (
             lambda: displacement_after_reversal(-0.006, reversal_load=0.005, **CONTACT),
             r"tangential_load of 0\.006 N exceeds the reversal load = 0\.005 N; .* forgotten",
         ),
-        (lambda: tangential_displacement(0, **CONTACT | {"friction": -0.1}), r"friction is -0\.1; .* of 0 or more"),
-        (lambda: tangential_displacement(0, **CONTACT | {"shear_modulus": 0}), "shear_modulus is 0; .* greater than 0"),
         (lambda: tangential_displacement(0, **CONTACT | {"contact_radius": 0}), "contact_radius is 0 m under a normal"),
     ],
 )

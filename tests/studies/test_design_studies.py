@@ -80,11 +80,8 @@ def test_the_scenario_of_a_study_makes_it_again(tmp_path):
     ("given", "message"),
     [
         ({"count": 4}, "^equal_asperities: surface.count: 4; expected an array"),
-        ({"count": (0, 1)}, "equal_asperities: surface: count is"),
-        ({"scaling": "similar"}, "equal_asperities: surface.scaling.*similar"),
         ({"friction": ["much"]}, "^equal_asperities: friction.coefficient: .*much"),
         ({"normal_load": []}, "no values; expected one or more"),
-        ({"radius": None}, "^equal_asperities: surface.radius: None; expected a number"),
     ],
 )
 def test_an_error_names_the_study_and_the_value(given, message):

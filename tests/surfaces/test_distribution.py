@@ -166,21 +166,13 @@ def test_summits_of_a_measured_joint():
     ("call", "message"),
     [
         (lambda: Gaussian(0.0), "rms_height is 0; expected a finite number greater than 0"),
-        (lambda: Gaussian(1.0, math.nan), "mean is nan"),
         (lambda: Gaussian(1.0).quantile([0.5, 1]), "probability is 1; expected less than 1: Gaussian heights have no"),
         (lambda: Tabulated([0, 1, 1], [1, 1, 1]), r"height\[2\] is 1 after 1; expected increasing numbers"),
-        (lambda: Tabulated([0], [1]), r"expected two lists of one length ≥ 2"),
         (lambda: Tabulated([0, 1], [1, -1]), r"density\[1\] is -1; expected a finite number of 0 or more"),
-        (lambda: Tabulated([0, math.nan], [1, 1]), r"height\[1\] is nan"),
-        (
-            lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=1e6, nominal_area=4e-7),
-            "makes 0.4 summits; expected 1 to 50,000,000",
-        ),
         (
             lambda: quantile_summits(Gaussian(1.0), 1.0, summit_density=-1.0, nominal_area=1.0),
             "summit_density is -1",
         ),
-        (lambda: quantile_summits(Gaussian(1.0), -1.0, summit_density=9.0, nominal_area=1.0), "radius is -1"),
     ],
 )
 def test_arguments_out_of_range(call, message):
@@ -223,11 +215,8 @@ def test_scatter_has_the_deviations_asked_for():
     [
         (lambda: textured_summits((2, 2), 1, 1, height_scatter=1.0), "without a seed; expected a whole number as seed"),
         (lambda: textured_summits((2, 2), 1, 1, radius_scatter=20, seed=1), "radius_scatter is 20; expected 0 to 1"),
-        (lambda: textured_summits((2, 2), 1, 1, height_scatter=-1e-9, seed=1), "height_scatter is -1e-09"),
         (lambda: textured_summits(4, 1, 1), r"count is 4; expected two whole numbers \(nx, ny\)"),
         (lambda: textured_summits((10**4, 10**4), 1, 1), "at most 50,000,000 in all"),
-        (lambda: textured_summits((2, 2), (1, 2, 3), 1), r"pitch has shape \(3,\); expected one number, or one for x"),
-        (lambda: textured_summits((2, 2), 1, -1), "radius is -1"),
     ],
 )
 def test_textures_out_of_range(call, message):
