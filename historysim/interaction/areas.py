@@ -21,7 +21,6 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.interaction.solutions import NormalSolutions
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.summits import Summits
 from historysim.surfaces.surface_statistics import SpectralMoments
 
 HOLDS = 0.2  # relative difference from the whole map up to which a law counts as holding
@@ -84,7 +83,11 @@ def area_laws(
     areas["Greenwood–Williamson"] = np.asarray(greenwood.contact_area(greenwood.separation_at(loads)))
     areas["Bush–Gibson–Thomas"] = bush_gibson_thomas_area(pressure, moments, modulus) * nominal
     areas["Persson"] = persson_area(pressure, moments, modulus) * nominal
-    areas["summits"] = _of_summits(summits, loads, modulus)
+    # every first touch, and steps between them; from one to the next the area goes straight
+    between = np.linspace(summits.height.max(), summits.height.min(), 400)
+    separations = np.unique(np.concatenate([summits.height, between]))[::-1]
+    sums = summit_contact(summits.height, summits.radius, separations, contact_modulus=modulus)
+    areas["summits"] = np.interp(loads, sums.normal_load, sums.contact_area, right=np.nan)
     if whole_map:
         solved = NormalSolutions.of(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
         # a row for each load that was solved; between two of them the area is straight
@@ -101,15 +104,6 @@ def area_laws(
             holds[0] = loads / table[-1] >= pascals(hardness)
         found["holds"] = (over, holds, {"long_name": f"within {HOLDS:.0%} of the whole map"})
     return found
-
-
-def _of_summits(summits: Summits, loads: Floats, contact_modulus: float) -> Floats:
-    """Return the area of independent summits at loads [m²]; between the separations of a fine table, by its slope."""
-    # every first touch, and steps between them
-    between = np.linspace(summits.height.max(), summits.height.min(), 400)
-    separations = np.unique(np.concatenate([summits.height, between]))[::-1]
-    found = summit_contact(summits.height, summits.radius, separations, contact_modulus=contact_modulus)
-    return np.asarray(np.interp(loads, found.normal_load, found.contact_area, right=np.nan))
 
 
 # -- laws ------------------------------------------------------------------------------------------

@@ -19,13 +19,13 @@ from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
+from historysim.studies.sweep import notify_of, text_of
 from historysim.studies.sweep_table import FAILURE, failures, swept_coordinates, table_attributes, unit_of
 from historysim.studies.workers import executor_for, in_order
 
 SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
 ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
 LARGEST_JUMP = 1e-3  # difference of the output at a root from the target, over the target, beyond which it jumps there
-MOST_NOTICES = 10
 DEFAULT_QUANTILE = 0.95  # fraction of the points at which an output is below, or above, a limit
 Limit = Literal["below", "above"]
 T = TypeVar("T")
@@ -187,16 +187,13 @@ def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root],
     """Notify at which points no value was found, and why, and where it is not the only one."""
     notes = []
     for point, one in zip(points, roots, strict=True):
-        where = ", ".join(f"{name} = {value}" for name, value in point.items()) or problem.scenario.path.name
+        where = text_of(point) or problem.scenario.path.name
         if one.reason and not (problem.limit and one.throughout):
             notes.append(f"{where}: {one.reason}")
         if one.others:
             more = counted(one.others, "more value", "more values")
             notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
-    for note in notes[:MOST_NOTICES]:
-        notify(note)
-    if len(notes) > MOST_NOTICES:
-        notify(f"… and {len(notes) - MOST_NOTICES:,} more notes of this kind")
+    notify_of(notes, "more notes of this kind", notify)
     if problem.limit is None:
         return
     least, sure = _fewest(problem.quantile)

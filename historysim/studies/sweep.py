@@ -98,18 +98,24 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     except KeyboardInterrupt as error:
         raise KeyboardInterrupt(f"interrupted; {plan.what_is_kept()}") from error
     reasons = dict(sorted((plan.reasons | unlike(plan.cells)).items()))
-    _notify_of(reasons, plan.points, notify)
+    notices = [f"cell {index} ({text_of(plan.points[index])}) failed: {reason}" for index, reason in reasons.items()]
+    notify_of(notices, "more cells have failed", notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
     # what is asked for first is what its picture shows
     return gathered(scenario, grid, cells, reasons).assign_attrs({"outputs": " ".join(asked)} if asked else {})
 
 
-def _notify_of(reasons: Mapping[int, str], points: Sequence[Point], notify: Notify) -> None:
-    for index, reason in list(reasons.items())[:MOST_NOTICES]:
-        point = ", ".join(f"{key} = {value}" for key, value in points[index].items())
-        notify(f"cell {index} ({point}) failed: {reason}")
-    if len(reasons) > MOST_NOTICES:
-        notify(f"… and {len(reasons) - MOST_NOTICES:,} more cells have failed")
+def text_of(point: Point) -> str:
+    """Return the keys of a point with their values."""
+    return ", ".join(f"{key} = {value}" for key, value in point.items())
+
+
+def notify_of(notices: Sequence[str], more: str, notify: Notify) -> None:
+    """Pass the first notices on, and how many more there are."""
+    for notice in notices[:MOST_NOTICES]:
+        notify(notice)
+    if len(notices) > MOST_NOTICES:
+        notify(f"… and {len(notices) - MOST_NOTICES:,} {more}")
 
 
 def sweep_of(

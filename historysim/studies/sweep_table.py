@@ -9,7 +9,6 @@ import numpy as np
 import xarray as xr
 
 from historysim._version import __version__
-from historysim.basics.arguments import Array
 from historysim.basics.fields import unit_in
 from historysim.basics.units import quantity
 from historysim.basics.wording import Finding, brief, counted, nearest, read_findings, written_findings
@@ -39,7 +38,8 @@ def gathered(
         first = min(reasons)
         raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first]}")
     swept = swept_coordinates(scenario, grid)
-    labels = _labels(there)
+    asperities = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
+    labels: dict[Any, Any] = {"asperity": np.unique(np.concatenate(asperities))} if asperities else {}
     # some surfaces alone have positions, say
     names = dict.fromkeys(str(name) for cell in there for name in cell.variables if name not in labels)
     variables = {name: _stacked(name, grid, cells, labels) for name in names}
@@ -81,12 +81,6 @@ def failures(grid: Grid, reasons: Sequence[str], long_name: str) -> xr.Variable:
     return xr.Variable(grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"})
 
 
-def _labels(there: Sequence[xr.Dataset]) -> dict[Any, Any]:
-    """Return the labels of all asperities of which there are rows."""
-    own = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
-    return {"asperity": np.unique(np.concatenate(own))} if own else {}
-
-
 def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: Mapping[Any, Any]) -> xr.Variable:
     """Return a variable of all cells; a coordinate that is the same in all has no dimension of the grid."""
     there = {index: cell for index, cell in enumerate(cells) if cell is not None}
@@ -98,7 +92,7 @@ def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: 
         labels[dim].size if dim in labels else length for dim, length in zip(model.dims, longest, strict=True)
     )
     everywhere = len(own) == len(there)
-    if name in there[first].coords and everywhere and _same(list(own.values())):
+    if name in there[first].coords and everywhere and all(np.array_equal(model, other) for other in own.values()):
         return model
     whole = len(own) == len(cells) and all(variable.shape == shape for variable in own.values())
     # what is filled up needs a NaN
@@ -117,10 +111,6 @@ def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: 
     )
 
 
-def _same(variables: Sequence[xr.Variable]) -> bool:
-    return all(np.array_equal(variables[0].values, other.values) for other in variables[1:])
-
-
 def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     """Return the swept quantities, with units, along the dimensions of a grid; InputError names a key that is wrong."""
     sections = scenario.at(next(grid.points())).sections
@@ -131,15 +121,10 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
             with reported(scenario.path.name), at(*place_of(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
             attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
-            coordinates[variable_name(key)] = xr.Variable(axis.name, _column(values), attributes, {"_FillValue": None})
+            plain = all(isinstance(value, int | float) and not isinstance(value, bool) for value in values)
+            column = np.array(values if plain else [_text(value) for value in values])
+            coordinates[variable_name(key)] = xr.Variable(axis.name, column, attributes, {"_FillValue": None})
     return coordinates
-
-
-def _column(values: list[Any]) -> Array:
-    """Return the values of a coordinate: numbers, or else strings."""
-    if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-        return np.array(values)
-    return np.array([value if isinstance(value, str) else _text(value) for value in values])
 
 
 def _text(value: object) -> str:
@@ -201,17 +186,16 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
     for cell in cells:
         for finding in read_findings(cell.attrs.get(VALIDITY, "[]")):
             by_name.setdefault(finding.name, []).append(finding)
-    worst = [(max(own, key=_excess), len(own)) for own in by_name.values()]
+
+    def excess(finding: Finding) -> float:
+        low, high = sorted((abs(finding.value), abs(finding.limit)))
+        return high / low if low else np.inf
+
+    worst = [(max(own, key=excess), len(own)) for own in by_name.values()]
     return tuple(
         attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
         for finding, count in worst
     )
-
-
-def _excess(finding: Finding) -> float:
-    """Return how far beyond its limit, above or below, a finding is."""
-    low, high = sorted((abs(finding.value), abs(finding.limit)))
-    return high / low if low else np.inf
 
 
 def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:

@@ -131,7 +131,10 @@ def read_matrix(lines: Iterable[str]) -> Floats:
     matrix = np.array(rows)[:, : -1 if ends_blank else None]
     if blank_corner and _is_scale(matrix[0, 1:]) and _is_scale(matrix[1:, 0]):
         raise InputError("has positions in its first line and first column; expected heights only: take them out")
-    return _oriented(matrix)
+    lines_read, columns = matrix.shape
+    if 1 < columns <= 3 < lines_read:
+        raise InputError(f"has {columns} columns in {lines_read:,} lines, which may be coordinates; {COORDINATES}")
+    return matrix[:, 0] if columns == 1 else np.ascontiguousarray(matrix.T)
 
 
 def _split_comment(line: str) -> tuple[str, str]:
@@ -167,13 +170,6 @@ def _height(cell: str, decimal: str) -> float | None:
 def _is_scale(values: Floats) -> bool:
     steps = np.diff(values)
     return steps.size > 1 and steps[0] != 0 and bool(np.allclose(steps, steps[0], rtol=1e-6, atol=0))
-
-
-def _oriented(matrix: Floats) -> Floats:
-    lines, columns = matrix.shape
-    if 1 < columns <= 3 < lines:
-        raise InputError(f"has {columns} columns in {lines:,} lines, which may be coordinates; {COORDINATES}")
-    return matrix[:, 0] if columns == 1 else np.ascontiguousarray(matrix.T)
 
 
 @READERS.register
