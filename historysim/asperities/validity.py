@@ -114,12 +114,10 @@ def _of_curve(curves: NormalCurves) -> list[Finding | None]:
     first, error = float(curves.approach[0] / curves.approach[-1]), curves.error()
     before = (
         f"the lightest load of the normal curve stands at {_percent(first)} of its range of approach: what is carried "
-        "below it, and by every slip front there, is a guess (a power of the approach); measure lighter loads"
+        "below it is a guess (a power of the approach); measure lighter loads"
     )
-    between = (
-        f"the normal curve may be off by {_percent(error)} of its largest load "
-        f"{'between its rows' if curves.noise is None else 'under its noise'}, and so may all loads: measure more rows"
-    )
+    place = "between its rows" if curves.noise is None else "under its noise"
+    between = f"the normal curve may be off by {_percent(error)} of its largest load {place}; measure more rows"
     return [
         _over("first_row", first, MOST_BEFORE_ROWS, before),
         _over("normal_curve", error, MOST_ERROR, between),
@@ -132,11 +130,10 @@ def _outliers(contact: _Contact) -> Finding | None:
     if not count:
         return None
     share = contact.share(height[contact.index] >= np.sort(height)[-count])
-    stand, carry = ("stands", "carries") if count == 1 else ("stand", "carry")
     text = (
-        f"{counted(count, 'summit', 'summits')} of {height.size:,}, which {stand} apart above all others, {carry} "
-        f"{_percent(share)} of the normal load: see whether they are spikes or dirt; of a map, take them off with "
-        "spikes or outliers, or crop it"
+        f"{counted(count, 'summit', 'summits')} of {height.size:,} apart above all others, with {_percent(share)} of "
+        "the normal load: see whether they are spikes or dirt; of a map, take them off with spikes or outliers, or "
+        "crop it"
     )
     return _over("outliers", share, MOST_ON_OUTLIERS, text)
 
@@ -145,20 +142,17 @@ def _steep(contact: _Contact) -> Finding | None:
     share = contact.share(contact.contact_radius > STEEPEST * contact.summit_radius)
     text = (
         f"{_percent(share)} of the normal load stands on asperities with a/R > {STEEPEST} (mean pressure "
-        f"{contact.mean_pressure}), where Hertz' theory does not hold: filter the map (s_filter) to what its "
-        "resolution supports, if the radii come from one, or press less"
+        f"{contact.mean_pressure}), where Hertz' theory does not hold: filter the map (s_filter), or press less"
     )
     return _over("steep", share, MOST_LOAD, text)
 
 
 def _yielding(contact: _Contact) -> Finding | None:
     ensemble, pair = contact.ensemble, contact.ensemble.pair
-    if ensemble.yielding is not None or (pair.yield_stress is None and pair.hardness is None):
-        return None
-    onset = ONSET_OF_HARDNESS * (pair.hardness or 0.0)
-    if pair.yield_stress is not None:
-        onset = ONSET_OF_YIELD * pair.yield_stress
     hardness = pair.hardness or HARDNESS_OF_YIELD * (pair.yield_stress or 0.0)
+    if ensemble.yielding is not None or not hardness:
+        return None
+    onset = ONSET_OF_YIELD * pair.yield_stress if pair.yield_stress is not None else ONSET_OF_HARDNESS * hardness
     pressure = hertz.mean_pressure(contact.normal_load, contact_radius=contact.contact_radius)
     share = contact.share(pressure > onset)
     spread = float(ensemble.summit_height.std())
@@ -182,8 +176,7 @@ def _hardening(contact: _Contact) -> Finding | None:
         return None
     text = (
         f"summits that have yielded are strained by {_percent(strain)} (0.2 a/R, by load), and hardness is measured at "
-        f"{_percent(STRAIN_OF_VICKERS)}: work hardening is left out; of a metal that hardens, take the hardness at "
-        "that strain"
+        f"{_percent(STRAIN_OF_VICKERS)}: of a metal that hardens, take the hardness at that strain"
     )
     return Finding("hardening", strain, STRAIN_OF_VICKERS, text)
 
@@ -193,11 +186,9 @@ def _cracks(contact: _Contact) -> Finding | None:
     if threshold is None or contact.ensemble.yielding is None:
         return None
     share = contact.share(contact.normal_load > threshold)
-    most = quantity_text(float(contact.normal_load.max()), "N", 3)
     text = (
-        f"{_percent(share)} of the normal load stands on asperities that carry up to {most}, beyond the threshold "
-        f"of median cracks, {quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977): a brittle material cracks "
-        "there, and the model lets it flow; press less"
+        f"{_percent(share)} of the normal load stands on asperities beyond the threshold of median cracks, "
+        f"{quantity_text(threshold, 'N', 3)} (Lawn and Evans 1977), where the model lets the material flow; press less"
     )
     return _over("cracks", share, MOST_LOAD, text)
 
@@ -220,17 +211,16 @@ def _overlap(contact: _Contact) -> Finding | None:
     if ensemble.x is None or ensemble.y is None or index.size < 2:
         return None
     overlaps = overlapping(np.stack([ensemble.x[index], ensemble.y[index]], axis=1), contact.contact_radius)
-    mend = "filter the map (s_filter), prune its summits (prune), or press less"
-    merging, share = contact.share(overlaps & contact.yielded), contact.share(overlaps)
-    merged = (
-        f"{_percent(merging)} of the normal load stands on yielded asperities with contacts that overlap others: "
-        f"such summits merge into one, and the model has them yield alone; {mend}"
-    )
-    text = (
-        f"{_percent(share)} of the normal load stands on {int(overlaps.sum()):,} asperities with contacts that "
-        f"overlap, which the model takes as independent: {mend}"
-    )
-    return _over("merging", merging, MOST_OVERLAP, merged) or _over("overlap", share, MOST_OVERLAP, text)
+    for name, which, how in (("merging", overlaps & contact.yielded, "yielded "), ("overlap", overlaps, "")):
+        share = contact.share(which)
+        text = (
+            f"{_percent(share)} of the normal load stands on {int(which.sum()):,} {how}asperities with contacts that "
+            "overlap others, which the model takes as independent: filter the map (s_filter), prune its summits "
+            "(prune), or press less"
+        )
+        if share > MOST_OVERLAP:
+            return Finding(name, share, MOST_OVERLAP, text)
+    return None
 
 
 def overlapping(place: Floats, radius: Floats) -> Booleans:
