@@ -10,7 +10,7 @@ import numpy as np
 
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
-from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, at_start, coulomb, evolution_of
+from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, evolution_of
 from historysim.asperities.state import EnsembleState, PlanarState
 from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, path_to
 from historysim.asperities.wear import WearLaw, check_wear
@@ -144,6 +144,8 @@ class Ensemble:
         count = max(height.size, np.size(summit_radius))
         height = each("summit_height", height, count)
         radius = each("summit_radius", summit_radius, count, above=0)
+        law = friction if isinstance(friction, FrictionLaw) else None
+        coefficients: Any = friction if law is None else law.at_start(count)
         # the unit of length is the largest radius, beside which others may be ever so small
         workable("summit_radius", radius.max(), smallest=SMALLEST)
         workable("summit_radius", radius)
@@ -152,14 +154,14 @@ class Ensemble:
             pair=pair,
             summit_height=height,
             summit_radius=radius,
-            friction=each("friction", at_start(friction, count), count),
+            friction=each("friction", coulomb(coefficients, count), count),
             x=None if x is None else each("x", x, count),
             y=None if y is None else each("y", y, count),
             tolerance=float(checked("tolerance", tolerance, above=0)),
             curves=None,
             slope=None,
             nominal_area=None if nominal_area is None else scalar("nominal_area", nominal_area, above=0),
-            law=friction if isinstance(friction, FrictionLaw) else None,
+            law=law,
             wear=wear,
             follow_sliding=bool(follow_sliding),
             yielding=law_on_summits(yielding, pair, radius),
@@ -636,7 +638,10 @@ class Ensemble:
 
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
-        return binding.slide_times(self._memory_of(state, planar=True))
+        memory = self._memory_of(state, planar=True)
+        found = np.empty(memory.contact.watched or memory.contact.count)
+        lib.hs_slide_times(memory, pointer(found))
+        return found
 
     def approach_at(self, normal_load: float) -> float:
         """Return the approach of the highest summit [m] at which it first carries a normal load ≥ 0 [N], at U = 0."""
@@ -689,7 +694,8 @@ class Ensemble:
     @cached_property
     def _beginning(self) -> Memory:
         """The memory at the start, which is never changed."""
-        memory: Memory = binding.new_memory(self._contact, self.friction, self._more)
+        memory: Memory = owned(lib.hs_memory_new(self._contact, pointer(self.friction)))
+        memory.identity = lib.hs_digest(memory.identity, ffi.from_buffer(self._more), len(self._more))
         if self.evolves:
             self._follow(memory)
         return memory

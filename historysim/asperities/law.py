@@ -184,11 +184,6 @@ def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
     return np.array(np.broadcast_to(coefficients, count))
 
 
-def at_start(friction: npt.ArrayLike | FrictionLaw, count: int) -> Floats:
-    """Return one coefficient μ per asperity before anything has happened, given or of a law."""
-    return coulomb(friction.at_start(count) if isinstance(friction, FrictionLaw) else friction, count)
-
-
 @attrs.frozen(eq=False)
 class FrictionGoal:
     """Coefficients (asperity) that a path goes a fraction of the way to, from where they are."""

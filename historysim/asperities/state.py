@@ -114,7 +114,8 @@ class WholeContact:
     @property
     def friction(self) -> Floats:
         """Present friction coefficient of each asperity (asperity)."""
-        return binding.friction_of_each(self.memory)
+        groups = self.memory.contact.groups
+        return binding.view(self.memory.friction, groups)[binding.group_of_each(self.memory)]
 
 
 @attrs.frozen(eq=False, repr=False, init=False)
@@ -144,7 +145,11 @@ class EnsembleState(WholeContact, SavedState):
         return binding.to_bytes(self.memory)
 
     def _bits(self) -> bytes:
-        return binding.to_bytes(binding.untimed(self.memory))
+        memory = self.memory
+        if memory.slides:
+            memory = binding.copied(memory)
+            lib.hs_forget_slides(memory)
+        return binding.to_bytes(memory)
 
     @property
     def group(self) -> Integers:

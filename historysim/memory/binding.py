@@ -75,16 +75,6 @@ def new_contact(
     return contact
 
 
-def new_memory(contact: Any, friction: Floats, more: bytes = b"") -> Any:
-    """Return the memory of a contact that nothing has happened to, with a coefficient for each asperity.
-
-    What else it belongs to, such as laws, is given as bytes.
-    """
-    memory = owned(lib.hs_memory_new(contact, pointer(friction)))
-    memory.identity = lib.hs_digest(memory.identity, ffi.from_buffer(more), len(more))
-    return memory
-
-
 def check_belongs(memory: Any, like: Any) -> None:
     """Check that a memory belongs to the contact, the friction and the laws of another one."""
     if not lib.hs_belongs(memory, like):
@@ -175,28 +165,6 @@ def group_of_each(memory: Any) -> Integers:
     order, first = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
     found[order] = np.repeat(np.arange(contact.groups), np.diff(first))
     return found
-
-
-def slide_times(memory: Any) -> Floats:
-    """Return when asperities, or what is watched, first slid as a whole [s]; NaN where they have not."""
-    contact = memory.contact
-    found = np.empty(contact.watched or contact.count)
-    lib.hs_slide_times(memory, pointer(found))
-    return found
-
-
-def untimed(memory: Any) -> Any:
-    """Return a memory that knows no times: itself, or a copy."""
-    if not memory.slides:
-        return memory
-    memory = copied(memory)
-    lib.hs_forget_slides(memory)
-    return memory
-
-
-def friction_of_each(memory: Any) -> Floats:
-    """Return the present coefficient of each asperity (asperity)."""
-    return view(memory.friction, memory.contact.groups)[group_of_each(memory)]
 
 
 def fill(struct: Any, values: Mapping[str, Any]) -> list[Any]:

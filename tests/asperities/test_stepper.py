@@ -47,15 +47,12 @@ def test_a_stepper_and_a_state_have_the_bits_of_a_replay(seed, several):
         stepper.step(**where)
         assert stepper.save() == state
     assert state == replayed
-    assert stepper.tangential_load == state.tangential_load
-    assert stepper.normal_load == state.normal_load
-    assert stepper.approach == state.approach
-    assert stepper.tangential_displacement == state.tangential_displacement
-    assert stepper.dissipated_energy == state.dissipated_energy
+    for name in ("tangential_load", "normal_load", "approach", "tangential_displacement", "dissipated_energy"):
+        assert getattr(stepper, name) == getattr(state, name), name
 
 
 @pytest.mark.parametrize("kind", ["yields", "yields, by strength", "wears", "slides"])
-@pytest.mark.parametrize("seed", range(1))
+@pytest.mark.parametrize("seed", [1])
 def test_a_stepper_of_asperities_that_evolve_has_the_bits_of_advance(kind, seed):
     rng = np.random.default_rng(seed)
     pair = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.2e9, hardness=5.5e9)
@@ -117,13 +114,8 @@ def test_many_paths_at_once_are_as_many_single_ones():
     single = start
     for k, displacement in enumerate(way):
         single = ensemble.advance(single, normal_load=0.3, tangential_displacement=displacement)
-        assert totals.tangential_load[k] == single.tangential_load
-        assert totals.normal_load[k] == single.normal_load
-        assert totals.approach[k] == single.approach
-        assert totals.tangential_displacement[k] == single.tangential_displacement
-        assert totals.contact_count[k] == single.contact_count
-        assert totals.tangential_stiffness[k] == single.tangential_stiffness
-        assert totals.dissipated_energy[k] == single.dissipated_energy
+        for name in totals._fields:
+            assert getattr(totals, name)[k] == getattr(single, name), name
     assert state == single
 
 
