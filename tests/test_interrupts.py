@@ -15,8 +15,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.log import result as result_writer
 from historysim.memory.binding import DISPLACED, LOAD, TOTALS
-from historysim.memory.paths import Goals, paths_to
-from historysim.memory.rows import Rows
+from historysim.memory.paths import Goals, Rows, paths_to
 from historysim.studies.sweep import _Plan
 from historysim.studies.workers import Processes, ending
 

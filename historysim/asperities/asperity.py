@@ -17,7 +17,7 @@ from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import TIE, Memory, check, view
-from historysim.memory.rows import blank_rows
+from historysim.memory.paths import blank_rows
 
 
 class SlipState(enum.IntEnum):

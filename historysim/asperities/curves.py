@@ -18,8 +18,7 @@ from historysim.basics.arguments import Array, Booleans, Floats, Integers, check
 from historysim.basics.library import ffi, lib, pointer
 from historysim.errors import CurveEndError, InputError
 from historysim.memory.binding import LOAD, check, fill
-from historysim.memory.paths import Paths
-from historysim.memory.rows import Rows
+from historysim.memory.paths import Paths, Rows
 
 FEWEST = 4  # rows that make a table
 # Root mean square misfit of the total, over its largest load, from which it is no noise that could be smoothed.

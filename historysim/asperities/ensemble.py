@@ -24,8 +24,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory import binding
 from historysim.memory.binding import DISPLACED, LOAD, PLANAR_PATH, Memory, advanced, check, copied, owned, view
-from historysim.memory.paths import Goals, Paths, in_plane, paths_to, unrecorded
-from historysim.memory.rows import PROJECTED, Rows, blank_rows
+from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, in_plane, paths_to, unrecorded
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity

@@ -18,8 +18,7 @@ from historysim.basics.library import lib
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, Memory, advanced
-from historysim.memory.paths import Goals, Paths, paths_to, unrecorded
-from historysim.memory.rows import Rows, blank_rows
+from historysim.memory.paths import Goals, Paths, Rows, blank_rows, paths_to, unrecorded
 
 if TYPE_CHECKING:
     from historysim.asperities.asperity import Asperity

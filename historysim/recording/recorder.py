@@ -22,7 +22,7 @@ from historysim.loads.events import (
     TangentialDisplacement,
 )
 from historysim.loads.schedule import changes_geometry, friction_changes
-from historysim.memory.rows import PROJECTED, Rows, blank_rows
+from historysim.memory.paths import PROJECTED, Rows, blank_rows
 from historysim.recording.variables import (
     COMPONENTS,
     COORDINATES,

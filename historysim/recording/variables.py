@@ -16,7 +16,7 @@ from historysim.basics.arguments import DIRECTION, Array
 if TYPE_CHECKING:
     from historysim.asperities.ensemble import Ensemble
     from historysim.asperities.instrument import Instrument
-    from historysim.memory.rows import Rows
+    from historysim.memory.paths import Rows
 
 
 COMPONENTS = ("x", "y")  # labels of the dimension of vectors in two tangential directions

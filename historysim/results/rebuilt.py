@@ -24,8 +24,7 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.loads.events import NormalDisplacement
 from historysim.memory.binding import DISPLACED
-from historysim.memory.paths import Goals, paths_to
-from historysim.memory.rows import blank_rows
+from historysim.memory.paths import Goals, blank_rows, paths_to
 from historysim.replaying import Replay
 from historysim.results.analysis.recorded import (
     check_all_recorded,

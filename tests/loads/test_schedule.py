@@ -10,7 +10,7 @@ import historysim as hs
 from historysim.loads.events import FrictionChange, LoadEvent
 from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, cursor_at, row_count, segments
 from historysim.memory.binding import DISPLACED, LOAD
-from historysim.memory.rows import blank_rows
+from historysim.memory.paths import blank_rows
 
 HELD = (0.0, 0.0)
 

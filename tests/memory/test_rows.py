@@ -3,8 +3,7 @@ import pytest
 
 import historysim as hs
 from historysim.basics.library import lib
-from historysim.memory.paths import Goals, paths_to
-from historysim.memory.rows import blank_rows
+from historysim.memory.paths import Goals, blank_rows, paths_to
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 

@@ -80,7 +80,7 @@ def many(ensemble, state, rng):
 
 def walked(ensemble, state, rng):
     """Return the state after a path of which rows are recorded."""
-    from historysim.memory.rows import blank_rows
+    from historysim.memory.paths import blank_rows
 
     paths = paths_to(Goals(1, places(ensemble, rng)[0]), Goals(1, places(ensemble, rng)[1]))
     return ensemble.walk(state, paths, rows=blank_rows(1, 1), asperities=[len(ensemble) - 1])

@@ -7,8 +7,7 @@ from historysim.asperities.laws import PowerLaw, ShearStrength, ShiftedLoad, Sli
 from historysim.asperities.wear import ArchardWear
 from historysim.asperities.yielding import JacksonGreen, KogutEtsion, Thornton
 from historysim.basics.library import lib
-from historysim.memory.paths import Goals, paths_to
-from historysim.memory.rows import blank_rows
+from historysim.memory.paths import Goals, blank_rows, paths_to
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=43e9, shear_modulus=9.227e9)
 
