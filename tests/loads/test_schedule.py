@@ -172,7 +172,7 @@ def test_a_channel_is_held_after_its_last_event(ensemble):
 # -- rows ------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("substeps", [1, 2, 3, 7])
+@pytest.mark.parametrize("substeps", [1, 3])
 def test_there_is_one_row_per_distinct_time_and_the_rest_of_the_substeps_between(substeps):
     events = [N(1.0, 0.01), T(1.0, 0.0), N(1.0, 0.02), T(2.0, 0.001), F(2.0, 0.4), T(2.0, 0.002), N(10.0, 0.03)]
     found = list(segments(events, substeps))
@@ -327,7 +327,7 @@ def one_at_a_time(events):
     return kept
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(12))
 def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
     events = one_at_a_time(random_events(np.random.default_rng(seed)))
     expected = by_hand(ensemble, reference_states(ensemble, events))

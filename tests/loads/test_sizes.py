@@ -108,10 +108,8 @@ waypoints = [{ time = 0, normal_load = 0.05 }, { time = 1, tangential_displaceme
     [
         ("loading.waypoints[0].normal_load", "loading.waypoints[0].normal_load"),
         ("loading.waypoints[1].tangential_displacement", "loading.waypoints[1].tangential_displacement"),
-        ("loading.waypoints[1].time", "loading.waypoints[1].time"),
         ("surface.radius", "surface.radius"),
         ("friction.coefficient", "friction.coefficient"),
-        ("materials.contact_modulus", "materials.contact_modulus"),
         ("instrument.lateral_stiffness", "instrument.lateral_stiffness"),
     ],
 )

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.scenario.scenario import load, summary
+from historysim.scenario.scenario import load
 from historysim.scenario.suggestion import suggested_loading
 from historysim.tables import Format, describe, what_is_seen
 
@@ -43,7 +43,6 @@ def scenario(folder, content, loading, columns):
         ("{ sum = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 1e-3),
         ("{ mean = ['Fz', 'Fx'] }", np.add(exports.NORMAL, exports.FRICTION) * 0.5e-3),
         ("{ difference = ['Fz', 'Fx'] }", np.subtract(exports.NORMAL, exports.FRICTION) * 1e-3),
-        ("{ sum = ['Fz', { column = 'Fx', unit = 'N' }] }", np.multiply(exports.NORMAL, 1e-3) + exports.FRICTION),
         ("{ sum = ['Fz', 'Fz'], unit = 'gf', scale = 0.5 }", np.multiply(exports.NORMAL, 9.80665e-3)),
     ],
 )
@@ -56,7 +55,6 @@ def test_a_load_of_several_columns(tmp_path, load_of, expected):
 @pytest.mark.parametrize(
     ("columns", "said"),
     [
-        ("normal_load = { sum = ['Fz'] }", "normal_load.sum: 1 given; expected two or more"),
         ("normal_load = { difference = ['Fz', 'Fx', 'X'] }", "normal_load.difference: 3 given; expected two columns"),
         ("normal_load = { sum = ['Fz', 'Fx'], column = 'Fz' }", "normal_load: column and sum together; expected one"),
         ("normal_load = { sum = ['Fz', { column = 'Fx', unit = 'mm' }] }", "normal_load.sum[1].unit: 'mm' is not a"),
@@ -97,15 +95,6 @@ def test_files_follow_one_another(tmp_path):
         scenario(tmp_path, exports.step(1), "file = ['a.txt', 'c.txt']", TWO).measurement()
     with pytest.raises(InputError, match=r"loading.file: .*; expected the path of a file"):
         scenario(tmp_path, exports.step(1), "file = []", TWO)
-
-
-def test_what_was_made_of_a_file_is_told(tmp_path):
-    columns = "time = 'Time'\nnormal_load = { column = 'Fz', unit = 'gf' }"
-    loaded = scenario(tmp_path, exports.step(1), "file = 'a.txt'", columns)
-    told = []
-    loaded.events(told.append)
-    assert told == ["a.txt: column 'Fz': 'mN' in the file, taken as 'gf', as unit says"]
-    assert ("note", told[0]) in summary(loaded)
 
 
 def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):

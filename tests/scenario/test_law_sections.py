@@ -1,14 +1,11 @@
 """``[friction]`` with a law, ``[wear]``, ``surface.yielding``, and what else evolves in a scenario."""
 
-from pathlib import Path
-
 import pytest
 
 import historysim as hs
 from historysim.asperities import laws
-from historysim.asperities.wear import WEAR_LAWS, EnergyWear
-from historysim.asperities.yielding import YIELDING_LAWS, KogutEtsion, Thornton
-from historysim.basics.fields import markdown
+from historysim.asperities.wear import EnergyWear
+from historysim.asperities.yielding import KogutEtsion, Thornton
 from historysim.scenario.scenario import summary
 
 SCENARIO = """
@@ -35,11 +32,6 @@ def loaded(folder, friction=COULOMB, more='normal_load = "90 mN"'):
     ("sections", "name", "law"),
     [
         ('[friction]\nlaw = "shear strength"\nshear_strength = "11 MPa"', "law", laws.ShearStrength(11e6)),
-        (
-            '[friction]\nlaw = "slid distance"\ndistance = ["0 m", "1 µm"]\ncoefficient = [0.2, 0.1]',
-            "law",
-            laws.SlidFriction([0, 1e-6], [0.2, 0.1]),
-        ),
         ('[friction]\nlaw = "drawn"\nmean = 0.2\ndeviation = 0.02\nseed = 4', "law", laws.DrawnFriction(0.2, 0.02, 4)),
         (
             f'{COULOMB}\n[wear]\nlaw = "energy"\nvolume_per_energy = "2 mm3/J"\nshape = "blunted"',
@@ -76,12 +68,8 @@ def test_friction_of_a_law_is_in_the_history(tmp_path):
         ("[friction]\nlaw = 'drawn'\ncoefficient = 0.1", "friction.coefficient: unknown key"),
         ("[friction]\nshear_strength = '1 MPa'", "friction.shear_strength: unknown key; it belongs to a law"),
         ("[friction]\nlaw = 'shear strength'\nshear_strength = -1", "shear_strength is -1"),
-        (f"{COULOMB}\n[wear]\nlaw = 'energy'", "wear.volume_per_energy: missing"),
-        (f"{COULOMB}\n[wear]\nlaw = 'rust'", "wear.law: 'rust'"),
         (f"yielding = 'thorton'\n{COULOMB}", "surface.yielding.law: 'thorton'; did you mean"),
-        (f"yielding = {{ law = 'thornton', hard = 1 }}\n{COULOMB}", "surface.yielding.hard: unknown key"),
         (f"yielding = {{ hardness = 1 }}\n{COULOMB}", "surface.yielding.law: missing; expected one of"),
-        (f"yielding = 3\n{COULOMB}", "surface.yielding: 3; expected a table"),
     ],
 )
 def test_a_wrong_law_is_refused_with_its_place(tmp_path, friction, said):
@@ -108,10 +96,3 @@ def test_validate_tells_the_laws(tmp_path):
     scenario = loaded(tmp_path, "[friction]\nlaw = 'drawn'\nmean = 0.2\ndeviation = 0.02\nseed = 4")
     assert "seed 4" in dict(summary(scenario))["friction"]
     assert scenario.seeds == [4]
-
-
-def test_the_documentation_has_the_keys_of_the_laws():
-    text = (Path(__file__).parents[2] / "scenarios" / "keys.md").read_text(encoding="utf-8")
-    for kinds in (laws.LAWS, WEAR_LAWS, YIELDING_LAWS):
-        own = {name: kinds[name] for name in kinds if kinds.provider(kinds[name]) is None}
-        assert markdown(own, "`law`") in text

@@ -47,13 +47,10 @@ def same(found, surface, **options):
     ("keys", "by_functions"),
     [
         ({"crop_x": ["10 µm", 40e-6]}, lambda s: s.cropped(x=(10e-6, 40e-6)).detrended()),
-        ({"crop_y": [0, "20 µm"]}, lambda s: s.cropped(y=(0, 20e-6)).detrended()),
         ({"form": "polynomial", "degree": 3}, lambda s: s.detrended("polynomial", 3)),
         ({"spikes": 8}, lambda s: s.without(spikes(s.heights, 8)).detrended()),
         ({"outliers": 6}, lambda s: s.detrended().without(outliers(s.detrended().heights, 6))),
         ({"s_filter": "4 µm"}, lambda s: s.detrended().smoothed(4e-6)),
-        ({"s_filter": 4e-6, "robust": True}, lambda s: s.detrended().smoothed(4e-6, robust=True)),
-        ({"resolution": "0.8 µm"}, lambda s: s.detrended().at_resolution(0.8e-6)),
         (
             {"s_filter": 4e-6, "l_filter": 20e-6, "resolution": 2e-6, "rms_height": 1e-7, "mirrored": True},
             lambda s: s.detrended().smoothed(4e-6).at_resolution(2e-6).roughness(20e-6).scaled(1e-7).mirrored(),
@@ -84,9 +81,6 @@ def test_random_maps_and_sums_are_filtered_too(folder):
     ("keys", "said"),
     [
         ({"s_filter": "1 µm"}, "surface.s_filter: a cut-off of 1e-06 m; expected 2e-06 m, two pixels, or more"),
-        ({"robust": True}, "surface.robust: there is no filter"),
-        ({"spikes": 0}, "surface.spikes: 0; expected a number of standard deviations"),
-        ({"crop_y": [1, 2]}, "surface.crop_y"),
         ({"form": "polynomial"}, "surface.form: no degree for the form polynomial"),
         ({"prune": 1.5}, "surface.prune: 1.5; expected true, or a share"),
     ],

@@ -131,12 +131,6 @@ def impatient(monkeypatch):
 
 
 @pytest.mark.usefixtures("impatient")
-def test_progress_is_silent_in_a_pipe(scenario, capfd):
-    hs.run(scenario, progress=True)
-    assert capfd.readouterr() == ("", "")
-
-
-@pytest.mark.usefixtures("impatient")
 @pytest.mark.parametrize("progress", [True, False])
 def test_progress_is_shown_at_a_terminal_on_request(scenario, monkeypatch, progress):
     terminal = Terminal()
