@@ -135,9 +135,7 @@ def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
     ("header", "time", "normal", "stroke", "friction"),
     [
         ("Time (s),Fz (N),x (um),Fx (N)", "Time (s)", "Fz (N)", "x (um)", "Fx (N)"),
-        ("t_ms,F_n,X_nm,F_t", ("t_ms", "ms"), ("F_n", "?"), ("X_nm", "nm"), ("F_t", "?")),
         ("t [ms],load_N,pos,Fx [mN]", "t [ms]", ("load_N", "N"), ("pos", "?"), "Fx [mN]"),
-        ("timestamp,Fz,temperature,friction_coefficient", ("timestamp", "?"), ("Fz", "?"), None, None),
         ("t_s,normal_displacement_nm,tangential_displacement_nm,normal_load_mN", ("t_s", "s"),
          ("normal_load_mN", "mN"), ("tangential_displacement_nm", "nm"), None),
     ],
@@ -186,14 +184,6 @@ def test_all_samples_tell_the_sign_of_the_normal_load_and_not_the_first(tmp_path
     )
 
 
-def test_a_tangential_load_alone_is_what_was_controlled(tmp_path):
-    path = tmp_path / "a.csv"
-    path.write_text("t (s),Fn (mN),Ft (mN)\n0,1,2\n1,2,3\n", encoding="utf-8")
-    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
-    assert loading["columns"] == {"time": "t (s)", "normal_load": "Fn (mN)", "tangential_load": "Ft (mN)"}
-    assert "response" not in loading
-
-
 # -- what is proposed ------------------------------------------------------------------------------
 
 
@@ -201,7 +191,6 @@ def test_a_tangential_load_alone_is_what_was_controlled(tmp_path):
     ("header", "columns", "response"),
     [
         ("Time (s),DAQ.Fz (N),DAQ.Fx (N),DAQ.Fy (N),Stroke (mm)", "DAQ.Fz (N)", '"DAQ.Fx (N)"'),
-        ("t (s),Fz (N),Fx (N),x (mm),COF", "Fz (N)", '"Fx (N)"'),
     ],
 )
 def test_usual_names_of_tribometers_are_known(tmp_path, header, columns, response):

@@ -74,7 +74,7 @@ def test_what_has_a_picture_is_drawn(history, name):
 
 
 def test_a_comparison_and_a_fit_of_a_scenario_are_drawn(tmp_path):
-    record = synthetic.measured("ball", 7)
+    record = synthetic.measured("ball", 7, loads=(0.05,), loops=2)
     write_columns(
         tmp_path / "m.csv",
         t=record.time,
