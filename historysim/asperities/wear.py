@@ -56,12 +56,8 @@ class WearLaw(Law):
     def volume(self, normal_load: Floats, slid_distance: Floats, dissipated_energy: Floats) -> Floats:
         """Return the volume that asperities lose [m³] (asperity); a law of your own computes it here, for arrays.
 
-        Parameters
-        ----------
-        normal_load : array (asperity)
-            Mean load meanwhile [N].
-        slid_distance, dissipated_energy : array (asperity)
-            What they slid [m] and dissipated [J] meanwhile: of twice as much of both, twice the volume is lost.
+        The load is the mean meanwhile [N], the distance what they slid [m], the energy what they dissipated [J]
+        meanwhile: of twice as much of both, twice the volume is lost.
         """
         law, _ = self.in_library(None)
         found = np.empty(normal_load.size)

@@ -55,7 +55,6 @@ class YieldingLaw(Law):
     """
 
     registry: ClassVar[Registry[Any]] = YIELDING_LAWS
-
     struct, answers = "yielding", "first_loading"
 
     def core(self, pair: MaterialPair) -> dict[str, Any]:
@@ -71,16 +70,10 @@ class YieldingLaw(Law):
         """Return the approach up to which virgin summits are elastic [m] (summit), > 0; radii in m."""
 
     def first_loading(self, approach: Floats, summit_radius: Floats, pair: MaterialPair) -> tuple[Floats, Floats]:
-        """Return load [N] and contact radius [m] (summit) of virgin summits at an approach on first loading.
+        """Return load [N] and contact radius [m] (summit) of virgin summits at an approach [m] on first loading.
 
         Up to the critical approach they are Hertz's, and continuous there. Beyond it the load rises, and is no more
-        than Hertz's of that contact radius.
-
-        Parameters
-        ----------
-        approach, summit_radius : array (summit)
-            [m], > 0.
-        pair : MaterialPair
+        than Hertz's of that contact radius. Approaches and radii are arrays (summit) [m], > 0.
         """
         law, _ = self.in_library(pair)
         load, radius = np.empty(np.size(approach)), np.empty(np.size(approach))
@@ -122,6 +115,9 @@ class HardnessLaw(YieldingLaw):
     poissons_ratio: Number | None = attrs.field(
         default=None, converter=attrs.converters.optional(as_float), validator=_a_ratio
     )
+
+    source: ClassVar[str]  #: where it comes from
+    how: ClassVar[str]  #: what is chosen
 
     def of(self, pair: MaterialPair) -> Self:
         """Return the law with hardness and Poisson's ratio of a pair where they were not given."""
@@ -166,9 +162,10 @@ class HardnessLaw(YieldingLaw):
         return self.hardness, self.poissons_ratio
 
     @property
-    def _numbers(self) -> str:
+    def text(self) -> str:
+        """The law in a line."""
         hardness = "of the softer material" if self.hardness is None else quantity_text(self.hardness, "Pa")
-        return f"hardness {hardness}"
+        return f"{self.source}, hardness {hardness}{self.how}; elastic afterwards as Hertz"
 
 
 @YIELDING_LAWS.register
@@ -198,17 +195,13 @@ class KogutEtsion(HardnessLaw):
     """
 
     kind, library_kind = "kogut-etsion", "HS_KOGUT_ETSION"
+    source, how = "Kogut and Etsion (2002)", "; joined continuously"
 
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p0 = KH at which a summit begins to yield [Pa]."""
         hardness, ratio = self._known
         return (0.454 + 0.41 * ratio) * hardness
-
-    @property
-    def text(self) -> str:
-        """The law in a line."""
-        return f"Kogut and Etsion (2002), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
 @YIELDING_LAWS.register
@@ -224,16 +217,12 @@ class Thornton(HardnessLaw):
     """
 
     kind, library_kind = "thornton", "HS_THORNTON"
+    source, how = "Thornton (1997)", ", pressure up to 1.6/2.8 of it"
 
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p_y, at which a summit begins to yield [Pa]."""
         return PEAK_AT_ONSET / HARDNESS_OF_YIELD * self._known[0]
-
-    @property
-    def text(self) -> str:
-        """The law in a line."""
-        return f"Thornton (1997), {self._numbers}, pressure up to 1.6/2.8 of it; elastic afterwards as Hertz"
 
 
 @YIELDING_LAWS.register
@@ -250,17 +239,13 @@ class JacksonGreen(HardnessLaw):
     """
 
     kind, library_kind = "jackson-green", "HS_JACKSON_GREEN"
+    source, how = "Jackson and Green (2005)", "; joined continuously"
 
     @property
     def peak_at_onset(self) -> float:
         """Peak pressure p0 = C S_y at which a summit begins to yield [Pa]."""
         hardness, ratio = self._known
         return 1.295 * math.exp(0.736 * ratio) * hardness / HARDNESS_OF_YIELD
-
-    @property
-    def text(self) -> str:
-        """The law in a line."""
-        return f"Jackson and Green (2005), {self._numbers}; joined continuously; elastic afterwards as Hertz"
 
 
 def law_on_summits(given: YieldingLaw | str | None, pair: MaterialPair, summit_radius: Floats) -> YieldingLaw | None:
