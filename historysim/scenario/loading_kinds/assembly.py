@@ -40,80 +40,47 @@ FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on how a file was r
 EACH = "each"  # of several runs in one file, each by itself
 # the space keeps it apart from the keys of channels
 _RUN = " run"
-Remarks = list[tuple[str, str]]
 
 
 def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     """Return the measurement of a file, made ready by the keys of ``[loading]``."""
-    remarks: Remarks = []
-    clocked = _of_run(section, _on_one_clock(folder, section, remarks), remarks)
+    record = _on_one_clock(folder, section)
+    record.take_run()
     with at("file"), _named(section.name):
-        clocked = _within(section, clocked, remarks)
-        clocked = _without_missing(section, clocked, remarks)
-        _check_one_run(clocked)
-        _check_sizes(clocked.time, clocked)
-        _check_gaps(section.max_gap, clocked)
+        record.take_window()
+        record.leave_out_missing()
+        record.check_order_and_gaps()
     if section.interval is not None:
-        clocked = _evenly(section.name, section.interval, clocked)
-        remarks.append(("resampled", f"every {quantity_text(section.interval, 's')}, {_samples(clocked.time.size)}"))
-    values: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
-    removed: dict[str, Floats] = {}
+        with at("interval"), _named(section.name):
+            record.resample(section.interval)
+    in_si: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
     for (group, key), channel in section.channels.items():
         with at(group, key), _named(section.name):
-            dead_band = getattr(section.dead_band, key, None) or 0.0
-            in_si = _in_si(channel, clocked, (group, key), dead_band=dead_band, remarks=remarks, removed=removed)
-            _check_sizes(in_si, clocked)
-        values[group][key] = in_si
-        if channel.sources:
-            digit = last_digit(clocked.values[group, key], in_si)
-            if hum := hum_remark(channel, key, clocked.time, in_si, digit):
-                remarks.append((HUM_REMARK, hum))
-    _close_free_play(section, values, remarks)
+            in_si[group][key] = record.in_si(channel, group, key)
+    record.close_free_play(in_si)
     measurement = Measurement(
-        time=clocked.time,
-        channels=values["columns"],
-        response=values["response"],
+        time=record.time,
+        channels=in_si["columns"],
+        response=in_si["response"],
         dead_band=given(section.dead_band),
         reduced=section.reduce,
-        removed=removed,
-        row=clocked.row,
+        removed=record.removed,
+        row=record.row,
     )
     if section.reduce:
         kept = measurement.kept().size
-        remarks.append(("replayed", f"{kept:,} of {_samples(measurement.time.size)}: what is remembered"))
-    return attrs.evolve(measurement, remarks=tuple(remarks))
+        record.remark("replayed", f"{kept:,} of {_samples(measurement.time.size)}: what is remembered")
+    return attrs.evolve(measurement, remarks=tuple(record.remarks))
 
 
-@attrs.frozen(eq=False)
-class _Clocked:
-    """Raw columns on one clock, some of them with gaps; ``inside`` are the samples that lie within all clocks."""
-
-    time: Floats
-    values: Mapping[tuple[str, str], Floats]
-    row: Integers | None
-    inside: Booleans
-    run: Floats
-
-    def at(self, kept: Booleans) -> "_Clocked":
-        values = {key: array[kept] for key, array in self.values.items()}
-        row = None if self.row is None else self.row[kept]
-        return _Clocked(self.time[kept], values, row, self.inside[kept], self.run[kept])
-
-    def place(self, index: int) -> str:
-        return Measurement(self.time, {}, row=self.row).place(index)
-
-
-def _on_one_clock(folder: Path, section: "MeasuredLoading", remarks: Remarks) -> _Clocked:
+def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
+    """Read the columns of a file; channels of one clock together, since clocks may have samples of their own number."""
     measured = {place: channel for place, channel in section.channels.items() if channel.sources}
     tables: dict[Column | None, Table] = {}
-    # channels of one clock are read together; clocks may have samples of their own number
     for clock in dict.fromkeys([None, *(channel.time for channel in measured.values())]):
         together = {key: channel for (_, key), channel in measured.items() if channel.time == clock}
         tables[clock] = _read(folder, section, clock or section.columns.time, together)
     notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
-    remarks += [(FILE_REMARK, notice) for notice in notices]
-    if section.columns.time is None:
-        remarks.append(("clock", "no column for time: the number of the row, from 0 s"))
     main = tables[None]
     time = main.columns["time"]
     values, inside = {}, np.ones(time.size, dtype=np.bool_)
@@ -126,7 +93,10 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading", remarks: Remarks) ->
             shifted = own.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
-    return _Clocked(time, values, main.lines, inside, _run_of(main))
+    record = _Record(section, time, values, main.lines, inside, _run_of(main), [(FILE_REMARK, one) for one in notices])
+    if section.columns.time is None:
+        record.remark("clock", "no column for time: the number of the row, from 0 s")
+    return record
 
 
 def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
@@ -162,6 +132,25 @@ def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float
     return reduction.resample(clock, column[known], wanted, shift=shift, max_gap=longest)
 
 
+def _run_of(table: Table) -> Floats:
+    """Return the run of each row: by its column, or from 1 where the clock starts again; NaN if missing."""
+    if _RUN in table.columns:
+        return table.columns[_RUN]
+    time = table.columns["time"]
+    known = np.flatnonzero(~np.isnan(time))
+    number = np.full(time.size, np.nan)
+    number[known] = np.append(0, np.cumsum(np.diff(time[known]) < 0))[: known.size] + 1
+    return number
+
+
+def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
+    """Return the runs of a file, in their order, and how many samples each has."""
+    run = _on_one_clock(folder, section).run
+    known = run[~np.isnan(run)]
+    numbers, first, count = np.unique(known, return_index=True, return_counts=True)
+    return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
+
+
 @contextmanager
 def _named(name: str) -> Iterator[None]:
     try:
@@ -174,178 +163,175 @@ def _samples(count: int) -> str:
     return counted(count, "sample", "samples")
 
 
-def _within(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out samples before the start or after the end."""
-    start = -math.inf if section.start is None else section.start
-    end = math.inf if section.end is None else section.end
-    outside = (clocked.time < start) | (clocked.time > end)
-    if outside.all():
-        first, last = clocked.time.min(), clocked.time.max()
-        raise InputError(
-            f"no sample between start and end; expected times within the record, from {first:.9g} s to {last:.9g} s"
-        )
-    if outside.any():
-        remarks.append(("before the start or after the end", f"{_samples(int(np.count_nonzero(outside)))}, left out"))
-    return clocked.at(~outside)
+@attrs.define(eq=False)
+class _Record:
+    """Columns of a file on one clock, on their way to a measurement."""
 
+    section: "MeasuredLoading"
+    time: Floats
+    values: dict[tuple[str, str], Floats]  #: as they were read, some with gaps
+    row: Integers | None
+    inside: Booleans  #: samples that lie within all clocks
+    run: Floats
+    remarks: list[tuple[str, str]]
+    removed: dict[str, Floats] = attrs.Factory(dict)  #: what conditioning has taken off channels
 
-def _without_missing(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out samples outside of a channel's own clock, and with ``missing = "drop"`` those that miss a channel."""
-    outside = int(np.count_nonzero(~clocked.inside))
-    if outside:
-        remarks.append(("outside the clocks of all channels", f"{_samples(outside)}, left out"))
-        clocked = clocked.at(clocked.inside)
-    whole = reduction.whole_samples(clocked.time, *clocked.values.values())
-    if not whole.any():
-        raise InputError("no sample has all channels; expected some, and clocks that overlap")
-    missing = int(np.count_nonzero(~whole))
-    if missing and section.missing == "refuse":
-        place = clocked.place(int(np.flatnonzero(~whole)[0]))
-        raise InputError(
-            f"{_samples(missing)} within gaps of a channel's own clock, the first one at {place}; raise max_gap, or "
-            'write missing = "drop" to leave such samples out'
-        )
-    if missing:
-        remarks.append(("missing", f"{_samples(missing)}, left out"))
-    return clocked.at(whole)
+    def remark(self, label: str, text: str) -> None:
+        self.remarks.append((label, text))
 
+    def keep(self, kept: Booleans) -> None:
+        self.values = {key: array[kept] for key, array in self.values.items()}
+        self.row = None if self.row is None else self.row[kept]
+        self.time, self.inside, self.run = self.time[kept], self.inside[kept], self.run[kept]
 
-def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
-    """Return the runs of a file, in their order, and how many samples each has."""
-    run = _on_one_clock(folder, section, []).run
-    known = run[~np.isnan(run)]
-    numbers, first, count = np.unique(known, return_index=True, return_counts=True)
-    return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
+    def place(self, index: int) -> str:
+        return Measurement(self.time, {}, row=self.row).place(index)
 
+    def check_order(self, *, rising: bool = False) -> None:
+        check_order(self.time, self.place, rising=rising)
 
-def _run_of(table: Table) -> Floats:
-    """Return the run of each row: by its column, or from 1 where the clock starts again; NaN if missing."""
-    if _RUN in table.columns:
-        return table.columns[_RUN]
-    time = table.columns["time"]
-    known = np.flatnonzero(~np.isnan(time))
-    number = np.full(time.size, np.nan)
-    number[known] = np.append(0, np.cumsum(np.diff(time[known]) < 0))[: known.size] + 1
-    return number
+    def check_sizes(self, values: Floats) -> None:
+        beyond = np.flatnonzero(np.abs(values) > LARGEST)
+        if beyond.size:
+            raise InputError(f"{self.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
 
+    def take_run(self) -> None:
+        """Leave out all but the run of the scenario."""
+        run = self.section.run
+        if run is None:
+            return
+        runs = sorted({int(number) for number in self.run[~np.isnan(self.run)]})
+        known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
+        if run == EACH:
+            expected = f'expected one of the runs {known}: "each" is for loops, sliding and fit'
+            raise misfit(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
+        kept = self.run == run
+        if not kept.any():
+            raise misfit(f"there is no run {run}; expected one of {known}", "run")
+        self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}")
+        self.keep(kept)
 
-def _of_run(section: "MeasuredLoading", clocked: _Clocked, remarks: Remarks) -> _Clocked:
-    """Leave out all but the run of the scenario."""
-    if section.run is None:
-        return clocked
-    runs = sorted({int(number) for number in clocked.run[~np.isnan(clocked.run)]})
-    known = ", ".join(map(str, runs[:MOST_LISTED])) + (f", … {runs[-1]}" if len(runs) > MOST_LISTED else "")
-    if section.run == EACH:
-        expected = f'expected one of the runs {known}: "each" is for loops, sliding and fit'
-        raise misfit(f'"each"; {expected}, and for Scenario.runs() in Python', "run")
-    kept = clocked.run == section.run
-    if not kept.any():
-        raise misfit(f"there is no run {section.run}; expected one of {known}", "run")
-    remarks.append(("run", f"{section.run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}"))
-    return clocked.at(kept)
+    def take_window(self) -> None:
+        """Leave out samples before the start or after the end."""
+        start = -math.inf if self.section.start is None else self.section.start
+        end = math.inf if self.section.end is None else self.section.end
+        outside = (self.time < start) | (self.time > end)
+        if outside.all():
+            within = f"expected times within the record, from {self.time.min():.9g} s to {self.time.max():.9g} s"
+            raise InputError(f"no sample between start and end; {within}")
+        if outside.any():
+            self.remark("before the start or after the end", f"{_samples(int(outside.sum()))}, left out")
+        self.keep(~outside)
 
+    def leave_out_missing(self) -> None:
+        """Leave out samples outside of the clock of a channel, and with ``missing = "drop"`` those that miss one."""
+        if outside := int(np.count_nonzero(~self.inside)):
+            self.remark("outside the clocks of all channels", f"{_samples(outside)}, left out")
+            self.keep(self.inside)
+        whole = reduction.whole_samples(self.time, *self.values.values())
+        if not whole.any():
+            raise InputError("no sample has all channels; expected some, and clocks that overlap")
+        missing = int(np.count_nonzero(~whole))
+        if missing and self.section.missing == "refuse":
+            place = self.place(int(np.flatnonzero(~whole)[0]))
+            raise InputError(
+                f"{_samples(missing)} within gaps of a channel's own clock, the first one at {place}; raise max_gap, "
+                'or write missing = "drop" to leave such samples out'
+            )
+        if missing:
+            self.remark("missing", f"{_samples(missing)}, left out")
+        self.keep(whole)
 
-def _check_one_run(clocked: _Clocked) -> None:
-    try:
-        check_order(clocked.time, clocked.place)
-    except InputError as error:
-        starts = int((np.diff(clocked.time) < 0).sum())
-        raise InputError(
-            f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
-            'and run = "each" all, for loops, sliding and fit'
-        ) from error
+    def check_order_and_gaps(self) -> None:
+        """Check that the clock runs on, and has no gap that is too long."""
+        try:
+            self.check_order()
+        except InputError as error:
+            starts = int((np.diff(self.time) < 0).sum())
+            raise InputError(
+                f"{error}; if these are {starts + 1:,} runs, run = 1 to {starts + 1} in [loading] takes one of them, "
+                'and run = "each" all, for loops, sliding and fit'
+            ) from error
+        self.check_sizes(self.time)
+        longest = math.inf if self.section.max_gap is None else self.section.max_gap
+        wide = np.flatnonzero(np.diff(self.time) > longest)
+        if wide.size:
+            after = int(wide[0]) + 1
+            length = quantity_text(self.time[after] - self.time[after - 1], "s")
+            raise InputError(
+                f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of {length} before "
+                f"{self.place(after)}; split the record there, or raise max_gap"
+            )
 
+    def resample(self, interval: float) -> None:
+        """Take samples at even times, straight between the measured ones."""
+        duration = float(self.time[-1] - self.time[0])
+        # a division may go beyond the largest float
+        if not duration < MOST_SAMPLES * interval:
+            problem = f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
+            raise InputError(f"{problem}; expected a longer one")
+        self.check_order(rising=True)
+        count = math.floor(duration / interval * (1 + 1e-12)) + 1
+        time = np.minimum(self.time[0] + interval * np.arange(count), self.time[-1])
+        self.values = {key: reduction.resample(self.time, array, time) for key, array in self.values.items()}
+        self.time, self.row = time, None
+        self.remark("resampled", f"every {quantity_text(interval, 's')}, {_samples(count)}")
 
-def _check_sizes(values: Floats, clocked: _Clocked) -> None:
-    """Check numbers in SI, one for each sample."""
-    beyond = np.flatnonzero(np.abs(values) > LARGEST)
-    if beyond.size:
-        raise InputError(f"{clocked.place(int(beyond[0]))}: {values[beyond[0]]:g}; expected {SIZE}, in SI")
+    def in_si(self, channel: Channel, group: str, key: str) -> Floats:
+        """Return a channel in SI, conditioned and corrected, of a size that is computed with."""
+        constant = getattr(channel, "constant", None)
+        if constant is not None:
+            return np.full(self.time.size, constant)
+        raw = self.values[group, key]
+        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw + getattr(channel, "offset", 0.0)
+        values = self.corrected(channel, key, values)
+        self.check_sizes(values)
+        if hum := hum_remark(channel, key, self.time, values, last_digit(raw, values)):
+            self.remark(HUM_REMARK, hum)
+        return values
 
+    def corrected(self, channel: Channel, key: str, values: Floats) -> Floats:
+        """Return a channel after the corrections that its keys ask for, in their order."""
+        name, unit = key.replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
+        dead_band = getattr(self.section.dead_band, key, None) or 0.0
+        if (channel.median, channel.notch, channel.low_pass) != (None, None, None):
+            before, values = values, conditioned(channel, self.time, values)
+            off = self.removed[key] = before - values
+            rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
+            most = quantity_text(float(np.abs(off).max()), unit, 3)
+            self.remark(f"{name}: conditioning took off", f"{rms} rms, {most} at most")
+        if isinstance(channel, LengthChannel) and channel.backlash:
+            with at("backlash"):
+                self.check_order(rising=True)
+                values = correction.remove_backlash(self.time, values, channel.backlash, dead_band=dead_band)
+            self.remark(f"{name}: backlash taken up", quantity_text(channel.backlash, "m"))
+        if channel.drift_free:
+            with at("drift_free"):
+                self.check_order(rising=True)
+                drift = correction.drift_of_cycles(self.time, values, dead_band=dead_band)
+            values = values - drift.value * (self.time - self.time[0])
+            error = quantity_text(drift.standard_error, unit)
+            self.remark(f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s")
+        if channel.centred:
+            with at("centred"):
+                offset = correction.offset_of_cycles(values, dead_band=dead_band)
+            values = values - offset.value
+            error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
+            self.remark(f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}")
+        if isinstance(channel, ForceChannel) and channel.negative_as_zero:
+            self.remark(f"{name}: negative, taken as 0", _samples(int(np.count_nonzero(values < 0))))
+            values = np.maximum(values, 0.0)
+        return values
 
-def _check_gaps(max_gap: float | None, clocked: _Clocked) -> None:
-    if max_gap is None:
-        return
-    wide = np.flatnonzero(np.diff(clocked.time) > max_gap)
-    if wide.size:
-        after = int(wide[0]) + 1
-        length = clocked.time[after] - clocked.time[after - 1]
-        raise InputError(
-            f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of "
-            f"{quantity_text(length, 's')} before {clocked.place(after)}; split the record there, or raise max_gap"
-        )
-
-
-def _evenly(name: str, interval: float, clocked: _Clocked) -> _Clocked:
-    duration = float(clocked.time[-1] - clocked.time[0])
-    # a division may go beyond the largest float
-    if not duration < MOST_SAMPLES * interval:
-        problem = f"{interval:g} s makes more than {MOST_SAMPLES:,} samples out of {duration:g} s"
-        raise misfit(f"{problem}; expected a longer one", "interval")
-    with at("interval"), _named(name):
-        check_order(clocked.time, clocked.place, rising=True)
-    count = math.floor(duration / interval * (1 + 1e-12)) + 1
-    time = np.minimum(clocked.time[0] + interval * np.arange(count), clocked.time[-1])
-    values = {key: reduction.resample(clocked.time, array, time) for key, array in clocked.values.items()}
-    return _Clocked(time, values, None, np.ones(count, dtype=np.bool_), np.ones(count))
-
-
-def _close_free_play(section: "MeasuredLoading", values: dict[str, dict[str, Floats]], remarks: Remarks) -> None:
-    """Take a clearance in the path of the load, which opens at small loads, off the tangential displacement."""
-    name = "tangential_displacement"
-    for (group, key), channel in section.channels.items():
-        if key == name and channel.free_play:  # type: ignore[attr-defined] # of a length
-            load = {**values["response"], **values["columns"]}["tangential_load"]
-            width, closing = channel.free_play, channel.closing_load  # type: ignore[attr-defined]
-            values[group][name] = correction.remove_free_play(values[group][name], load, width, closing_load=closing)
-            remarks.append(("tangential displacement: free play taken off", quantity_text(width, "m")))
-
-
-def _in_si(
-    channel: Channel,
-    clocked: _Clocked,
-    key: tuple[str, str],
-    *,
-    dead_band: float,
-    remarks: Remarks,
-    removed: dict[str, Floats],
-) -> Floats:
-    """Return a channel in SI, conditioned and corrected; what conditioning took off goes to ``removed``."""
-    constant = getattr(channel, "constant", None)
-    if constant is not None:
-        return np.full(clocked.time.size, constant)
-    scale = channel.scale * (getattr(channel, "area", None) or 1.0)
-    values = scale * clocked.values[key] + getattr(channel, "offset", 0.0)
-    name, unit = key[1].replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
-    if (channel.median, channel.notch, channel.low_pass) != (None, None, None):
-        before, values = values, conditioned(channel, clocked.time, values)
-        off = removed[key[1]] = before - values
-        rms = quantity_text(float(np.sqrt(np.mean(off**2))), unit, 3)
-        most = quantity_text(float(np.abs(off).max()), unit, 3)
-        remarks.append((f"{name}: conditioning took off", f"{rms} rms, {most} at most"))
-    if isinstance(channel, LengthChannel) and channel.backlash:
-        with at("backlash"):
-            check_order(clocked.time, clocked.place, rising=True)
-            values = correction.remove_backlash(clocked.time, values, channel.backlash, dead_band=dead_band)
-        remarks.append((f"{name}: backlash taken up", quantity_text(channel.backlash, "m")))
-    if channel.drift_free:
-        with at("drift_free"):
-            check_order(clocked.time, clocked.place, rising=True)
-            drift = correction.drift_of_cycles(clocked.time, values, dead_band=dead_band)
-        values = values - drift.value * (clocked.time - clocked.time[0])
-        error = quantity_text(drift.standard_error, unit)
-        remarks.append((f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s"))
-    if channel.centred:
-        with at("centred"):
-            offset = correction.offset_of_cycles(values, dead_band=dead_band)
-        values = values - offset.value
-        error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
-        remarks.append((f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}"))
-    if isinstance(channel, ForceChannel) and channel.negative_as_zero:
-        negative = int(np.count_nonzero(values < 0))
-        values = np.maximum(values, 0.0)
-        remarks.append((f"{name}: negative, taken as 0", _samples(negative)))
-    return values
+    def close_free_play(self, in_si: dict[str, dict[str, Floats]]) -> None:
+        """Take a clearance in the path of the load, which opens at small loads, off the tangential displacement."""
+        name = "tangential_displacement"
+        for (group, key), channel in self.section.channels.items():
+            if key == name and isinstance(channel, LengthChannel) and channel.free_play:
+                load = {**in_si["response"], **in_si["columns"]}["tangential_load"]
+                width, closing = channel.free_play, channel.closing_load
+                in_si[group][key] = correction.remove_free_play(in_si[group][key], load, width, closing_load=closing)
+                self.remark("tangential displacement: free play taken off", quantity_text(width, "m"))
 
 
 @LOADINGS.register
