@@ -97,19 +97,6 @@ def test_events_of_both_channels_at_one_time_are_one_joint_path(events, ensemble
     check_replay(ensemble, events, [[{"normal_load": 0.01, "tangential_load": 0.002}]])
 
 
-@pytest.mark.parametrize(
-    ("event", "normal", "tangential"),
-    [
-        (N(0.0, 0.25), (LOAD, 0.25, 1.0), (LOAD, *HELD)),
-        (D(0.0, -0.25), (DISPLACED, -0.25, 1.0), (LOAD, *HELD)),
-        (T(0.0, -0.25), (LOAD, *HELD), (LOAD, -0.25, 1.0)),
-        (U(0.0, 0.25), (LOAD, *HELD), (DISPLACED, 0.25, 1.0)),
-    ],
-)
-def test_each_kind_controls_its_channel_and_the_other_stays_unloaded(event, normal, tangential):
-    assert read(single([event])) == [Path(normal, tangential)]
-
-
 def test_two_events_of_one_channel_at_one_time_are_two_paths_in_file_order(ensemble):
     events = [N(0.0, 0.01), U(0.0, 0.0), U(1.0, 0.02), U(1.0, -0.01)]
     segment = single(events)
@@ -124,15 +111,6 @@ def test_two_events_of_one_channel_at_one_time_are_two_paths_in_file_order(ensem
     turned = [*events[:2], events[3], events[2]]
     check_replay(ensemble, turned, [[start, {"tangential_displacement": 0.0}], [back, there]])
     assert not np.array_equal(observed(hs.replay(ensemble, events)), observed(hs.replay(ensemble, turned)))
-
-
-def test_further_events_at_one_time_are_gathered_until_a_channel_repeats():
-    events = [N(0.0, 1.0), T(0.0, 0.1), T(0.0, 0.2), N(0.0, 2.0), N(0.0, 3.0), T(0.0, 0.3)]
-    assert read(single(events)) == [
-        Path((LOAD, 1.0, 1.0), (LOAD, 0.1, 1.0), recorded=False),
-        Path((LOAD, 2.0, 1.0), (LOAD, 0.2, 1.0), recorded=False),
-        Path((LOAD, 3.0, 1.0), (LOAD, 0.3, 1.0)),
-    ]
 
 
 def test_a_channel_runs_straight_between_its_own_waypoints(ensemble):
@@ -238,12 +216,6 @@ def test_what_stands_after_a_change_of_friction_at_one_time_acts_after_it(ensemb
     assert not np.array_equal(*histories)
     split = list(segments([*start, there, less, back]))
     assert [path.recorded for segment in split for path in read(segment)] == [True, False, False, True]
-
-
-def test_friction_may_change_before_anything_else(ensemble):
-    events = [F(-1.0, 0.1), N(0.0, 0.02), T(1.0, 0.0015)]
-    moves = [[{"friction": 0.1}], [{"normal_load": 0.02}], [{"normal_load": 0.02, "tangential_load": 0.0015}]]
-    check_replay(ensemble, events, moves)
 
 
 # -- long and random histories ---------------------------------------------------------------------

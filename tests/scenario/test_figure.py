@@ -197,11 +197,8 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
     for arguments, message in (
         (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
         (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, sliding-order, traction"),
-        (["a.nc", "b.nc", "--set", "friction.coefficient=1"], "--set: belongs to one scenario"),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
-        ([str(path), "--steps", "K"], "steps does not apply to the picture surface"),
         (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite what it is made from"),
-        (["a.nc", "b.nc", "-o", "p.gif"], "a moving picture"),
     ):
         target = [] if "-o" in arguments else ["-o", "p.png"]
         done = call(main, ["plot", *arguments, *target])

@@ -347,17 +347,6 @@ def test_a_wrong_key_of_loading(folder, keys, said):
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(
-    ("band", "said"),
-    [
-        ({"tangential_displacement": -1}, "tangential_displacement: -1 m; expected 0 m or more"),
-        ({"tangential_load": 1}, "tangential_load: has no effect, since neither columns nor response has this channel"),
-    ],
-)
-def test_a_wrong_dead_band(folder, band, said):
-    assert refusal(folder, dead_band=band).startswith(f"s.toml: loading.dead_band.{said}")
-
-
 @pytest.mark.parametrize("keys", ["", "interval = 1"])
 def test_times_that_go_back_are_refused_wherever_they_stand(folder, keys):
     write_columns(folder / "m.csv", t=[0, 1, 0.5, 3], N=np.ones(4), u=[0, 1, 2, 4])

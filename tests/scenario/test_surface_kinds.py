@@ -208,16 +208,6 @@ def test_a_rotation_in_degrees(folder, text):
     np.testing.assert_allclose(found.heights, quarter.heights, rtol=0, atol=1e-20)
 
 
-def test_one_number_stands_for_all_summits(folder):
-    positions = {"x": [0.0, 1e-5, 2e-5], "y": 0.0}
-    found = built(folder, {"kind": "summits", "height": "1 nm", "radius": RADIUS, **positions}).summits
-    assert found.height.tolist() == [1e-9] * 3
-    assert found.radius.tolist() == [RADIUS] * 3
-    assert found.y.tolist() == [0.0] * 3
-    one = built(folder, {"kind": "summits", "height": [1e-9], "radius": [1e-6, 2e-6]}).summits
-    assert one.height.tolist() == [1e-9] * 2
-
-
 @pytest.mark.parametrize("where", ["here", "elsewhere"])
 def test_paths_are_relative_to_the_scenario(folder, monkeypatch, tmp_path_factory, where):
     monkeypatch.chdir(folder if where == "here" else tmp_path_factory.mktemp("elsewhere"))
@@ -451,19 +441,6 @@ def test_tables_of_summits_that_cannot_be_used(folder, content, said):
     columns = {"height": "z", "radius": "R", "friction": "mu"}
     message = refusal(folder, {**SHORT["summit table"], "columns": columns})
     assert message.startswith(f"s.toml: surface.file: comma.csv: {said}")
-
-
-@pytest.mark.parametrize(
-    ("content", "said"),
-    [
-        ("h,p\n0,1\n1,-1\n2,0\n", "density[1] is -1; expected a finite number of 0 or more"),
-        ("h,p\n0,1\n", "gap has shape (1,) and density (1,); expected two lists of one length ≥ 2"),
-    ],
-)
-def test_tables_of_densities_that_cannot_be_used(folder, content, said):
-    (folder / "density.csv").write_text(content, encoding="utf-8")
-    message = refusal(folder, SHORT["statistics table"])
-    assert message.startswith(f"s.toml: surface.file: density.csv: {said}")
 
 
 # -- sums -------------------------------------------------------------------------------------------
