@@ -98,7 +98,7 @@ def test_where_the_normal_load_varies_more_springs_are_nearer():
     model = hs.reduce(job(rough(), varies=True), elements=8)
     for load in (LOAD, 0.3 * LOAD, 1e-3 * LOAD):
         curve = VirginCurve(rough(), load)
-        stiffness, limit = model.scaling.at(load)
+        stiffness, limit = model.scaling.at(np.array([load]))
         # the table is straight between its rows
         assert limit.sum() == pytest.approx(0.2 * load, rel=1e-9)
         assert stiffness.sum() == pytest.approx(curve.rest.stiffness(1), rel=0.3)

@@ -1,4 +1,4 @@
-"""What a file is, and the program's own netCDF files, opened with xarray and without."""
+"""What a file is, and the program's own netCDF files."""
 
 import h5py
 import netCDF4
@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.asperities.wear import ArchardWear
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.recording.netcdf import FileRecorder
@@ -19,26 +18,8 @@ EVENTS = [
     hs.NormalLoad(0.0, 0.1),
     *(hs.TangentialDisplacement(float(time), (-1) ** time * 1e-7) for time in range(1, 5)),
 ]
-HEIGHT = [0.0, -5e-9, -9e-9]
-LOADS = [
-    hs.NormalLoad(0.0, 1e-3),
-    hs.TangentialDisplacement(1.0, 8e-9),
-    hs.FrictionChange(2.0, [0.2, 0.1, 0.3]),
-    hs.TangentialDisplacement(3.0, 1e-9),
-]
-APPROACH = np.linspace(0.0, 1e-7, 9)
-CURVE = hs.Ensemble.from_normal_curves(PAIR, APPROACH, 1e9 * APPROACH**1.5, friction=0.2)
-ROUGH = hs.Ensemble(PAIR, HEIGHT, 1e-5, 0.2)
-WEARING = hs.Ensemble(PAIR, HEIGHT, 1e-5, 0.2, wear=ArchardWear(coefficient=1e-4, hardness=6e9))
-JOBS = {
-    "friction that changes": hs.Replay(ROUGH, LOADS, substeps=3),
-    "one friction": hs.Replay(ROUGH, LOADS[:2], substeps=3),
-    "shapes that change": hs.Replay(WEARING, LOADS[:2]),
-    "totals alone": hs.Replay(ROUGH, LOADS[:2], record="totals"),
-    "some of all": hs.Replay(ROUGH, LOADS[:2], record=[1]),
-    "patches": hs.Replay(CURVE, LOADS[:2]),
-    "nothing touches": hs.Replay(ROUGH, [hs.NormalDisplacement(0.0, -1e-9)]),
-}
+ROUGH = hs.Ensemble(PAIR, [0.0, -5e-9, -9e-9], 1e-5, 0.2)
+JOB = hs.Replay(ROUGH, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 8e-9)], substeps=3)
 
 
 @pytest.fixture(scope="module")
@@ -85,25 +66,11 @@ def test_an_error_says_what_a_file_is_instead_of_a_result(folder, name, message)
         pass
 
 
-@pytest.mark.parametrize(("name", "message"), [("none", "there is no such file"), ("", "is a folder")])
-def test_a_file_that_is_none_has_no_kind(tmp_path, name, message):
-    with pytest.raises(InputError, match=f"{message}; expected a scenario, a result of historysim run, its log"):
-        kind_of(tmp_path / name)
-
-
-@pytest.mark.parametrize("job", JOBS.values(), ids=JOBS)
-def test_the_summary_of_a_file_is_that_of_its_dataset(tmp_path, job):
-    job.write(tmp_path / "out.nc")
-    with open_result(tmp_path / "out.nc") as recorded:
-        assert history_summary.summary(recorded) == history_summary.summary(job.dataset())
-
-
 def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     path = tmp_path / "out.nc"
-    job = JOBS["one friction"]
     # compressed chunks have checksums
-    with job.recorder(FileRecorder, path=path, attributes=job.attributes(), compression="zlib") as target:
-        job.walk(target)
+    with JOB.recorder(FileRecorder, path=path, attributes=JOB.attributes(), compression="zlib") as target:
+        JOB.walk(target)
         target.finish()
     with h5py.File(path) as file:
         _, chunk = file["tangential_displacement"].id.read_direct_chunk((0,))
