@@ -1,11 +1,9 @@
 """The command line: what it prints, what it writes, how it ends."""
 
-import contextlib
 import os
 import subprocess
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 
 import h5py
 import netCDF4
@@ -13,11 +11,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from broken import DOCUMENTS, FILES, LOADS_CSV, MEASURED, SUMMITS_CSV, broken_bytes, broken_documents, keep_small
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import historysim
 import historysim as hs
 from historysim.cli import main
 from historysim.loads.event_table import read_events
@@ -54,11 +51,12 @@ def process(folder, *arguments, **options):
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, **options)
 
 
-def here(folder, *arguments):
-    """Do in this process what `process` does: its imports are there already."""
-    with contextlib.chdir(folder):
-        done = call(*arguments)
-    return SimpleNamespace(returncode=done.exit_code, stdout=done.stdout, stderr=done.stderr)
+def check_refusal(done, code, said):
+    assert (done.exit_code if isinstance(done, Result) else done.returncode) == code
+    assert done.stdout == ""
+    assert done.stderr.count("Error: ") == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def files(folder):
@@ -71,6 +69,7 @@ def files(folder):
 def test_run_writes_the_result_here_and_says_what_came_out(folder):
     done = process(folder, "run", "ball.toml")
     assert (done.returncode, done.stderr) == (0, "")
+    assert call("--version").output.endswith(f"version {hs.__version__}\n")
     lines = dict(line.split(maxsplit=1) for line in done.stdout.splitlines())
     assert lines["steps"] == "11 over 1 s"
     assert lines["result"] == "ball.nc"
@@ -82,21 +81,17 @@ def test_run_writes_the_result_here_and_says_what_came_out(folder):
         assert result["total_tangential_load"][-1] == pytest.approx(8e-3)
 
 
-def test_run_draws_beside_its_output(folder):
+def test_run_draws_beside_its_output_and_can_be_quiet(folder):
     (folder / "results").mkdir()
-    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot")
+    done = call("run", "ball.toml", "-o", "results/out.nc", "--plot", "--picture", "other.pdf")
     assert done.exit_code == 0
     assert files(folder / "results") == ["out.history", "out.nc", "out.png"]
     assert (folder / "results/out.png").read_bytes().startswith(b"\x89PNG")
-    assert done.output.splitlines()[-2].split() == ["result", "results/out.nc"]
-    assert done.output.splitlines()[-1].split() == ["picture", "results/out.png"]
-
-
-def test_run_can_be_quiet(folder):
-    done = call("run", "ball.toml", "--quiet", "--plot", "--picture", "other.pdf")
-    assert (done.exit_code, done.output) == (0, "")
-    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "other.pdf"]
     assert (folder / "other.pdf").read_bytes().startswith(b"%PDF")
+    written = [["result", "results/out.nc"], ["picture", "results/out.png"], ["picture", "other.pdf"]]
+    assert [line.split() for line in done.output.splitlines()[-3:]] == written
+    done = call("run", "ball.toml", "--quiet")
+    assert (done.exit_code, done.output) == (0, "")
 
 
 def test_validate_reads_and_writes_nothing(folder):
@@ -118,16 +113,12 @@ def test_moduli_that_are_hardly_meant_are_noted():
     assert "Warning" not in done.output
 
 
-@pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize("command", ["validate", "show", "run", "plot", "compare", "loops", "fit"])
 def test_any_command_takes_other_values_for_a_scenario(folder, command):
     before = files(folder)
-    refused = call(command, "ball.toml", "--set", "friction.coefficent=0.3")
-    assert refused.exit_code == 2
-    assert "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'?" in refused.output
-    refused = call(command, "ball.toml", "--set", "0.3")
-    assert refused.exit_code == 2
-    assert "--set '0.3': expected KEY=VALUE" in refused.output
+    said = "ball.toml: friction.coefficent: unknown key; did you mean 'coefficient'?"
+    check_refusal(call(command, "ball.toml", "--set", "friction.coefficent=0.3"), 2, said)
+    check_refusal(call(command, "ball.toml", "--set", "0.3"), 2, "--set '0.3': expected KEY=VALUE")
     assert files(folder) == before
 
 
@@ -139,30 +130,24 @@ def test_other_values_decide_what_comes_out(folder):
         assert history.total_normal_load.values[-1] == pytest.approx(60e-3, rel=1e-12)
         (folder / "told.toml").write_text(history.attrs["scenario"], encoding="utf-8")
         assert history.drop_attrs().identical(hs.run("told.toml").drop_attrs())
-    refused = call("show", "ball.nc", "--set", "friction.coefficient=0.3")
-    assert refused.exit_code == 2
-    assert "ball.nc: is no scenario (.toml), so that --set has nothing to change" in refused.output
+    said = "ball.nc: is no scenario (.toml), so that --set has nothing to change"
+    check_refusal(call("show", "ball.nc", "--set", "friction.coefficient=0.3"), 2, said)
 
 
 def test_a_sweep_is_carried_out_and_goes_on(folder):
-    refused = call("sweep", "ball.toml")
-    assert refused.exit_code == 2
-    assert "ball.toml: has no [sweep]; expected one" in refused.output
+    check_refusal(call("sweep", "ball.toml"), 2, "ball.toml: has no [sweep]; expected one")
     over = '[sweep]\noutputs = ["preliminary_displacement"]\n[sweep.over]\nfriction.coefficient = [0.2, -0.3, 0.4]\n'
     (folder / "ball.toml").write_text(SCENARIO + over, encoding="utf-8")
     assert "3 cells: 3 of friction.coefficient" in call("validate", "ball.toml").output
     radii = 'sweep.over."surface.radius"=["1 mm", "2 mm"]'
     validated = call("validate", "ball.toml", "--set", radii)
     assert "6 cells: 3 of friction.coefficient × 2 of surface.radius" in validated.output
-    for nonsense, said in (
-        ('sweep.over."friction.coefficient"=[1]', "sweep.over: friction.coefficient appears twice, with quotes"),
-        ('sweep.over."surface.radios"=[1]', "surface.radios: unknown key; did you mean 'radius'"),
-        ('sweep.over."surface.radius=[1]', "expected KEY=VALUE"),
-        ('sweep.over."a=b".c=[1]', "a=b"),
-    ):
-        refused = call("validate", "ball.toml", "--set", nonsense)
-        assert refused.exit_code == 2
-        assert said in refused.output
+    for nonsense, said in {
+        'sweep.over."friction.coefficient"=[1]': "sweep.over: friction.coefficient appears twice, with quotes",
+        'sweep.over."surface.radius=[1]': "expected KEY=VALUE",
+        'sweep.over."a=b".c=[1]': "a=b",
+    }.items():
+        check_refusal(call("validate", "ball.toml", "--set", nonsense), 2, said)
     done = call("sweep", "ball.toml", "--workers", 1)
     assert done.exit_code == 0
     assert (
@@ -184,20 +169,16 @@ def test_a_sweep_is_carried_out_and_goes_on(folder):
     wrong = over.replace("preliminary_displacement", "prelim")
     (folder / "ball.toml").write_text(SCENARIO + wrong, encoding="utf-8")
     for command in ("validate", "sweep"):
-        refused = call(command, "ball.toml")
-        assert refused.exit_code == 2
-        assert "ball.toml: sweep.outputs[0]: 'prelim'; " in refused.output
+        check_refusal(call(command, "ball.toml"), 2, "ball.toml: sweep.outputs[0]: 'prelim'; ")
 
 
 def test_a_design_is_sought_and_checked_beforehand(folder):
     section = '[design]\nkey = "surface.radius"\nbetween = ["0.1 mm", "10 mm"]\ntarget = "20 nm"\n'
     (folder / "ball.toml").write_text(SCENARIO + section + 'output = "preliminary_displacement"\n', encoding="utf-8")
     assert call("validate", "ball.toml").exit_code == 0
-    for value, said in (("surface.radios", "radios: unknown key"), ("materials.first", "is not a built-in material")):
-        for command in ("validate", "design"):
-            refused = call(command, "ball.toml", "--set", f"design.key={value}")
-            assert refused.exit_code == 2
-            assert said in refused.output
+    for command in ("validate", "design"):
+        wrong = ("--set", "design.key=surface.radios")
+        check_refusal(call(command, "ball.toml", *wrong), 2, "radios: unknown key")
     done = call("design", "ball.toml", "--workers", 1, "-o", "found.csv")
     assert done.exit_code == 0
     assert "preliminary_displacement of 20 nm" in done.output
@@ -220,13 +201,11 @@ def test_show_tells_a_scenario_from_a_result():
 
 
 def test_plot_draws_beside_the_result_or_where_it_is_told(folder):
-    assert call("run", "ball.toml").exit_code == 0
+    assert call("run", "ball.toml", "-q").exit_code == 0
     assert call("plot", "ball.nc").output == "ball.png\n"
-    assert call("plot", "ball.nc", "-o", "loop.svg").exit_code == 0
     assert call("plot", "ball.nc", "-o", "loop.PDF").exit_code == 0
-    assert (folder / "loop.svg").read_text(encoding="utf-8").startswith("<?xml")
     assert (folder / "loop.PDF").read_bytes().startswith(b"%PDF")
-    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "loop.PDF", "loop.svg"]
+    assert files(folder) == ["ball.history", "ball.nc", "ball.png", "ball.toml", "loop.PDF"]
 
 
 def test_a_height_map_is_shown_and_drawn(folder):
@@ -262,25 +241,19 @@ seed = 3"""
     assert call("run", "rough.toml").exit_code == 0
     assert call("plot", "rough.nc", "--step", "peak").output == "rough_surface.png\n"
     assert call("plot", "rough.nc", "--step", "-1", "-o", "last.svg").exit_code == 0
-    assert call("run", "ball.toml", "-q").exit_code == 0
-    assert call("plot", "ball.nc", "--step", "0").exit_code == 0
-    assert files(folder) == sorted(
-        [
-            *("ball.history", "ball.nc", "ball.toml", "ball_surface.png", "last.svg"),
-            *("rough.history", "rough.nc", "rough.toml", "rough_surface.png"),
-        ]
-    )
+    made = ["ball.toml", "last.svg", "rough.history", "rough.nc", "rough.toml", "rough_surface.png"]
+    assert files(folder) == made
 
 
 def test_how_adhesive_a_scenario_is(folder):
-    check_refusal(here(folder, "plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
+    check_refusal(call("plot", "ball.toml", "--adhesion"), 2, "ball.toml: has no [adhesion]")
     text = SCENARIO.replace("[loading]", '[adhesion]\nequilibrium_separation = "0.2 nm"\n[loading]')
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
     assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
     assert call("plot", "ball.toml", "--adhesion", "--asperity", "0", "-o", "branch.svg").exit_code == 0
     assert "Equilibria of asperity 0 after Maugis" in (folder / "branch.svg").read_text(encoding="utf-8")
-    check_refusal(here(folder, "plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
+    check_refusal(call("plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
@@ -318,29 +291,28 @@ def test_loops_are_written_drawn_and_read_again(folder):
         forces = [[float(value) for value in row.split(",")[7:9]] for row in rows]
         assert written.friction_force.values.tolist() == forces
     said = "l.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"
-    check_refusal(here(folder, "loops", "ball.nc", "-o", "l.xlsx"), 2, said)
+    check_refusal(call("loops", "ball.nc", "-o", "l.xlsx"), 2, said)
     assert (folder / "ball_loops.png").read_bytes().startswith(b"\x89PNG")
     assert "friction force" in call("show", "l.nc").output
-    assert call("plot", "l.nc").output == "l.png\n"
     done = call("loops", "ball.nc", "--levels", "n.nc", "-o", "l.pdf", "--picture", "p.svg")
     assert done.output.splitlines()[-3:] == ["l.pdf", "n.nc", "p.svg"]
     assert (folder / "p.svg").read_text(encoding="utf-8").startswith("<?xml")
     said = "p.csv: .csv ending; expected .png or .pdf or .svg"
-    check_refusal(here(folder, "loops", "ball.nc", "--picture", "p.csv"), 2, said)
+    check_refusal(call("loops", "ball.nc", "--picture", "p.csv"), 2, said)
     assert (folder / "l.pdf").read_bytes().startswith(b"%PDF")
     assert "50 mN" in call("show", "n.nc").output
     assert call("plot", "n.nc", "-o", "n.svg").output == "n.svg\n"
     assert "friction coefficient" in (folder / "n.svg").read_text(encoding="utf-8")
-    check_refusal(here(folder, "loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
-    check_refusal(here(folder, "loops", "ball.history"), 2, "ball.history: is the log of a run; expected its result")
+    check_refusal(call("loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
+    check_refusal(call("loops", "ball.history"), 2, "ball.history: is no scenario (.toml) and no result")
     said = "ball_loops.png: would overwrite what it is made from"
-    check_refusal(here(folder, "loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
+    check_refusal(call("loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="a folder keeps nothing from the superuser")
 def test_a_picture_that_may_not_be_written_is_named_as_it_was_asked_for(folder):
     (folder / "locked").mkdir(mode=0o500)
-    check_refusal(here(folder, "plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied")
+    check_refusal(call("plot", "ball.toml", "-o", "locked/p.png"), 1, "Error: locked/p.png: Permission denied")
 
 
 def test_the_columns_of_a_file_are_listed(folder):
@@ -364,14 +336,8 @@ def test_the_columns_of_a_file_are_listed(folder):
         'normal_load = "?"  # fill in: one of the columns above',
         'tangential_displacement = "?"  # fill in: one of the columns above',
     ]
-    check_refusal(here(folder, "columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
-    check_refusal(here(folder, "columns", "loads.csv", "--decimal", "x"), 2, "decimal")
-
-
-def test_the_version_is_known(folder):
-    done = process(folder, "--version")
-    assert done.returncode == 0
-    assert done.stdout.endswith(f"version {historysim.__version__}\n")
+    check_refusal(call("columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
+    check_refusal(call("columns", "loads.csv", "--decimal", "x"), 2, "decimal")
 
 
 @pytest.mark.parametrize(
@@ -421,12 +387,12 @@ def test_a_result_and_its_log_are_verified():
 def test_a_changed_result_is_told_where(ran):
     with netCDF4.Dataset(ran / "ball.nc", "a") as result:
         result["total_tangential_load"][4] = 1.0
-    done = here(ran, "verify", "ball.nc")
+    done = call("verify", "ball.nc")
     check_refusal(
         done, 1, "ball.nc: is not what its log gives:\n  total_tangential_load: 1 values differ, first at step 4"
     )
     (ran / "ball.history").unlink()
-    check_refusal(here(ran, "verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
+    check_refusal(call("verify", "ball.nc"), 2, "ball.nc: its log ball.history is not there")
 
 
 def test_the_state_is_told_at_any_time(ran):
@@ -500,21 +466,22 @@ def test_a_run_is_resumed_from_its_log(ran):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["state", "ball.history", "--at", "noon"], "--at: 'noon'"),
-        (["state", "ball.history", "--asperity", "7"], "asperity 7 does not exist"),
-        (["fork", "ball.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
-        (["append", "ball.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
-        (["log", "ball.history", "--kind", "load"], "--kind load: expected one of normal_load"),
+        (["state", "good.history", "--at", "noon"], "--at: 'noon'"),
+        (["state", "good.history", "--asperity", "7"], "asperity 7 does not exist"),
+        (["fork", "good.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
+        (["append", "good.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
+        (["log", "good.history", "--kind", "load"], "--kind load: expected one of normal_load"),
         (["run", "ball.toml", "-o", "x.history"], "x.history: is the name of a log"),
         (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
-        (["plot", "ball.history"], "ball.history: is a log; expected its result"),
+        (["plot", "good.history"], "good.history: is a log; expected its result"),
     ],
 )
-def test_what_cannot_be_asked_of_a_log_gets_code_2(ran, arguments, said):
-    (ran / "past.csv").write_text("time,normal_load\n0.25,1 mN\n", encoding="utf-8")
-    before = files(ran)
-    check_refusal(here(ran, *arguments), 2, said)
-    assert files(ran) == before
+def test_what_cannot_be_asked_of_a_log_gets_code_2(with_results, monkeypatch, arguments, said):
+    monkeypatch.chdir(with_results)
+    (with_results / "past.csv").write_text("time,normal_load\n0.25,1 mN\n", encoding="utf-8")
+    before = files(with_results)
+    check_refusal(call(*arguments), 2, said)
+    assert files(with_results) == before
 
 
 def test_a_log_that_is_being_written_is_told(ran):
@@ -524,19 +491,11 @@ def test_a_log_that_is_being_written_is_told(ran):
     with LogFile(ran / "ball.history", write=True):
         said = "ball.history: another process is writing it; wait until it is done"
         check_refusal(process(ran, "append", "ball.history", "more.csv"), 1, said)
-        check_refusal(process(ran, "run", "ball.toml"), 1, said)
-        assert process(ran, "log", "ball.history").returncode == 0
+        check_refusal(call("run", "ball.toml"), 1, said)
+        assert call("log", "ball.history").exit_code == 0
 
 
 # -- how it ends when it cannot --------------------------------------------------------------------
-
-
-def check_refusal(done, code, said):
-    assert done.returncode == code
-    assert done.stdout == ""
-    assert done.stderr.count("Error: ") == 1
-    assert said in done.stderr
-    assert "Traceback" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -558,10 +517,24 @@ def test_what_cannot_be_run_leaves_no_file(folder, old, new, code, said):
     with h5py.File(folder / "ball.nc", "w") as file:
         file.attrs["historysim_version"] = "an older one"
     older = (folder / "ball.nc").read_bytes()
-    check_refusal(here(folder, "run", "ball.toml", "--plot"), code, said)
+    check_refusal(call("run", "ball.toml", "--plot"), code, said)
     # loads that cannot be carried can be asked about
     assert files(folder) == [*(["ball.history"] if code == 1 else []), "ball.nc", "ball.toml"]
     assert (folder / "ball.nc").read_bytes() == older
+
+
+@pytest.fixture(scope="module")
+def with_results(tmp_path_factory):
+    """A folder with a scenario, a result, and files that are none."""
+    folder = tmp_path_factory.mktemp("results")
+    (folder / "ball.toml").write_text(SCENARIO, encoding="utf-8")
+    (folder / "notes.txt").write_text("notes", encoding="utf-8")
+    (folder / "map.txt").write_text("0 1 0\n1 5 1\n0 1 0\n", encoding="utf-8")
+    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
+        stranger.createDimension("step", 1)
+    hs.run(folder / "ball.toml", folder / "good.nc").close()
+    (folder / "cut.nc").write_bytes((folder / "good.nc").read_bytes()[:3000])
+    return folder
 
 
 PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
@@ -602,16 +575,11 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["plot", "cut.nc"], "cut.nc: is damaged"),
     ],
 )
-def test_bad_input_gets_code_2_and_one_message(folder, arguments, said):
-    (folder / "notes.txt").write_text("notes", encoding="utf-8")
-    (folder / "map.txt").write_text("0 1 0\n1 5 1\n0 1 0\n", encoding="utf-8")
-    with netCDF4.Dataset(folder / "stranger.nc", "w") as stranger:
-        stranger.createDimension("step", 1)
-    assert call("run", "ball.toml", "-q", "-o", "good.nc").exit_code == 0
-    (folder / "cut.nc").write_bytes((folder / "good.nc").read_bytes()[:3000])
-    before = files(folder)
-    check_refusal(here(folder, *[argument.format(name=folder.name) for argument in arguments]), 2, said)
-    assert files(folder) == before
+def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, arguments, said):
+    monkeypatch.chdir(with_results)
+    before = files(with_results)
+    check_refusal(call(*[argument.format(name=with_results.name) for argument in arguments]), 2, said)
+    assert files(with_results) == before
 
 
 @pytest.mark.parametrize(

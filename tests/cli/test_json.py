@@ -44,11 +44,17 @@ COMMANDS = {
 }
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("made")
+    (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
+    hs.run(folder / "s.toml", folder / "s.nc").close()
+    return folder
+
+
 @pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("s.toml").write_text(SCENARIO, encoding="utf-8")
-    hs.run("s.toml", "s.nc").close()
+def folder(made, monkeypatch):
+    monkeypatch.chdir(made)
 
 
 def asked(*arguments):
