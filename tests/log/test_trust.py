@@ -42,16 +42,6 @@ def test_what_was_forged_is_told_and_never_appended_to(folder, forgery):
         verify(log)
 
 
-def test_a_trigger_that_is_planted_does_nothing(folder):
-    log = folder / "a.history"
-    hostile.forged_log(
-        log,
-        "CREATE TRIGGER t AFTER INSERT ON batch BEGIN UPDATE batch SET value = zeroblob(40) WHERE number = 1; END",
-    )
-    with pytest.raises(InputError, match="it holds trigger t; expected"):
-        hs.EventLog(log)
-
-
 def test_a_trigger_that_is_planted_while_the_log_is_open_is_seen(folder):
     log = folder / "a.history"
     with hs.EventLog(log) as opened:
