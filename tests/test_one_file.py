@@ -1,5 +1,6 @@
 """Adding is one file: a copy of the package gets one of each kind, and runs, verifies, tables, draws and reports it."""
 
+import ast
 import os
 import shutil
 import subprocess
@@ -8,98 +9,16 @@ from pathlib import Path
 
 import historysim
 
+STRANGER = Path(__file__).parent / "stranger" / "stranger.py"
+# Files with a class of the stranger's each, below the decorator that registers it.
+OF_THE_STRANGER = {
+    "asperities/laws/warming.py": ("Warming", "historysim.asperities.laws", "LAWS"),
+    "loads/greasing.py": ("Grease", "historysim.loads.events", "EVENTS"),
+    "scenario/surface_kinds/stairs.py": ("Stairs", "historysim.scenario.surface_kinds", "SURFACES"),
+    "surfaces/preparation/filling.py": ("Filled", "historysim.surfaces.preparation", "PREPARATIONS"),
+    "results/plots/gaps.py": ("Gaps", "historysim.results.plots.pictures", "PICTURES"),
+}
 ADDED = {
-    "asperities/laws/warming.py": '''
-"""A law."""
-import attrs
-from historysim.asperities.laws import LAWS, FrictionLaw
-from historysim.basics.fields import Force, Number, at_least
-
-
-@LAWS.register
-@attrs.frozen
-class Warming(FrictionLaw):
-    """Friction that falls with the load of the asperity."""
-
-    cold: Number = attrs.field(validator=at_least(0.0))
-    half_load: Force = attrs.field(validator=at_least(0.0, above=True))
-
-    kind, depends_on, same_bits = "warming", "own", True
-
-    def coefficients(self, loaded):
-        return self.cold / (1 + loaded.normal_load / self.half_load)
-
-    @property
-    def text(self):
-        return f"warming: {self.cold:g}"
-''',
-    "loads/greasing.py": '''
-"""An event."""
-import attrs
-from historysim.basics.fields import Number, Time
-from historysim.loads.events import EVENTS, Event
-
-
-@EVENTS.register
-@attrs.frozen
-class Grease(Event):
-    """Each summit is lifted by a part of the lowest one's distance from the datum."""
-
-    time: Time
-    part: Number
-
-    name, changes_geometry = "grease", True
-
-    def act(self, ensemble, state, *, saturate, instrument):
-        height = ensemble.summit_height * self.part
-        return ensemble.with_geometry(state, saturate=saturate, summit_height=height, instrument=instrument)
-''',
-    "scenario/surface_kinds/stairs.py": '''
-"""A kind of surface."""
-import attrs
-import numpy as np
-from historysim.basics.fields import Length
-from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
-from historysim.surfaces.summits import Summits
-
-
-@SURFACES.register
-@attrs.frozen
-class Stairs(SurfaceKind):
-    """Summits on the steps of a stair."""
-
-    step: Length
-    radius: Length
-
-    kind = "stairs"
-
-    def build(self, folder):
-        return BuiltSurface(Summits(-self.step * np.arange(4), self.radius))
-''',
-    "surfaces/preparation/flipping.py": '''
-"""A step that prepares a map."""
-import attrs
-from historysim.surfaces.preparation import PREPARATIONS, Preparation
-
-
-@PREPARATIONS.register
-@attrs.frozen(kw_only=True)
-class Flipped(Preparation):
-    """What was up is down.
-
-    Attributes
-    ----------
-    flipped
-        Whether heights change their signs.
-    """
-
-    flipped: bool = False
-
-    kind, order = "flipped", 1000.0
-
-    def prepare(self, surface, notify):
-        return type(surface)(-surface.heights, surface.pixel_size, surface.periodic) if self.flipped else surface
-''',
     "recording/pressing.py": '''
 """A recorded quantity."""
 from historysim.recording.variables import Variable, register
@@ -123,22 +42,6 @@ from historysim.results.asking import question
 def largest_gap(history):
     """Return the largest separation over time: how far the flat was above the datum."""
     return history.separation.cumulative("step").max()
-''',
-    "results/plots/gaps.py": '''
-"""A picture."""
-import attrs
-from historysim.results.plots.pictures import PICTURES, Picture
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class Gaps(Picture):
-    """How far the flat is above the datum of the summits, over time."""
-
-    kind, caption, of = "gaps", "How far the flat is above the datum.", ("history",)
-
-    def draw(self, page, what):
-        page.axes().plot(what["time"], what["separation"])
 ''',
     "tables/from_semicolons.py": '''
 """A reader of tables that are text."""
@@ -218,7 +121,7 @@ pixel_size = "1 µm"
 rms_height = "20 nm"
 autocorrelation_length = "3 µm"
 seed = 1
-flipped = true
+floor = "-1 nm"
 [friction]
 coefficient = 0.2
 [loading]
@@ -226,6 +129,7 @@ file = "loads.semi"
 columns = { time = "t", normal_load = { column = "N", unit = "mN" } }
 """
 USED = """
+import numpy as np
 import sys
 from pathlib import Path
 from click.testing import CliRunner
@@ -252,8 +156,8 @@ assert "How far the flat is above the datum." in Path("a_report.html").read_text
 history = hs.open("a.nc")
 assert history.mean_load.attrs["units"] == "N"
 assert abs(float(history.mean_load[-1]) - 1e-3) < 1e-12
-plain, flipped = (hs.load("m.toml", {"surface.flipped": each}).surface() for each in (False, True))
-assert (plain.surface.heights == -flipped.surface.heights).all()
+plain, filled = (hs.load("m.toml", {"surface.floor": each}).surface() for each in (-1.0, -1e-9))
+assert (np.maximum(plain.surface.heights, -1e-9) == filled.surface.heights).all()
 called("run", "m.toml", "-o", "m.nc", "-q")
 called("run", "m.toml", "-o", "n.nc", "-q", "--set", "loading.file=loads.numbers")
 assert hs.open("m.nc").total_normal_load.equals(hs.open("n.nc").total_normal_load)
@@ -262,10 +166,25 @@ assert "Greet NAME." in called("--help")
 """
 
 
+def of_the_stranger(name, module, registry):
+    """Return the source of a file with one class of the stranger's, and the imports that it needs."""
+    whole = STRANGER.read_text(encoding="utf-8")
+    tree = ast.parse(whole)
+    (found,) = (node for node in tree.body if isinstance(node, ast.ClassDef) and node.name == name)
+    used = {each.id for each in ast.walk(found) if isinstance(each, ast.Name)}
+    imports = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom)]
+    needed = [ast.unparse(node) for node in imports if used & {alias.asname or alias.name for alias in node.names}]
+    source = whole.splitlines()[found.decorator_list[0].lineno - 1 : found.end_lineno]
+    return "\n".join(
+        [f'"""{name}."""', *needed, f"from {module} import {registry}", "", f"@{registry}.register", *source]
+    )
+
+
 def test_one_file_adds_one_of_each(tmp_path):
     package = tmp_path / "historysim"
     shutil.copytree(Path(historysim.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
-    for name, source in ADDED.items():
+    made = {name: of_the_stranger(*given) for name, given in OF_THE_STRANGER.items()}
+    for name, source in {**ADDED, **made}.items():
         assert not (package / name).exists()
         (package / name).write_text(source.lstrip(), encoding="utf-8")
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")

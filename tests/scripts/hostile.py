@@ -79,7 +79,7 @@ def text(name: str, content: str | bytes) -> Callable[[Path], None]:
 
 # -- numbers and words where others are expected ---------------------------------------------------
 
-KEYS = (
+KEYS = [
     "materials.contact_modulus",
     "materials.shear_modulus",
     "surface.radius",
@@ -91,21 +91,23 @@ KEYS = (
     "surface.kind",
     "record.asperities",
     "title",
-)
+]
 VALUES = (
-    "1e308",
-    "-1e308",
-    "1e-320",
-    "nan",
-    "inf",
-    "-1",
-    "0",
-    "1e18",
-    "1000000000000000000000000000000",
+    *[
+        "1e308",
+        "-1e308",
+        "1e-320",
+        "nan",
+        "inf",
+        "-1",
+        "0",
+        "1e18",
+        "1000000000000000000000000000000",
+        "true",
+        "[]",
+        "[[[[[[1]]]]]]",
+    ],
     "9" * 5000,
-    "true",
-    "[]",
-    "[[[[[[1]]]]]]",
     "{a = 1}",
     '""',
     '"10 bananas"',
@@ -419,13 +421,7 @@ def zeroed(path: Path, mark: bytes, beyond: int) -> None:
 
 
 CLASSES: dict[str, Callable[[], Iterator[Case]]] = {
-    "settings": settings,
-    "scenarios": scenarios,
-    "sweeps": sweeps,
-    "tables": tables,
-    "hdf5": hdf5,
-    "logs": logs,
-    "results": results,
+    each.__name__: each for each in (settings, scenarios, sweeps, tables, hdf5, logs, results)
 }
 
 

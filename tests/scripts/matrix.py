@@ -1,7 +1,7 @@
 """Run, verify, show and draw a small scenario in surroundings of many kinds, and compare every bit.
 
-    python tests/scripts/matrix.py                     # all that this machine can be made to be
-    python tests/scripts/matrix.py --cheap             # those that take seconds
+    PYTHONPATH=tests/support python tests/scripts/matrix.py                     # all that this machine can be made to be
+    PYTHONPATH=tests/support python tests/scripts/matrix.py --cheap             # those that take seconds
 
 What a machine lacks (another user, other versions of Python, a package index) is told and passed over.
 """
@@ -17,27 +17,10 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import attrs
-from promises import variables
+from promises import SHORT, variables
 
 ROOT = Path(__file__).parents[2]
-SCENARIO = """
-title = "Gerät – µ"
-[materials]
-contact_modulus = 1.0
-shear_modulus = 0.25
-[surface]
-kind = "sphere"
-radius = 1.0
-[friction]
-coefficient = 0.5
-[loading]
-substeps = 5
-waypoints = [
-    { time = 0, normal_load = 0.01 },
-    { time = 1, tangential_load = 0.003 },
-    { time = 2, tangential_load = -0.002 },
-]
-"""
+SCENARIO = f'title = "Gerät – µ"\n{SHORT}'
 NAME = "50 % of a 'µ' – #1? a&b=c"
 NOBODY = 65534
 
@@ -160,21 +143,9 @@ def _as_nobody(folder: Path) -> Sequence[str]:
 
 
 CHEAP = (odd_names_and_no_home, c_locale_to_the_letter)
-ALL = {
-    **{case.__name__: case for case in CHEAP},
-    **{
-        case.__name__: case
-        for case in (
-            c_locale,
-            read_only_home,
-            read_only_installation,
-            without_docstrings_and_assertions,
-            twenty_runs_at_once,
-        )
-    },
-    "python 3.12": other_python("3.12"),
-    "python 3.13": other_python("3.13"),
-}
+COSTLY = (c_locale, read_only_home, read_only_installation, without_docstrings_and_assertions, twenty_runs_at_once)
+ALL = {case.__name__: case for case in (*CHEAP, *COSTLY)}
+ALL |= {f"python {version}": other_python(version) for version in ("3.12", "3.13")}
 
 
 def main() -> None:

@@ -81,9 +81,7 @@ coefficient = 0.2
 waypoints = [{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "5 nm" }]
 """
 
-TEXTURED = (
-    PRESSED
-    + """
+TEXTURED = f"""{PRESSED}
 [surface]
 kind = "textured"
 count = [4, 3]
@@ -94,11 +92,8 @@ height_scatter = "1 nm"
 radius_scatter = 0.1
 seed = 1
 """
-)
 
-GAUSSIAN = (
-    PRESSED
-    + """
+GAUSSIAN = f"""{PRESSED}
 [surface]
 kind = "statistics"
 radius = "2 µm"
@@ -106,11 +101,8 @@ summit_density = "0.01 µm-2"
 nominal_area = "2000 µm2"
 rms_height = "10 nm"
 """
-)
 
-DENSITY = (
-    PRESSED
-    + """
+DENSITY = f"""{PRESSED}
 [surface]
 kind = "statistics"
 file = "density.csv"
@@ -119,14 +111,11 @@ summit_density = 1e10
 nominal_area = 2e-9
 seed = 3
 [surface.columns]
-gap = { column = "g", unit = "nm" }
+gap = {{ column = "g", unit = "nm" }}
 density = "p"
 """
-)
 
-RANDOM = (
-    PRESSED
-    + """
+RANDOM = f"""{PRESSED}
 [surface]
 kind = "random"
 shape = [16, 12]
@@ -139,11 +128,8 @@ kurtosis = 3.1
 seed = 1
 rule = 5
 """
-)
 
-ROUGH_ON_ROUGH = (
-    PRESSED
-    + """
+ROUGH_ON_ROUGH = f"""{PRESSED}
 [surface]
 kind = "sum"
 shift = ["1 µm", 0]
@@ -164,7 +150,6 @@ form = "quadratic"
 rms_height = "5 nm"
 mirrored = true
 """
-)
 
 SURFACES = [TEXTURED, GAUSSIAN, DENSITY, RANDOM, ROUGH_ON_ROUGH]
 DOCUMENTS = [WAYPOINTS, BLOCKS, MEASURED, *SURFACES]
@@ -191,8 +176,8 @@ WORDS = [
     "rule",
     "height",
     "second",
-    "",
 ]
+WORDS.append("")
 VALUES = st.one_of(
     st.booleans(),
     st.integers(),
@@ -225,11 +210,7 @@ VALUES = st.one_of(
 
 def keep_small(monkeypatch):
     """Let what is larger than any test needs be refused, as what is larger than any machine holds is."""
-    for module, name in (
-        (written, "MOST_EVENTS"),
-        (distribution, "MOST_SUMMITS"),
-        (random, "MOST_POINTS"),
-    ):
+    for module, name in ((written, "MOST_EVENTS"), (distribution, "MOST_SUMMITS"), (random, "MOST_POINTS")):
         monkeypatch.setattr(module, name, 1000)
     monkeypatch.setenv("HISTORYSIM_MOST_STEPS", "1000")
 
