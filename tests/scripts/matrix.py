@@ -1,7 +1,7 @@
 """Run, verify, show and draw a small scenario in surroundings of many kinds, and compare every bit.
 
-    PYTHONPATH=tests/support python tests/scripts/matrix.py                     # all that this machine can be made to be
-    PYTHONPATH=tests/support python tests/scripts/matrix.py --cheap             # those that take seconds
+    PYTHONPATH=tests/support python tests/scripts/matrix.py            # all that this machine can be made to be
+    PYTHONPATH=tests/support python tests/scripts/matrix.py --cheap    # those that take seconds
 
 What a machine lacks (another user, other versions of Python, a package index) is told and passed over.
 """
