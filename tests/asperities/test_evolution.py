@@ -136,6 +136,10 @@ def test_random_histories_under_each_law_are_those_of_springs(name, seed):
     compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, law, follow_sliding=True), coefficient, targets)
 
 
+def constant(n, _total, _r, _s):
+    return np.full(n.size, 0.5)
+
+
 WEAR = {
     "archard": (ArchardWear(coefficient=0.02, hardness=1.0), lambda n, s, _e: 0.02 * n * s),
     "energy": (EnergyWear(volume_per_energy=0.06), lambda _n, _s, e: 0.06 * e),
@@ -147,11 +151,8 @@ WEAR = {
 def test_random_histories_of_wear_are_those_of_springs(name, seed):
     wear, lost = WEAR[name]
 
-    def coefficient(n, _total, _r, _s):
-        return np.full(n.size, 0.5)
-
-    targets = random_targets(np.random.default_rng(seed), coefficient, 5)
-    state, rows = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), coefficient, targets, lost=lost)
+    targets = random_targets(np.random.default_rng(seed), constant, 5)
+    state, rows = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, targets, lost=lost)
     assert rows[1].worn.max() > 1e-6
     deep = TOP - rows[1].lag
     assert state.evolved.summit_height == pytest.approx(deep, abs=3e-5)
@@ -162,13 +163,10 @@ def test_random_histories_of_wear_are_those_of_springs(name, seed):
 def test_other_summits_are_new_contacts(seed):
     """Some of the asperities change under loads that are restored; the others remember."""
 
-    def coefficient(n, _total, _r, _s):
-        return np.full(n.size, 0.5)
-
     rng = np.random.default_rng(seed)
-    ensemble, row = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), springs(coefficient)
+    ensemble, row = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5), springs(constant)
     state = ensemble.initial_state()
-    for target in random_targets(rng, coefficient, 5):
+    for target in random_targets(rng, constant, 5):
         row.go(*target, 150)
         state = moved(ensemble, state, *target)
     height, radius = rng.uniform(-0.02, 0.01, 2), rng.uniform(0.6, 1.2, 2)
@@ -210,10 +208,7 @@ def test_lift_off_and_contact_again_are_those_of_springs(name):
         return
     wear, lost = WEAR[name]
 
-    def coefficient(n, _total, _r, _s):
-        return np.full(n.size, 0.5)
-
-    state, _ = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), coefficient, LIFTED, lost=lost)
+    state, _ = compare(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.5, wear=wear), constant, LIFTED, lost=lost)
     assert state.evolved.worn_volume.min() > 0
 
 

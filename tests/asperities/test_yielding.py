@@ -212,11 +212,11 @@ def late_load():
 
 @pytest.mark.parametrize(
     ("kind", "seeds"),
-    [(kind, range(2)) for kind in ("yields", "wears", "law")]
+    [(kind, (0, 8)) for kind in ("yields", "wears", "law")]
     + [pytest.param(kind, range(200), marks=pytest.mark.slow) for kind in ("yields", "wears", "law")],
 )
 def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
-    for seed in (*seeds, 8, 35, 52, 179):
+    for seed in seeds:
         if kind != "yields" or seed not in REFUSED:
             assert change_by_parts(kind, seed) < 1e-4, seed
 
