@@ -23,7 +23,6 @@ from historysim.scenario.surface_kinds import BuiltSurface
 if TYPE_CHECKING:
     from historysim.asperities.adhering import AdheringAsperities
     from historysim.loads.schedule import Cursor
-    from historysim.scenario.scenario import Scenario
 
 WALKED_AT_ONCE = 256  # event times between two looks at the clock
 
@@ -36,25 +35,26 @@ class _EndedError(Exception):
 class BuiltScenario:
     """What a scenario describes, checked and built once."""
 
-    scenario: "Scenario" = attrs.field(repr=False)
+    name: str  #: of the file, for messages
+    sections: Sections = attrs.field(repr=False)
     surface: BuiltSurface  #: as it is loaded
     ensemble: Ensemble
     events: Sequence[Event]  #: in time order; each fits the number of asperities
 
     def __attrs_post_init__(self) -> None:
         """Check that the events and the recorded indices fit the number of asperities."""
-        name, record = self.scenario.path.name, self.scenario.sections.record.asperities
-        with reported(name), at("record", "asperities"):
+        record = self.sections.record.asperities
+        with reported(self.name), at("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
         for event in self.events if loads_of(self.events) is None else ():
             if problem := event.problem(len(self.ensemble)):
-                raise InputError(f"{name}: loading: {event.name} at t = {event.time:g} s: {problem}")
+                raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
 
     @property
     def replay(self) -> Replay:
         """The replay of the events on the ensemble, as the scenario says."""
-        sections = self.scenario.sections
+        sections = self.sections
         return Replay(
             self.ensemble,
             self.events,
@@ -89,12 +89,12 @@ class BuiltScenario:
 
         None without ``[adhesion]``, or where nothing touches; one that cannot be used is an InputError.
         """
-        adhesion = self.scenario.sections.adhesion
+        adhesion = self.sections.adhesion
         if adhesion is None:
             return None
         from historysim.asperities.adhering import adhering_asperities
 
-        with reported(self.scenario.path.name), at("adhesion"):
+        with reported(self.name), at("adhesion"):
             work = adhesion.work(self.ensemble.pair)
             approach = largest_approach(self.ensemble, self.events)
             if approach == 0:
@@ -104,21 +104,25 @@ class BuiltScenario:
             )
 
 
-def built(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltScenario:
-    """Return a scenario built with the surface as it comes, and its events."""
+def built(
+    name: str, sections: Sections, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+) -> BuiltScenario:
+    """Return a scenario built with the surface as it comes, and its events; ``name`` is its file, for messages."""
     events = as_events(events)
     if surface.solutions is None and (surface.interacts or surface.ball_radius):
-        surface = _as_loaded(scenario, surface, events, notify)
-    return BuiltScenario(scenario, surface, ensemble_on(scenario, surface), events)
+        surface = _as_loaded(name, sections, surface, events, notify)
+    return BuiltScenario(name, sections, surface, ensemble_on(name, sections, surface), events)
 
 
-def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Event], notify: Notify) -> BuiltSurface:
+def _as_loaded(
+    name: str, sections: Sections, surface: BuiltSurface, events: Sequence[Event], notify: Notify
+) -> BuiltSurface:
     """Return a surface with what depends on the largest load.
 
     That is the normal contact of a map with interaction, and the nominal area of one that lies on a ball: that of the
     smooth ball under that load, after Hertz.
     """
-    load = max([0.0, *values_of(events, NormalLoad)]) / scenario.pair().contact_modulus
+    load = max([0.0, *values_of(events, NormalLoad)]) / sections.pair().contact_modulus
     approach = max([0.0, *values_of(events, NormalDisplacement)])
     if surface.ball_radius:
         pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
@@ -129,20 +133,19 @@ def _as_loaded(scenario: "Scenario", surface: BuiltSurface, events: Sequence[Eve
         return surface
     from historysim.interaction.solutions import NormalSolutions
 
-    with reported(scenario.path.name), at("surface", "interaction"):
+    with reported(name), at("surface", "interaction"):
         solutions = NormalSolutions.of(
             surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
         )
     for notice in solutions.notices:
-        notify(f"{scenario.path.name}: {notice}")
+        notify(f"{name}: {notice}")
     return attrs.evolve(surface, solutions=solutions)
 
 
-def ensemble_on(scenario: "Scenario", surface: BuiltSurface) -> Ensemble:
+def ensemble_on(name: str, sections: Sections, surface: BuiltSurface) -> Ensemble:
     """Return the ensemble on a surface as it is loaded; errors as for `Scenario.ensemble`."""
-    sections, pair = scenario.sections, scenario.pair()
-    with reported(scenario.path.name):
-        friction = sections.friction
+    with reported(name):
+        pair, friction = sections.pair(), sections.friction
         if (friction is None) == (surface.friction is None):
             both = "given both here and in surface.columns; expected one of them"
             none = "missing; expected [friction] with a coefficient, or surface.columns.friction"

@@ -123,7 +123,7 @@ class Scenario:
         logger.info("%s: the surface is made, %d events are read", self.path.name, len(events))
         from historysim.scenario.built import built
 
-        return built(self, surface, events, notify)
+        return built(self.path.name, self.sections, surface, events, notify)
 
     def ensemble(self) -> "Ensemble":
         """Return the ensemble.
@@ -136,17 +136,12 @@ class Scenario:
             return self.build(surface=surface).ensemble
         from historysim.scenario.built import ensemble_on
 
-        return ensemble_on(self, surface)
+        return ensemble_on(self.path.name, self.sections, surface)
 
     def pair(self) -> "MaterialPair":
         """Return the pair of materials, with the work of adhesion of ``[adhesion]``; errors as for `ensemble`."""
-        adhesion = self.sections.adhesion
         with reported(self.path.name):
-            pair = self.sections.materials.pair()
-            if adhesion is None or adhesion.work_of_adhesion is None:
-                return pair
-            with at("adhesion"):
-                return pair.with_work_of_adhesion(adhesion.work_of_adhesion)
+            return self.sections.pair()
 
     def replay(self) -> "Replay":
         """Return the replay that the scenario describes; errors as for `build`."""

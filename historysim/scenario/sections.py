@@ -385,3 +385,11 @@ class Sections:
     def course(self) -> FrictionCourse | CourseFile | None:
         """The course of the coefficient of friction, where it has one."""
         return self.friction.course if isinstance(self.friction, Coefficients) else None
+
+    def pair(self) -> "MaterialPair":
+        """Return the pair of materials, with the work of adhesion of ``[adhesion]``."""
+        pair, adhesion = self.materials.pair(), self.adhesion
+        if adhesion is None or adhesion.work_of_adhesion is None:
+            return pair
+        with at("adhesion"):
+            return pair.with_work_of_adhesion(adhesion.work_of_adhesion)
