@@ -1,5 +1,6 @@
 """What the commands take: files, quantities with units, and the options that several of them share."""
 
+import contextlib
 import re
 import sys
 from collections.abc import Callable, Iterable
@@ -30,28 +31,6 @@ class PathType(click.Path):
         except UnicodeEncodeError:
             self.fail(f"{str(path)!r} is no name in {encoding}, the encoding of file names here; rename it", param, ctx)
         return path
-
-
-class QuantityType(click.ParamType):  # type: ignore[type-arg]
-    """A number in SI, or a number with a unit."""
-
-    name = "quantity"
-
-    def __init__(self, unit: str) -> None:
-        self.unit = unit
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:  # noqa: ARG002 - as click calls it
-        """Return the number in SI."""
-        from historysim.basics.units import quantity
-
-        try:
-            return float(value)
-        except ValueError:
-            pass
-        try:
-            return quantity(value, self.unit)
-        except InputError as error:
-            raise InputError(f"{param.opts[0] if param else ''}: {error}") from error
 
 
 def _size(_ctx: click.Context, _param: click.Parameter, text: str | None) -> tuple[float, float] | None:
@@ -163,8 +142,34 @@ def output_option(help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A
 
 
 def quantity_option(name: str, unit: str, help: str, **options: Any) -> Callable[[Any], Any]:  # noqa: A002 - click's word
-    """Return an option with a unit."""
-    return click.option(name, type=QuantityType(unit), help=help, **options)
+    """Return an option that takes a number in SI, or one with a unit."""
+
+    def read(_ctx: click.Context, _param: click.Parameter, value: Any) -> float | None:
+        from historysim.basics.units import quantity
+
+        with contextlib.suppress(ValueError):
+            return None if value is None else float(value)
+        try:
+            return quantity(value, unit)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from error
+
+    return click.option(name, type=str, callback=read, metavar="QUANTITY", help=help, **options)
+
+
+def _pairs(_ctx: click.Context, param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    found = {}
+    for text in texts:
+        name, _, value = (part.strip() for part in text.partition("="))
+        if not (name and value):
+            raise InputError(f"--with {text!r}: expected {param.metavar}")
+        found[name] = value
+    return found
+
+
+def with_option(metavar: str, help: str) -> Callable[[Any], Any]:  # noqa: A002 - click's word
+    """Return the option ``--with``, which gives others by their names, as ``choices``."""
+    return click.option("--with", "choices", multiple=True, callback=_pairs, metavar=metavar, help=help)
 
 
 def layout_of(sheet: str | None, **text: Any) -> "Format":

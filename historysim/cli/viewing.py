@@ -69,19 +69,6 @@ def _options(texts: dict[str, str]) -> Callable[[Any], Any]:
     return add
 
 
-def _with(_ctx: click.Context, _param: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
-    """Return options of a picture by their names."""
-    choices = {}
-    for text in texts:
-        name, equals, value = (part.strip() for part in text.partition("="))
-        if not (name and equals):
-            raise InputError(f"--with {text!r}: expected OPTION=VALUE, such as steps=K,L")
-        if name in NO_OPTIONS:
-            raise InputError(f"--with {text!r}: is no option of a picture; see `historysim kinds plots`")
-        choices[name.replace("-", "_")] = value
-    return choices
-
-
 several_files = click.argument("files", type=options.path_type, nargs=-1, required=True, metavar="FILE…")
 
 
@@ -109,9 +96,7 @@ def show(files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **heigh
     "[default: FILE's name with .png]"
 )
 @click.option("--picture", cls=PictureOption)
-@click.option(
-    "--with", "choices", multiple=True, callback=_with, metavar="OPTION=VALUE", help="An option of the picture."
-)
+@options.with_option("OPTION=VALUE", "An option of the picture.")
 @_options(SHORT)
 @click.option("--adhesion", is_flag=True, help="Draw the adhesion map of a scenario, with asperities of it.")
 @options.shared("size", "force", "set")
@@ -136,6 +121,9 @@ def plot(
     next. Friction over time or distance: that. A sweep: a number over what was swept.
     """
     file = files[0]
+    if wrong := NO_OPTIONS & choices.keys():
+        raise InputError(f"--with: {min(wrong)} is no option of a picture; see `historysim kinds plots`")
+    choices = {name.replace("-", "_"): value for name, value in choices.items()}
     choices = {name: others.pop(name) for name in SHORT} | choices | {"adhesion": adhesion or None}
     choices = {name: value for name, value in choices.items() if value is not None}
     from historysim.results.result_files import kind_of
@@ -286,13 +274,7 @@ def _tables() -> "dict[str, Question]":
 @options.output_option("The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="The asperity, for a question about one.")
 @click.option("--step", type=int, help="The step, for a question about one. [default: the last]")
-@click.option(
-    "--with",
-    "parameters",
-    multiple=True,
-    metavar="NAME=VALUE",
-    help="Another parameter of the question, such as first=0; may be given several times.",
-)
+@options.with_option("NAME=VALUE", "Another parameter of the question, such as first=0; may be given several times.")
 @options.shared("json", "force")
 def table(
     result: Path,
@@ -300,7 +282,7 @@ def table(
     output: Path | None,
     asperity: int | None,
     step: int | None,
-    parameters: tuple[str, ...],
+    choices: dict[str, str],
 ) -> None:
     """Compute a QUESTION from RESULT and write CSV or netCDF.
 
@@ -310,7 +292,7 @@ def table(
     output = output or result.with_name(f"{result.stem}_{shown}.csv")
     mesh = question == "point_maps" and output.suffix.lower() == ".vtu"
     files = check_outputs([result], (output, VTU) if mesh else (output, *_outputs()))
-    given = dict(_parameter(text) for text in parameters)
+    given = {name: _number(value) for name, value in choices.items()}
     if asperity is not None:
         given["asperity"] = asperity
     if asks.step:
@@ -347,17 +329,14 @@ def _outputs() -> tuple[OutputFormat, ...]:
     return netcdf(form, "table", "history over time"), csv_table(form, *headers)
 
 
-def _parameter(text: str) -> tuple[str, Any]:
-    """Return name and value of a parameter: a number, or else a string."""
-    name, equals, value = (part.strip() for part in text.partition("="))
-    if not (name and equals and value):
-        raise InputError(f"--with {text!r}: expected NAME=VALUE, such as first=0")
+def _number(value: str) -> Any:
+    """Return a number, or else the string."""
     for kind in (int, float):
         try:
-            return name, kind(value)
+            return kind(value)
         except ValueError:
             continue
-    return name, value
+    return value
 
 
 @click.command()

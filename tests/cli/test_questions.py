@@ -98,7 +98,7 @@ def test_a_table_can_be_netcdf(history):
         (["r.nc", "slides-frst"], "'slides-frst' is no question; did you mean 'slides-first'?"),
         (["r.nc", "drift"], "drift: needs first, second; expected --with first=VALUE"),
         (["r.nc", "drift", "--with", "frst=1"], "drift: has no parameter 'frst'; did you mean 'first'?"),
-        (["r.nc", "drift", "--with", "first"], "--with 'first': expected NAME=VALUE, such as first=0"),
+        (["r.nc", "drift", "--with", "first"], "--with 'first': expected NAME=VALUE"),
     ],
 )
 def test_what_does_not_fit_is_refused(tmp_path, arguments, told):
