@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from historysim._version import __version__
 from historysim.basics.arguments import Floats
@@ -11,8 +11,8 @@ from historysim.basics.targets import OutputFormat, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
 
-if TYPE_CHECKING:
-    from historysim.exchange.reduced.reduced_model import ReducedModel
+# a reduced model imports this module: a text knows it by its fields
+ReducedModel = Any
 
 
 def form_of(output: Path, form: str | None) -> str:
@@ -34,7 +34,7 @@ def format_of(form: str) -> OutputFormat:
     return marked("a reduced model of historysim", FORMS[form][0])
 
 
-def _head(model: "ReducedModel", comment: str) -> str:
+def _head(model: ReducedModel, comment: str) -> str:
     """Return lines that say what a file holds."""
     lines = [
         f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
@@ -50,7 +50,7 @@ def _head(model: "ReducedModel", comment: str) -> str:
     return "".join(f"{comment} {' '.join(line.split())}\n" for line in lines)
 
 
-def _json(model: "ReducedModel", _: str) -> str:
+def _json(model: ReducedModel, _: str) -> str:
     return json.dumps({"generator": f"historysim {__version__}", **model.as_dict()}, indent=1, allow_nan=False) + "\n"
 
 
@@ -59,13 +59,13 @@ def _rows(*columns: Floats) -> list[tuple[float, ...]]:
     return [*zip(*(column.tolist() for column in columns), strict=True)]
 
 
-def _csv(model: "ReducedModel", _: str) -> str:
+def _csv(model: ReducedModel, _: str) -> str:
     rows = enumerate(_rows(model.stiffness, model.limit, model.slip_displacement))
     lines = "".join(f"{number},{k!r},{f!r},{r!r}\n" for number, (k, f, r) in rows)
     return f"{_head(model, '#')}spring,stiffness [N/m],limit [N],slip_displacement [m]\n{lines}"
 
 
-def _opensees(model: "ReducedModel", _: str) -> str:
+def _opensees(model: ReducedModel, _: str) -> str:
     rows = [*enumerate(_rows(model.stiffness, model.slip_displacement), start=1)]
     lines = "".join(f"uniaxialMaterial ElasticPP [expr $tag + {i}] {k!r} {r!r}\n" for i, (k, r) in rows)
     tags = " ".join(f"[expr $tag + {i}]" for i, _ in rows)
@@ -76,13 +76,13 @@ if {{![info exists tag]}} {{ set tag 1 }}
 """
 
 
-def _in_python(model: "ReducedModel", text: str, of_rows: str, second: Floats, function: str) -> str:
+def _in_python(model: ReducedModel, text: str, of_rows: str, second: Floats, function: str) -> str:
     """Return a module with the springs, a row of stiffness and a second number each, and a function of them."""
     rows = "".join(f"    ({k!r}, {value!r}),\n" for k, value in _rows(model.stiffness, second))
     return f'''{_head(model, "#")}"""{text}"""\n\nSPRINGS = [  # {of_rows}\n{rows}]\n\n\n{function}'''
 
 
-def _openseespy(model: "ReducedModel", _: str) -> str:
+def _openseespy(model: ReducedModel, _: str) -> str:
     text = "Make the contact a uniaxial material of OpenSees: force in N, deformation in m."
     of_rows = "stiffness [N/m], displacement at which it slides [m]"
     function = '''def contact(ops, tag):
@@ -94,7 +94,7 @@ def _openseespy(model: "ReducedModel", _: str) -> str:
     return _in_python(model, text, of_rows, model.slip_displacement, function)
 
 
-def _tmdsimpy(model: "ReducedModel", _: str) -> str:
+def _tmdsimpy(model: ReducedModel, _: str) -> str:
     function = '''def contact(force, Q, T):
     """Return nonlinear forces, to be added to a VibrationSystem; `force` is TMDSimPy's JenkinsForce."""
     return [force(Q, T, stiffness, limit) for stiffness, limit in SPRINGS]
@@ -103,7 +103,7 @@ def _tmdsimpy(model: "ReducedModel", _: str) -> str:
     return _in_python(model, text, "kt [N/m], Fs [N]", model.limit, function)
 
 
-def _pyharm(model: "ReducedModel", _: str) -> str:
+def _pyharm(model: ReducedModel, _: str) -> str:
     elements = {
         f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
         for number, (k, limit) in enumerate(_rows(model.stiffness, model.limit), start=1)
@@ -125,7 +125,7 @@ def _check_name(name: str, what: str) -> None:
         raise InputError(f"{name} is no name of a {what}; expected a file called by letters, digits and _")
 
 
-def _matlab(model: "ReducedModel", name: str) -> str:
+def _matlab(model: ReducedModel, name: str) -> str:
     _check_name(name, "function of MATLAB")
     scaling, extra, load, at = model.scaling, "", "", ""
     tables = f"k = [{_matlab_row(model.stiffness)}];\nf = [{_matlab_row(model.limit)}];\n"
@@ -160,7 +160,7 @@ def _matlab_row(values: Floats) -> str:
     return " ".join(map(repr, values.tolist()))
 
 
-def _modelica(model: "ReducedModel", name: str) -> str:
+def _modelica(model: ReducedModel, name: str) -> str:
     _check_name(name, "model of Modelica")
     stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))
     return f"""{_head(model, "//")}\
@@ -180,7 +180,7 @@ end {name};
 
 
 # What is written, by name: the ending that chooses it, and the text of a model for a file of a name.
-FORMS: dict[str, tuple[str, Callable[["ReducedModel", str], str]]] = {
+FORMS: dict[str, tuple[str, Callable[[ReducedModel, str], str]]] = {
     "json": (".json", _json),
     "csv": (".csv", _csv),
     "modelica": (".mo", _modelica),
