@@ -68,49 +68,6 @@ def assert_ensemble_has(expected, samples, independent):
     assert error.max() < 0.02
 
 
-def assert_flat(powers, expected, independent):
-    # |H|²/S of a mode is exponential, of variance 1 (2 for the few real ones), and its mean over the seeds Gamma; by
-    # tenths of the modes in the order of S. Dividing by the variance of the sample moves all modes of a seed together.
-    seeds = len(powers)
-    ratios = np.mean(powers, axis=0)[np.argsort(expected)] / np.sort(expected)
-    for part in np.array_split(ratios, 10):
-        error = math.sqrt(1.1 / (seeds * part.size)) + math.sqrt(2 / (seeds * independent))
-        assert np.mean(part) == pytest.approx(1, abs=5 * error)
-        assert error < 0.03
-    # the variance of a Gamma variate's variance over n modes is (2 + 6/seeds)/n of its square
-    error = math.sqrt((2 + 6 / seeds) / ratios.size) + 2 / math.sqrt(independent)
-    assert np.var(ratios) == pytest.approx(1 / seeds, rel=5 * error)
-
-
-@pytest.mark.parametrize(
-    ("shape", "lengths", "kind"),
-    [
-        ((160, 160), (8.0, 8.0), "exponential"),
-        ((160, 160), (8.0, 8.0), "gaussian"),
-        ((256, 120), (20.0, 5.0), "exponential"),
-        ((100, 255), (4.0, 12.0), "gaussian"),
-        ((30000, 1), (25.0, 1.0), "exponential"),
-        ((30000, 1), (25.0, 1.0), "gaussian"),
-    ],
-)
-def test_autocorrelation_and_spectrum_of_the_ensemble(shape, lengths, kind):
-    at = lags(shape, lengths)
-    rho = prescribed(shape, lengths, kind)
-    independent = rho.size / np.sum(rho**2)
-    expected = np.fft.fft2(of_mean_zero(rho)).real
-    # of each pair of modes one, and none where the spectrum is small enough for rounding errors
-    wanted = expected > 1e-6 * expected.max()
-    wanted[:, shape[1] // 2 + 1 :] = False
-    wanted[shape[0] // 2 + 1 :, 0] = False
-    autocorrelations, powers = [], []
-    for seed in range(24):
-        heights = make(shape, lengths, seed, kind)
-        autocorrelations.append(sample_autocorrelation(heights)[at])
-        powers.append(np.abs(np.fft.fft2(heights)[wanted]) ** 2 / heights.size)
-    assert_ensemble_has(of_mean_zero(rho)[at], autocorrelations, independent)
-    assert_flat(powers, expected[wanted], independent)
-
-
 @pytest.mark.parametrize("kind", ["exponential", "gaussian"])
 @pytest.mark.parametrize(
     ("shape", "lengths"),

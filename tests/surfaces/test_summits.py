@@ -141,15 +141,6 @@ def test_maps_of_any_heights_beside_brute_force(seed, shape, periodic):
         np.testing.assert_allclose(columns(found), wanted, rtol=1e-11)
 
 
-def test_the_oracle_by_hand():
-    assert expected(drawn("000 020 000"), (2.0, 1.0), 9, False) == [(2.0, 1.0, 2.0, 1 / 2.5)]
-    assert expected(drawn("000 020 00."), (1.0, 1.0), 9, False) == []
-    assert expected(drawn("000 020 00."), (1.0, 1.0), 5, False) == [(1.0, 1.0, 2.0, 0.25)]
-    assert expected(drawn("1100"), (1.0, 1.0), 3, True) == [(0.0, 0.5, 1.0, 1.0)]
-    assert expected(drawn("1001"), (1.0, 1.0), 3, True) == [(0.0, 3.5, 1.0, 1.0)]
-    assert expected(WINDING, (1.0, 1.0), 5, True) == []
-
-
 # --- analytic surfaces ------------------------------------------------------------------------------------------
 
 

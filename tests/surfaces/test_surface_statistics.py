@@ -200,20 +200,6 @@ def test_autocorrelation_of_an_exponential_profile(holes):
     assert math.isnan(found.lay)
 
 
-def test_lay_is_the_ratio_of_the_autocorrelation_lengths():
-    # separable: ρ = φ_x^i φ_y^j, which falls to 0.1 in 10.3 and 4.5 points
-    phis, n = (0.8, 0.6), 1500
-    z = np.random.default_rng(13).normal(size=(n + 100, n + 100))
-    for axis, phi in enumerate(phis):
-        z = signal.lfilter([1], [1, -phi], z, axis=axis)
-    found = autocorrelation(z[100:, 100:], PIXEL)
-    scatter = scatter_of_autocorrelation(0.1, phis, n * n)
-    (low_x, high_x), (low_y, high_y) = (bounds_of_length(0.1, phi, scatter) for phi in phis)
-    assert low_x < found.length("x") / PIXEL[0] < high_x
-    assert low_y < found.length("y") / PIXEL[1] < high_y
-    assert found.lay == found.length("x") / found.length("y")
-
-
 def test_length_is_interpolated_between_the_lags_around_it():
     lags = np.arange(-3, 4) * 2.0
     values = np.array([[0.3, 0.05, 0.5, 1.0, 0.5, 0.05, 0.3]])
