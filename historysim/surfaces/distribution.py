@@ -147,8 +147,10 @@ def textured_summits(
         Distance from one summit to the next along x and y [m], > 0.
     radius : float
         R [m], > 0, the mean of the radii.
-    height_scatter, radius_scatter : float
-        Standard deviation of the Gaussian heights around 0 [m], and of the log-normal radii over R [1], 0 to 1.
+    height_scatter : float
+        Standard deviation of the Gaussian heights around 0 [m].
+    radius_scatter : float
+        That of the log-normal radii over R [1], 0 to 1.
     seed : int, optional
         Needed for scatter. One seed gives the same heights with any scatter of the radii, and the other way round.
     """

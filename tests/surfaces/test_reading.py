@@ -564,7 +564,9 @@ def small_files(library, scratch):
     return found
 
 
-@pytest.mark.parametrize("ending", WRITERS)
+@pytest.mark.parametrize(
+    "ending", [pytest.param(each, marks=pytest.mark.slow if each == "nc" else ()) for each in WRITERS]
+)
 @settings(max_examples=2)  # each damaged file is shown to some forty readers
 @given(st.data())
 def test_damaged_files(small_files, scratch, ending, data):
