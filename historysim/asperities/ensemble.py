@@ -498,19 +498,12 @@ class Ensemble:
     ) -> AnyState:
         """Return the state with other friction coefficients from now on, which override a friction law.
 
-        Where a coefficient falls, springs beyond the new limit slip at once. A controlled tangential load stays, and so
-        does the displacement of an instrument's drive: U follows, as it would if the coefficients fell in many small
-        steps. A load that friction no longer holds stays in the state: the contact slides at the displacement at which
-        it began to, and the next path is refused unless it unloads, or holds the load at the limit.
-
-        Parameters
-        ----------
-        state : EnsembleState or PlanarState
-        friction : array_like
-            One coefficient, or one per asperity, 0 or more; an InputError otherwise.
-        asperities : array_like, optional
-            Those that it is for, by index; all by default.
-        instrument : Instrument, optional
+        One coefficient, or one per asperity, 0 or more, is for the asperities with these indices, by default for all;
+        other numbers or indices are an InputError. Where a coefficient falls, springs beyond the new limit slip at
+        once. A controlled tangential load stays, and so does the displacement of an instrument's drive: U follows, as
+        it would if the coefficients fell in many small steps. A load that friction no longer holds stays in the state:
+        the contact slides at the displacement at which it began to, and the next path is refused unless it unloads, or
+        holds the load at the limit.
         """
         line, chosen = self._memory_of(state, planar=True), self._chosen(asperities)
         coefficients = state.friction
@@ -548,22 +541,10 @@ class Ensemble:
         keep their height and radius remember. Then each channel goes back to where it was: a controlled load is
         restored, straight with the other one where both are.
 
-        Parameters
-        ----------
-        state : EnsembleState
-        summit_height, summit_radius : array_like, optional
-            New ones [m], or one for all, the heights over the same datum; those that are not given stay.
-        asperities : array_like, optional
-            Those that they are for, by index; all by default.
-        saturate, instrument
-            As for `advance`.
-
-        Raises
-        ------
-        InputError
-            Numbers out of range, indices that the ensemble does not have, or patches.
-        FrictionLimitError
-            The new contact does not hold the tangential load.
+        New heights, over the same datum, and radii [m] are for the asperities with these indices, by default for all;
+        what is not given stays. ``saturate`` and ``instrument`` are as for `advance`. InputError: numbers out of range,
+        indices that the ensemble does not have, or patches. FrictionLimitError: the new contact does not hold the
+        tangential load.
         """
         memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
         self._follow(memory)
