@@ -43,7 +43,7 @@ NUMBERS = "iufO"  # kinds of arrays that may hold numbers; of objects, fractions
 def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
     """Return an argument as finite floats above a number, and of a least one; anything else is an InputError.
 
-    Where `UNIT_OF` has the name, strings with units and quantities of pint are converted.
+    Strings with units and quantities of pint are converted, where `UNIT_OF` has the name.
     """
     if name in UNIT_OF or has_unit(values):
         try:
@@ -94,10 +94,9 @@ def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
 def one_per(
     one: str, several: str, name: str, values: ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Floats:
-    """Return an argument with one value for each of several things, as an array of its own that is read-only.
+    """Return an argument with one value for each of several things, as a read-only array; one number stands for all.
 
-    ``one`` and ``several`` name the things in messages, such as ``"summit"``, ``"summits"``. One number stands for all;
-    without ``count`` there are as many as values. Another number of values is an InputError, as in `checked`.
+    ``one`` and ``several`` name the things in messages; without ``count`` there are as many as values.
     """
     array = np.atleast_1d(checked(name, values, above=above))
     if array.ndim > 1:

@@ -36,23 +36,14 @@ def _compiles(name: str) -> bool:
 
 
 def options() -> list[str]:
-    """Return the environment's ``CFLAGS`` and ``LDFLAGS``, without what would change the bits of results, and -O3.
-
-    Distributions set a level of optimisation for all they build, so only ``-O0``, which somebody means, is kept.
-    """
+    """Return the environment's ``CFLAGS`` and ``LDFLAGS``, without what would change the bits of results, and -O3."""
     given = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
     level = [] if "-O0" in given else ["-O3"]
     return [option for option in given if not OTHER_BITS.fullmatch(option)] + level
 
 
 def compile_shared(command: Sequence[str], sources: Sequence[str], library: Path, *, windows: bool) -> None:
-    """Compile sources into one shared library, in one call of a compiler with its own options.
-
-    Raises
-    ------
-    RuntimeError
-        The compiler fails, or is not there; the message has its own.
-    """
+    """Compile sources into one shared library, in one call of a compiler; a RuntimeError has its message."""
     shared = ["-shared", "-fvisibility=hidden", *([] if windows else ["-fPIC", "-pthread"])]
     whole = [*command, *SAME_BITS, *shared, *sources, "-lm", "-o", str(library)]
     with tempfile.TemporaryDirectory() as cache:

@@ -32,10 +32,8 @@ _KINDS = {
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """Yield the name of an empty file that takes the place of another when the block ends without an error.
 
-    It is hidden beside the other, with a name that cannot be guessed, and this ending. It is on the disk before it gets
-    its name, and its name before this returns. What killed processes have left of the same target is removed.
-
-    A link, device or FIFO in its place is an InputError; an OSError names `path`, never the other name.
+    It is hidden beside the other, and on the disk before it gets its name. What killed processes have left of the same
+    target is removed. A link, device or FIFO there is an InputError; an OSError names `path`, never the other name.
     """
     check_replaceable(path)
     tidy(path)
@@ -83,8 +81,8 @@ def check_replaceable(path: Path) -> None:
 def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()) -> int:
     """Open a file of a name that others can guess to read and write, made where there is none; return its handle.
 
-    What stands there has to be a regular file of one's own, with no other name, that is empty or begins as one of
-    `begins`. What is `shared` may be anybody's, and hold anything. Anything else is an OSError.
+    It is a regular file of one's own, with no other name, and begins as one of `begins` or is empty; what is `shared`
+    may be anybody's, and hold anything. Else it is an OSError.
     """
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT, 0o666)
@@ -194,12 +192,10 @@ def beginning(path: Path, size: int = 16) -> bytes:
 
 
 class WriterLock:
-    """An advisory lock on the file itself, which the system releases however the process ends.
+    """An advisory lock on the file itself, which stays with it when it is renamed; the system releases it in any case.
 
-    It stays with the file when that is renamed, and leaves nothing behind. SQLite locks otherwise (POSIX record locks,
-    not ``flock``), so readers do not meet it. With `make`, the file is made where there is none; see `own_file`.
-
-    Raises OSError: another writer has it, or the file cannot be opened to write.
+    SQLite locks otherwise (POSIX record locks, not ``flock``), so readers do not meet it. With `make`, the file is made
+    where there is none. OSError: another writer has it, or the file cannot be opened to write.
     """
 
     def __init__(self, path: Path, *, make: bool = False, begins: tuple[bytes, ...] = ()) -> None:

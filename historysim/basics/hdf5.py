@@ -27,8 +27,7 @@ _CHUNKS_OF_A_NODE, _MOST_TOUCHED = 32, 1000
 def check_contained(path: Path, *, by_h5py: bool = False) -> None:
     """Check that a netCDF or HDF5 file can be read; any other file is left to its reader.
 
-    It is an InputError if reading it does not end, or ends the process, if it claims more than it holds, or if it lies
-    in other files, which only h5py can see.
+    Reading that has no end, or ends the process, a dataset larger than its file, and other files are InputErrors.
     """
     if not is_netcdf(path):
         return

@@ -31,9 +31,8 @@ def pointer(array: npt.NDArray[Any]) -> Any:
 class OneAtATime:
     """The one place at an object that is changed in place; ``with`` takes it, and gives it back.
 
-    It costs a third of a lock. Where that still counts, ``del place.free[0]`` takes it (an IndexError: it is taken),
-    and ``place.free.append(None)`` gives it back: single operations of a list, which no thread comes between. `what`
-    names the object, and how to have several: "the stepper: …".
+    It costs a third of a lock. Where that counts, ``del place.free[0]`` takes it (an IndexError: it is taken), and
+    ``place.free.append(None)`` gives it back, which no thread comes between. `what` is "the stepper: how to have two".
     """
 
     __slots__ = ("_what", "free")

@@ -64,8 +64,7 @@ def check_unpacked(unpacked: int, packed: int) -> None:
 def check_archive(file: Path | IO[bytes], *, trusted: bool = True) -> None:
     """Check that a ZIP archive unpacks to no more than it may; anything else is left to its reader.
 
-    What is `trusted` has a reader that takes no more of a member than the archive says; else each is unpacked once and
-    counted. Raises InputError, and what `zipfile` and `zlib` raise of a damaged archive.
+    What is `trusted` has a reader that takes no more of a member than the archive says; else each is unpacked.
     """
     # most commands have no archives
     import zipfile

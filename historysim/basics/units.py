@@ -72,8 +72,7 @@ def is_number(value: object) -> bool:
 def as_float(value: float) -> float:
     """Return any kind of number as a float, one too large for it as infinite; anything else unchanged.
 
-    For attrs converters: the validator that follows knows the name of the field. The types are those of the field, as
-    help and type checkers show them.
+    For attrs converters: the validator that follows knows the name of the field.
     """
     if type(value) is float:
         return value
@@ -97,10 +96,7 @@ class PhysicalQuantity(Protocol):
 
 
 def in_si(value: Any, unit: str) -> Any:
-    """Return strings with units, and quantities of pint, as numbers in an SI unit; anything else unchanged.
-
-    ``value`` may be a list of these. What cannot be had in this unit is an InputError.
-    """
+    """Return strings with units, and quantities of pint, or lists of them, in an SI unit; anything else unchanged."""
     if type(value) is float:
         return value
     if isinstance(value, str):
@@ -176,10 +172,7 @@ def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
 
 
 def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
-    """Warn of a number that is implausible in its SI unit.
-
-    ``what`` names it, ``sample`` may have been meant, and ``stacklevel`` is that of `warnings`.
-    """
+    """Warn that ``what`` is implausible in its SI unit, where ``sample`` may have been meant."""
     meant = f"did you mean a unit, as in '{sample:g} {_kind(unit)[1]}'?"
     warnings.warn(
         f"{what}, which is implausible: numbers are in {unit}; {meant}",
@@ -189,25 +182,10 @@ def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) 
 
 
 def quantity(value: float | str, unit: str) -> float:
-    """Return a quantity in SI.
+    """Return a number, which is in SI, or a string of a number and a unit, such as ``"50 mN"``, in an SI unit.
 
-    Parameters
-    ----------
-    value : float or str
-        A number, taken as SI, or a string of one number and a unit, such as ``"50 mN"`` or ``"-2.5e-3 mm"``.
-    unit : str
-        The SI unit expected, such as ``"N"`` or ``"J m-2"``; ``"1"`` for a plain number, which takes no string.
-
-    Returns
-    -------
-    float
-        The value in `unit`. A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``.
-
-    Raises
-    ------
-    InputError
-        Neither a number nor a string; a string without a unit or with an unknown one; a unit of another dimension
-        or with an offset; a number that is not finite.
+    A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``. A plain number (``"1"``) takes no
+    string. Anything else, another dimension, or what is not finite is an InputError.
     """
     if is_number(value):
         return _finite(value, value)
@@ -242,14 +220,9 @@ def quantity(value: float | str, unit: str) -> float:
 
 
 def conversion_factor(unit_text: str, unit: str) -> float:
-    """Return the factor that takes numbers in a unit, such as ``"mN"`` or ``"0.1 µm"``, to an SI unit.
+    """Return the positive factor that takes numbers in a unit, such as ``"mN"`` or ``"0.1 µm"``, to an SI unit.
 
-    It is finite and positive: ``column * conversion_factor("mN", "N")`` is in N.
-
-    Raises
-    ------
-    InputError
-        An unknown unit, one of another dimension, or one with an offset such as celsius.
+    A unit that is unknown, of another dimension, or with an offset such as celsius, is an InputError.
     """
     kind, sample = _kind(unit)
     shown, expected = _shown(unit_text), f"expected a unit such as {sample}"
@@ -436,10 +409,7 @@ class QuantityText(str):
 
 
 def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
-    """Return a quantity as a string, with the prefix that leaves one to three digits before the point: ``"90 mN"``.
-
-    A vector stands in parentheses: ``"(90 mN, 2 mN)"``.
-    """
+    """Return a quantity, or a vector in parentheses, with the prefix that leaves one to three digits: ``"90 mN"``."""
     if isinstance(value, tuple) or getattr(value, "ndim", 0) == 1:
         return f"({', '.join(quantity_text(each, unit, digits) for each in value)})"
     factor, symbol = scaled(value, unit)

@@ -134,11 +134,7 @@ def silent(_: str) -> None:
 
 @contextmanager
 def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
-    """Show a bar of tqdm where standard error is a terminal: what is done, of how much, and how long it will take yet.
-
-    Yields a function of a number of units that were done, 1 by default, and of how many there are, where that becomes
-    known or changes on the way.
-    """
+    """Show a bar of tqdm where standard error is a terminal; yield a function of units done, and of how many."""
     if not (shown and sys.stderr is not None and sys.stderr.isatty()):
         yield lambda *_: None
         return

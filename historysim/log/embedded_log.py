@@ -35,7 +35,7 @@ BATCH = "batch_end"
 
 
 def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
-    """Write head and events of a log into the group ``log`` of an open file, within that of the surface if it has one.
+    """Write head and events of a log into the group ``log`` of a file, within that of the surface if it has one.
 
     Two groups side by side are more than compliance-checker bears (6.1 looks for a time in each).
     """

@@ -80,12 +80,7 @@ class Content:
 class LogFile:
     """A log on disk; with `write` the writer's lock is taken at once.
 
-    Raises
-    ------
-    InputError
-        There is no such file, or it is no log, or its head is damaged.
-    OSError
-        It cannot be opened, or another process is writing it.
+    InputError: there is no such file, or it is no log, or damaged. OSError: it cannot be opened, or is being written.
     """
 
     def __init__(self, path: Path, *, write: bool = False, lock: WriterLock | None = None) -> None:
@@ -112,8 +107,7 @@ class LogFile:
     def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
         """Make a log and take the writer's lock; it appears under its name when all its events stand in it.
 
-        Raises InputError: events that cannot be used. OSError: it cannot be written, or another process is writing one
-        of this name.
+        InputError: events that cannot be used. OSError: it cannot be written, or another process writes one of this name.
         """
         checked_events(head, events)
         check_replaceable(path)
@@ -215,10 +209,9 @@ class LogFile:
     # -- writing -----------------------------------------------------------------------------------
 
     def append(self, events: Sequence[Event]) -> None:
-        """Append events, in batches of one transaction each.
+        """Append events, in batches of one transaction each; where one fails, the batches before stand.
 
-        Raises InputError: events that cannot be used, or the log is damaged. OSError: another process is writing it, or
-        the disk is full; the batches before stand.
+        InputError: events that cannot be used, or the log is damaged. OSError: it is being written, or the disk is full.
         """
         self._become_writer()
         content = self.sound()

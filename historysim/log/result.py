@@ -72,14 +72,7 @@ class RunOptions:
 def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open to write, into a result, which appears under its name when it is complete.
 
-    Snapshots of the state are put beside the events of the log.
-
-    Raises
-    ------
-    InputError, LoadError
-        The log is damaged, or holds no events; a load that the contact cannot carry.
-    OSError, KeyboardInterrupt
-        ``output`` cannot be written; the user has stopped it. The message says what is kept.
+    Snapshots of the state are put beside the events of the log. An OSError and a KeyboardInterrupt say what is kept.
     """
     head, content = file.head, file.sound()
     if not content.events:

@@ -50,9 +50,8 @@ CELLS_IN_MEMORY = 1 << 24
 def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selection) -> Integers | None:
     """Return the indices of the asperities to record, ascending, or None for totals alone.
 
-    "touching" stands for those that touch at any time; where asperities wear, or their geometry changes, that is not
-    known, and it stands for all; of inclined ones it stands for those that may touch. Another word, or an index that
-    does not exist or is given twice, is an InputError.
+    "touching" are those that touch at any time; where that is not known (wear, other geometry) all, of inclined ones
+    those that may. Another word, or an index that does not exist or is given twice, is an InputError.
     """
     if isinstance(record, str) and record == "totals":
         return None

@@ -49,8 +49,8 @@ def contents(
 ) -> tuple[dict[str, Array], dict[str, Any]]:
     """Return the arrays of the group by their names, and its attributes.
 
-    They are all summits, in the order of the ensemble; the map that they were found on, every so many-th point of it
-    (``thinning``); and of a map with full interaction the points that touch and their pressures in place of summits.
+    They are all summits; the map that they were found on, every so many-th point (``thinning``); and of a map with full
+    interaction the points that touch and their pressures in place of summits.
     """
     values: list[Array | None] = [None] * len(VARIABLES)
     first = len(SURFACE)
