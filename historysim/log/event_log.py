@@ -243,7 +243,7 @@ class EventLog:
         cursor = schedule.cursor_at(content.events, len(past), self._file.head.substeps)
         if cursor is None:
             return []
-        future, held = content.events[len(past) :], []
+        future, held = content.events[len(past) :], list[Event]()
         for channel, heading in zip(schedule.CHANNELS, cursor.heading, strict=True):
             last = next((event for event in reversed(past) if _is_of(event, channel)), None)
             if last is not None and last.time == time:

@@ -19,7 +19,8 @@ from urllib.parse import quote
 import attrs
 import numpy as np
 
-from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text, sync_folder
+from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text
+from historysim.basics.system import sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
 from historysim.loads.events import Event
@@ -107,7 +108,7 @@ class LogFile:
     def create(cls, path: Path, head: LogHeader, events: Sequence[Event] = ()) -> Self:
         """Make a log and take the writer's lock; it appears under its name when all its events stand in it.
 
-        InputError: events that cannot be used. OSError: it cannot be written, or another process writes one of this name.
+        InputError: events that cannot be used. OSError: it cannot be written, or one of this name is being written.
         """
         checked_events(head, events)
         check_replaceable(path)
@@ -211,7 +212,7 @@ class LogFile:
     def append(self, events: Sequence[Event]) -> None:
         """Append events, in batches of one transaction each; where one fails, the batches before stand.
 
-        InputError: events that cannot be used, or the log is damaged. OSError: it is being written, or the disk is full.
+        InputError: events that cannot be used, or damage. OSError: it is being written, or the disk is full.
         """
         self._become_writer()
         content = self.sound()

@@ -17,7 +17,8 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION, Array
-from historysim.basics.files import WriterLock, own_file, sync_file, sync_folder
+from historysim.basics.files import WriterLock, own_file, sync_file
+from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
 from historysim.recording.variables import COMPONENTS, COORDINATES, OF_DIRECTION, SLIDE_TIME, Variable

@@ -12,6 +12,7 @@ from historysim._version import __version__
 from historysim.asperities import validity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
+from historysim.asperities.law import FrictionLaw
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Finding, counted, written_findings
 from historysim.loads.event_sequence import digest, values_of
@@ -42,7 +43,7 @@ def _laws(ensemble: Ensemble) -> dict[str, str]:
     }
     for name, law in (("friction_law", ensemble.law), ("wear_law", ensemble.wear), ("yielding_law", ensemble.yielding)):
         if law is not None:
-            elsewhere = name == "friction_law" and not law.same_bits
+            elsewhere = isinstance(law, FrictionLaw) and not law.same_bits
             texts[name] = f"{law.text}{'; last bits may differ on other machines' if elsewhere else ''}"
             if "package" in law.described:
                 texts |= {"packages": ", ".join(ensemble.packages), f"{name}_settings": json.dumps(law.described)}
