@@ -267,7 +267,9 @@ def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -
     first = np.full(count + 1, tied.size)
     np.minimum.at(first, label, np.ravel_multi_index(tuple(places), tied.shape, mode="wrap"))
     chosen = np.unique(first[label], return_index=True)[1]
-    kept = np.isin(label, label[chosen])
+    kept = np.flatnonzero(np.isin(label, label[chosen]))
+    # in the order of the points on the map, in which means are taken
+    kept = kept[np.argsort(np.ravel_multi_index(tuple(places[:, kept]), tied.shape, mode="wrap"))]
     return places[:, kept], np.unique(label[kept], return_inverse=True)[1]
 
 
