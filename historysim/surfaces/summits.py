@@ -270,7 +270,13 @@ def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -
     kept = np.flatnonzero(np.isin(label, label[chosen]))
     # in the order of the points on the map, in which means are taken
     kept = kept[np.argsort(np.ravel_multi_index(tuple(places[:, kept]), tied.shape, mode="wrap"))]
-    return places[:, kept], np.unique(label[kept], return_inverse=True)[1]
+    places, plateau = places[:, kept], np.unique(label[kept], return_inverse=True)[1]
+    # counted from the period in which a plateau begins
+    for axis, size in enumerate(tied.shape):
+        begin = np.full(chosen.size, 1)
+        np.minimum.at(begin, plateau, places[axis] // size)
+        places[axis] -= begin[plateau] * size
+    return places, plateau
 
 
 def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:
