@@ -75,15 +75,6 @@ def test_the_table_has_both_side_by_side(compared):
     assert float(scatter) == pytest.approx(1e9 * np.nanstd(energy, ddof=1), rel=6e-2)
 
 
-def test_skipped_loops_are_left_out_of_all():
-    observed = observe(synthetic.measured("ball", 0), skip=2)
-    response = passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
-    compared = Comparison.of(observed, response)
-    assert compared.difference.size == observed.time.size - observed.first
-    assert compared.measured.number.tolist()[0] == 2
-    assert compared.measured.ends[0, 0] == observed.first
-
-
 def test_a_record_without_a_loop_is_compared_without_a_table(compared):
     part = slice(0, 80)
     kept = {
@@ -143,32 +134,3 @@ def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared
     turns = compared.observation.turns
     for start, end in itertools.pairwise(turns):
         assert (back[start:end] >= 0).all() or (back[start:end] <= 0).all()
-
-
-def test_a_long_record_is_thinned_and_keeps_its_turning_points(compared, monkeypatch):
-    monkeypatch.setattr(plots, "MOST_POINTS", 100)
-    loops, loads, _, difference, _ = hs.plots.comparison(compared).axes
-    turns = compared.observation.turns
-    for axes in (loops, loads):
-        for colour in (plots.MEASURED, plots.MODEL):
-            (line,) = lines_of(axes, colour)
-            assert len(line.get_xdata()) <= 100 + turns.size
-    assert set(1e3 * compared.observation.tangential_load[turns]) <= set(loads.lines[0].get_ydata())
-    (model,) = lines_of(loops, plots.MODEL)
-    assert set(1e3 * compared.response.tangential_load[turns]) <= set(model.get_ydata())
-    assert max(len(line.get_xdata()) for line in difference.lines) <= 100
-
-
-def test_energies_below_zero_are_seen(compared):
-    """A load of the wrong sign gives negative energies."""
-    sign = -1.0
-    measured = attrs.evolve(compared.measured, dissipated_energy=sign * compared.measured.dissipated_energy)
-    turned = attrs.evolve(
-        compared,
-        observation=attrs.evolve(compared.observation, loops=measured),
-        model=attrs.evolve(compared.model, dissipated_energy=sign * compared.model.dissipated_energy),
-    )
-    axes = hs.plots.comparison(turned).axes[2]
-    low, high = axes.get_ylim()
-    assert low <= min(np.nanmin(line.get_ydata()) for line in axes.lines)
-    assert high >= max(np.nanmax(line.get_ydata()) for line in axes.lines)

@@ -23,13 +23,16 @@ RECORDS = {
     "early onset": {"onset": 0.05},
     "late onset": {"onset": 5.0},
 }
+FIRST = {"sensor that drifts", "load that falls a little"}
 
 
 def creep(seed=0, **shape):
     return creep_of(Holds(**shape).record(seed), contact(), STIFF)
 
 
-@pytest.mark.parametrize("name", RECORDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(each, marks=() if each in FIRST else pytest.mark.slow) for each in RECORDS]
+)
 def test_creep_is_found_within_five_percent(name):
     record = Holds(**RECORDS[name])
     found = creep(**RECORDS[name])
@@ -39,6 +42,9 @@ def test_creep_is_found_within_five_percent(name):
     assert found.sensor_drift.low < record.sensor < found.sensor_drift.high
     # the parts add up to what was measured, but for noise
     assert all(abs(hold.rest) < 6e-5 for hold in found.holds)
+    # once the contact is below its limit, a load that falls on lets little of it slide
+    if record.fall == 0.03:
+        assert max(abs(hold.memory) for hold in found.holds) < 0.01 * abs(found.holds[0].relaxation)
 
 
 def test_memory_is_what_the_engine_makes_of_a_load_that_falls_alone():
@@ -48,12 +54,6 @@ def test_memory_is_what_the_engine_makes_of_a_load_that_falls_alone():
     for hold in found.holds:
         assert hold.memory == pytest.approx(-0.1 * hold.tangential_load, rel=0.02)
         assert hold.change == pytest.approx(hold.memory, abs=2e-5)
-
-
-def test_a_little_creep_takes_the_effect_of_a_falling_load():
-    """Once the contact is below its limit, a load that falls on lets little of it slide."""
-    found = creep(fall=0.03)
-    assert max(abs(hold.memory) for hold in found.holds) < 0.01 * abs(found.holds[0].relaxation)
 
 
 @pytest.mark.slow
@@ -76,7 +76,7 @@ def test_intervals_hold_the_truth_as_often_as_they_say(shape):
     ("shape", "reason"),
     [
         ({"creep": 0.0, "load_noise": 2e-5}, "noise decides|too noisy"),
-        ({"exponential": True, "onset": 20.0}, "the load levels off"),
+        pytest.param({"exponential": True, "onset": 20.0}, "the load levels off", marks=pytest.mark.slow),
         ({"length": 3.0, "load_noise": 5e-5}, "too short, or too noisy|noise decides"),
         ({"count": 2}, "it has 2 holds; expected 3 or more"),
     ],

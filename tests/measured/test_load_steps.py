@@ -71,12 +71,6 @@ def test_the_shipped_record_of_an_instrument():
     assert line.intercept_low < 0 < line.intercept_high
 
 
-def test_an_even_load_loses_nothing():
-    steady = loops_of_channels(*record([0.0, 1, -1, 1, -1, 1, 0], {0: 1.0}, noise=0.03))
-    assert (len(steady), steady.exclusions) == (2, ())
-    assert not steady.left_out_branches.any()
-
-
 def test_what_a_load_moves_by_on_every_branch_is_the_way_of_the_test():
     time, u, load, normal = record([0.0, *(1.0, -1.0) * 8, 0.0], {0: 1.0}, noise=0.02)
     found = loops_of_channels(time, u, load, normal * (1 + 0.1 * u))

@@ -29,15 +29,11 @@ MEASURED = MOVED + 2e-9 * NOISE[0]
 NORMAL = 1 + 0.01 * NOISE[1]
 NONE = {
     "constant": (0.3 + 0 * TIME, "not clear of 0"),
-    "nothing": (0 * TIME, "not clear of 0"),
-    "noise": (0.1 * NOISE[2], "not clear of 0"),
     "noise beside an offset": (0.3 + 1e-3 * NOISE[2], "not clear of 0"),
     "spring": (2e5 * MOVED + 2e-3 * NOISE[2], "no energy"),
     "spring without noise": (2e5 * MOVED, "no energy|not clear of 0"),
-    "normal load": (NORMAL, "not clear of 0"),
     "normal load that swings": (1 + 0.1 * np.sin(4 * np.pi * TIME), "not clear of 0"),
     "time": (TIME, "does not come back"),
-    "temperature": (20 + 0.1 * TIME, "does not come back"),
 }
 
 
@@ -62,8 +58,7 @@ def test_friction_is_friction_whatever_its_offset(offset):
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=5e-3)
 
 
-@pytest.mark.parametrize("material", ["ball", "rough"])
-@pytest.mark.parametrize("loops", [1, 2, 6])
+@pytest.mark.parametrize(("material", "loops"), [("ball", 1), ("rough", 2)])
 def test_good_records_are_good(material, loops):
     record = synthetic.measured(material, 1, loads=(0.02, 0.05), loops=loops)
     assert loops_of_measurement(record).no_friction == ()

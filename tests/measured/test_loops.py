@@ -18,8 +18,8 @@ from historysim.contact import mindlin
 from historysim.errors import InputError
 from historysim.measured.branches import Definitions
 from historysim.measured.comparison import observe
-from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES, NoLoopError
-from historysim.measured.loops import loops_of_channels, loops_of_history, loops_of_measurement
+from historysim.measured.loop_values import BRANCH_QUANTITIES, CONTENT, LOOP_QUANTITIES
+from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement, reversals
 from historysim.results import analysis
 
@@ -74,7 +74,7 @@ def test_gross_slip_gives_the_limit_and_the_closed_forms():
     assert found.tangential_load_gap == pytest.approx(np.zeros(3), abs=1e-12 * LIMIT)
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5, 0.9])
+@pytest.mark.parametrize("share", [0.1, 0.9])
 def test_partial_slip_gives_the_energy_of_mindlin(share):
     amplitude = float(mindlin.tangential_displacement(share * LIMIT, **CONTACT))
     history = swung(amplitude)
@@ -94,19 +94,12 @@ def test_the_energy_of_a_loop_is_what_the_asperities_dissipated(friction):
     assert found.dissipated_energy == pytest.approx(exact, abs=1.1 * 2 * stiffness * step(20e-9, 1000) ** 2 / 12)
 
 
-@pytest.mark.parametrize("window", [0.4, 0.1, 0.02])
+@pytest.mark.parametrize("window", [0.4, 0.02])
 def test_the_stiffness_at_reversal_tends_to_that_of_the_whole_contact(window):
     found = analysis.friction_loops(swung(2 * SLIDE), definitions=Definitions(initial_part=window))
     # the slope falls from k_t at the reversal by the cube root of what is left, and a straight fit lies between
     assert (found.tangential_stiffness < STIFFNESS).all()
     assert (found.tangential_stiffness > STIFFNESS * (1 - window) ** (1 / 3)).all()
-
-
-@pytest.mark.parametrize("reached", [0.5, 0.9, 0.99, 0.9999])
-def test_the_preliminary_displacement_tends_to_twice_that_of_virgin_loading(reached):
-    found = analysis.friction_loops(swung(2 * SLIDE, substeps=2000), definitions=Definitions(reached=reached))
-    expected = 2 * SLIDE * (1 - (1 - reached) ** (2 / 3))
-    assert found.preliminary_displacement == pytest.approx(np.full((3, 2), expected), abs=step(2 * SLIDE, 2000))
 
 
 # ---------------------------------------------------------------- what is a loop
@@ -140,16 +133,6 @@ def test_loops_are_pairs_of_branches_between_reversals(turns, loops):
     first, last = 10 * loops[0][0], 10 * loops[-1][2]
     assert found.left_out == tuple(piece for piece in ((0, first), (last, u.size - 1)) if piece[0] < piece[1])
     assert found.displacement_gap == pytest.approx([turns[loop[2]] - turns[loop[0]] for loop in loops])
-
-
-def test_skipped_loops_keep_their_numbers():
-    history = swung(2 * SLIDE, loops=4, substeps=50)
-    every, some = analysis.friction_loops(history), analysis.friction_loops(history, skip=1)
-    assert some.number.tolist() == [1, 2, 3]
-    assert some.ends.tolist() == every.ends[1:].tolist()
-    assert some.dissipated_energy.tolist() == every.dissipated_energy[1:].tolist()
-    assert some.left_out == every.left_out
-    assert {row[0]: row[3] for row in some.rows()}["loops"] == "3, 1 before them skipped"
 
 
 def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
@@ -199,19 +182,6 @@ def test_noise_within_the_dead_band_changes_little():
     )
 
 
-def test_a_branch_without_a_value_is_not_counted():
-    time, u = ramp([0.0, 1.0, -1.0, 1.0], part=5)
-    found = loops_of_channels(
-        time, u, np.sign(np.gradient(u)), dead_band=0.1, definitions=Definitions(initial_part=0.1)
-    )
-    # the first step is longer than the window
-    assert np.isnan(found.tangential_stiffness).all()
-    assert found.statistics("tangential_stiffness").count == 0
-    assert math.isnan(found.statistics("tangential_stiffness").mean)
-    texts = {row[0]: row[1:] for row in found.rows()}
-    assert texts["stiffness at reversal"] == texts["friction coefficient"] == ("–", "–", "–")
-
-
 # ---------------------------------------------------------------- the dead band
 
 
@@ -238,21 +208,6 @@ def test_a_measurement_may_say_its_dead_band(given, loops, dead_band):
     found = loops_of_measurement(measurement)
     assert (len(found), found.dead_band) == (loops, pytest.approx(dead_band))
     assert len(loops_of_measurement(measurement, dead_band=0.5)) == 2
-
-
-def test_a_history_and_a_measurement_of_it_have_the_same_loops():
-    history = swung(4 * SLIDE, substeps=50)
-    measurement = Measurement(
-        history.time.values,
-        {
-            "normal_load": history.total_normal_load.values,
-            "tangential_displacement": history.tangential_displacement.values,
-        },
-        {"tangential_load": history.total_tangential_load.values},
-    )
-    one, other = analysis.friction_loops(history), loops_of_measurement(measurement)
-    assert one.ends.tolist() == other.ends.tolist()
-    assert one.dissipated_energy.tolist() == other.dissipated_energy.tolist()
 
 
 def test_loops_that_a_spring_would_give_are_told():
@@ -315,7 +270,7 @@ def damper():
     return rows[:, 0], rows[:, 1] * inch, rows[:, 2] * kip
 
 
-@pytest.mark.parametrize("dead_band", [1e-5, 1e-4, 1e-3, 3e-3])
+@pytest.mark.parametrize("dead_band", [1e-5, 3e-3])
 def test_the_cycles_of_a_measured_record_are_counted(damper, dead_band):
     """14 s at 0.5 Hz, swelling and dying away: 14 reversals, hence 13 half cycles and a piece at either end."""
     time, displacement, load = damper
@@ -374,10 +329,6 @@ def loops_of_swing(load, *normal_load, **options):
             "has 1 whole loop at .* of which 1 are to be skipped",
         ),
         (
-            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=-1),
-            "skip is -1; expected a whole number",
-        ),
-        (
             lambda: loops_of_swing(LOAD, dead_band=0.1, skip=0.5),
             "skip is 0.5; expected a whole number",
         ),
@@ -385,29 +336,17 @@ def loops_of_swing(load, *normal_load, **options):
             lambda: loops_of_swing(LOAD, dead_band=0.1, definitions=0.5),
             "definitions is 0.5; expected Def",
         ),
-        (lambda: loops_of_channels([0], [0], [0], dead_band=0), "has 0 whole loops"),
         (lambda: loops_of_swing(LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples; expected 5"),
         (
             lambda: loops_of_channels(-TIME, UP_AND_DOWN, LOAD, dead_band=0),
             "the time -1 s comes after -0 s",
         ),
         (lambda: Definitions(reached=1.5), "reached of Definitions is 1.5; expected a share, between 0 and 1"),
-        (lambda: Definitions(sliding_part=0), "sliding_part of Definitions is 0"),
     ],
 )
 def test_bad_input_is_explained(call, message):
     with pytest.raises(hs.InputError, match=message):
         call()
-
-
-def test_no_whole_loop_is_an_error_of_its_own():
-    with pytest.raises(NoLoopError, match="has 0 whole loops"):
-        loops_of_channels(TIME, np.zeros(5), LOAD)
-
-
-def test_a_dataset_that_is_no_history_is_refused():
-    with pytest.raises(hs.InputError, match="no tangential_displacement, total_tangential_load, total_normal_load;"):
-        loops_of_history(xr.Dataset({"time": ("step", [0.0])}))
 
 
 # -- noise of the displacement ---------------------------------------------------------------------
@@ -422,7 +361,7 @@ def noisy_strokes(noise, **changed):
     return attrs.evolve(exact, channels=channels, response={"tangential_load": load}, dead_band={}, **changed)
 
 
-@pytest.mark.parametrize("noise", [1e-9, 3e-9, 5e-9, 15e-9])
+@pytest.mark.parametrize("noise", [1e-9, 15e-9])
 def test_noise_is_not_counted_as_reversals(noise):
     """With 5 % of the range as the dead band, 5 nm made 528 loops without friction."""
     loops = hs.loops(noisy_strokes(noise))

@@ -7,7 +7,7 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.contact import mindlin
-from historysim.measured.branches import Definitions, reversal_factor, zero_load_factor
+from historysim.measured.branches import reversal_factor, zero_load_factor
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.measured.reduction import Measurement
 from historysim.results import analysis
@@ -86,24 +86,6 @@ def test_factors_are_those_of_theory():
         load = -1 + 2 * reached
         u = float(mindlin.displacement_after_reversal(-load, reversal_load=1.0, **contact))
         assert (slide - u) / slide == pytest.approx(reversal_factor(reached), rel=1e-12)
-
-
-def test_the_summary_says_which_is_which(swung):
-    sampled, normal_load, _ = swung
-    lines = dict(noisy(sampled, normal_load).summary())
-    assert lines["preliminary displacement"] == (
-        "from the reversal to where 0.95 of the way from the reversal to the friction force is first reached: "
-        "1.73 θμδ on a sphere"
-    )
-    assert lines["displacement from zero load"].startswith("to the same place: 0.988 θμδ on a sphere; to slip itself")
-    other = loops_of_channels(
-        sampled.time,
-        sampled.tangential_displacement,
-        sampled.total_tangential_load,
-        normal_load,
-        definitions=Definitions(reached=0.8),
-    )
-    assert "0.8 of the way" in dict(other.summary())["preliminary displacement"]
 
 
 def test_the_virgin_displacement_is_what_the_analysis_of_a_history_says(swung):

@@ -11,8 +11,7 @@ from numpy.testing import assert_allclose
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.reduction import Measurement
-from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history, sliding_of_measurement
+from historysim.measured.sliding import Sliding, sliding_of_channels, sliding_of_history
 
 STEADY, START, LENGTH, PEAK = 0.4, 0.5, 2e-3, 0.65
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -46,9 +45,9 @@ def test_what_a_record_was_made_with_is_found():
 
 
 def test_intervals_hold_the_truth_in_95_of_100():
-    found = [sliding_of_channels(*made(0.01, seed, peak=None, size=1001)).approach for seed in range(200)]
+    found = [sliding_of_channels(*made(0.01, seed, peak=None, size=1001)).approach for seed in range(100)]
     known = [each for each in found if each is not None]
-    assert len(known) >= 198
+    assert len(known) >= 98
     assert (np.abs(held(known, STEADY, START, LENGTH) - 0.95 * len(known)) < four_deviations(len(known))).all()
 
 
@@ -112,7 +111,7 @@ def evaluated(made_of, seed, *, over_time=False):
     ids=["spikes", "correlated noise", "negative raw sign", "rig starts late"],
 )
 def test_intervals_hold_the_truth_whatever_else_the_record_has(made_of, over_time):
-    count, unit = 60, 1 if over_time else 1e-3
+    count, unit = 30, 1 if over_time else 1e-3
     sliding = [evaluated(made_of, seed, over_time=over_time) for seed in range(count)]
     found = [each.approach for each in sliding if each.approach is not None]
     # spikes and correlated noise are no static peaks
@@ -129,11 +128,8 @@ def test_intervals_hold_the_truth_whatever_else_the_record_has(made_of, over_tim
     [
         (lambda random: 0.4 + white(random), False, "no better than a constant"),
         (lambda random: spiked(0.4 + white(random), random), False, "no better than a constant"),
-        (lambda random: late(np.full(SIZE, 0.6), 100) + white(random), True, "no better than a constant"),
         (lambda random: 0.5 - 0.01 * WAY_MM + white(random), False, "no better than a (straight line|constant)"),
-        (lambda random: np.where(WAY_MM < 5, 0.5, 0.4) + white(random), False, "no better than a constant"),
         (lambda random: 0.4 + 0.1 / (1 + WAY_MM) + white(random, 0.003), False, "stray|slower decay"),
-        (lambda random: 0.5 - 0.03 * np.log(1 + 10 * WAY_MM) + white(random), False, "stray|slower decay"),
         (lambda random: 0.4 + correlated(random, 0.98), False, "no better than|stray"),
         (
             lambda random: (
@@ -143,10 +139,10 @@ def test_intervals_hold_the_truth_whatever_else_the_record_has(made_of, over_tim
             "stray|comes from 0|no better than",
         ),
     ],
-    ids=["constant", "spikes", "starts late", "line", "step", "power law", "logarithm", "wander", "soft rig"],
+    ids=["constant", "spikes", "line", "power law", "wander", "soft rig"],
 )
 def test_what_is_no_exponential_is_none(made_of, over_time, reason):
-    for seed in range(20):
+    for seed in range(8):
         found = evaluated(made_of, seed, over_time=over_time)
         assert found.approach is None
         assert re.search(reason, found.no_approach)
@@ -164,11 +160,6 @@ def test_a_rig_that_starts_late_is_left_out_until_then():
     assert known.place[0] == pytest.approx(2.3, abs=0.03)
     coated = np.where(WAY_MM < 6, 0.05, 0.6)
     assert sliding_of_channels(WAY_MM, coated, np.ones(SIZE)).remarks == ()
-
-
-def test_friction_that_gives_energy_is_refused():
-    with pytest.raises(InputError, match=r"friction would give energy.*with a scale of -1"):
-        sliding_of_channels(WAY_MM, -EXPONENTIAL, np.ones(SIZE), 1e-3 * WAY_MM)
 
 
 def test_windows_are_means_along_the_displacement():
@@ -200,12 +191,6 @@ def test_what_is_not_there_is_not_found():
     running_in = sliding_of_channels(*made(noise=0.002, peak=None))
     assert running_in.peak is None
     assert running_in.approach.start == pytest.approx(START, abs=0.003)
-
-
-def test_a_steady_value_beyond_the_record_is_said_to_be():
-    found = sliding_of_channels(*made(noise=1e-4, peak=None, length=8e-3))
-    assert not found.approach.settled
-    assert "beyond the record, which is shorter than two lengths" in dict(found.summary())["steady value"]
 
 
 def test_the_other_way_and_without_a_displacement():
@@ -260,20 +245,6 @@ def test_its_dataset_tells_all_but_the_samples(noise, over, windows):
         assert escape(text) in page
 
 
-def test_the_picture_shows_samples_windows_peak_and_approach():
-    found = sliding_of_channels(*made(noise=0.002))
-    figure = hs.plots.sliding(found, title="of $5")
-    (axes,) = figure.axes
-    lines = {line.get_label(): line for line in axes.get_lines()}
-    assert_allclose(lines["windows"].get_ydata(), found.window_mean)
-    assert_allclose(lines["windows"].get_xdata(), 1e3 * found.window_place)
-    assert lines["static peak"].get_ydata()[0] == found.peak.coefficient
-    assert lines["approach"].get_ydata()[-1] == pytest.approx(STEADY, abs=0.01)
-    assert axes.get_xlabel() == "distance (mm)"
-    assert figure.get_suptitle() == r"of \$5"
-    assert [axes.get_title(loc="left") for axes in hs.plot(found).axes] == ["Friction coefficient"]
-
-
 TIME, LOAD, NORMAL, WAY = made(size=101)
 
 
@@ -287,14 +258,9 @@ TIME, LOAD, NORMAL, WAY = made(size=101)
         (lambda: sliding_of_channels(TIME, LOAD, NORMAL, 0 * WAY), "displacement rests; expected one that slides"),
         (lambda: sliding_of_channels(TIME, LOAD, -NORMAL, WAY), "presses at no sample"),
         (lambda: sliding_of_channels(TIME, LOAD, NORMAL, over="distance"), "displacement was not measured"),
-        (lambda: sliding_of_channels(TIME, LOAD, NORMAL, over="load"), "over is 'load'; expected 'time' or 'distance'"),
+        (lambda: sliding_of_channels(TIME, -LOAD, NORMAL, WAY), r"friction would give energy.*with a scale of -1"),
         (lambda: sliding_of_channels(TIME, LOAD, NORMAL, windows=2.5), "windows is 2.5; expected a whole number"),
-        (lambda: sliding_of_channels(TIME, LOAD, NORMAL, windows=0), "windows"),
         (lambda: sliding_of_channels(TIME[:5], LOAD, NORMAL), "time has 5 samples; expected 101"),
-        (
-            lambda: sliding_of_measurement(Measurement(TIME, {"normal_load": NORMAL})),
-            "the record has no tangential_load",
-        ),
         (lambda: hs.sliding(3.0), "3.0: cannot be evaluated"),
     ],
 )
