@@ -18,7 +18,8 @@ from historysim.tables.lines import MISSING, places_of
 Selection = tuple[slice | int, ...]
 
 _UNIT_ENDINGS = (" unit", " units", "_unit", "_units", ".unit", ".units")
-MOST_LISTED = 100
+MOST_LISTED = 100  # columns of a matrix up to which each is listed
+_KINDS = {"b": "true and false", "c": "complex numbers", "S": "texts", "U": "texts", "M": "dates", "m": "time spans"}
 
 
 @attrs.frozen(eq=False)
@@ -117,24 +118,20 @@ def _chosen(arrays: Sequence[Array], column: Column) -> tuple[Array, int | None]
             f"occurrence = {column.occurrence} counts names in the header of a text; expected a name alone, or with "
             "index, as in { column = 'data', index = 2 }"
         )
+    names = [array.name for array in arrays]
     if isinstance(column.column, int):
-        nameless = [array for array in arrays if not array.name]
-        if not nameless:
+        if "" not in names:
             raise InputError(
-                f"there is no column {column.column}, since the arrays in this file have names; "
-                f"{nearest('', [array.name for array in arrays])}"
+                f"there is no column {column.column}, since the arrays in this file have names; {nearest('', names)}"
             )
-        return nameless[0], column.column
-    matches = [arrays[place] for place in places_of(column.column, [array.name for array in arrays])]
-    if not matches:
-        raise InputError(
-            f"there is no column {column.column!r}; {nearest(column.column, [array.name for array in arrays])}"
-        )
-    if len(matches) > 1:
-        same = len({array.name for array in matches}) == 1
-        mend = "rename all but one" if same else f"expected the whole name, one of {', '.join(a.name for a in matches)}"
-        raise InputError(f"{len(matches)} arrays have the name {column.column!r}; {mend}")
-    return matches[0], column.index
+        return arrays[names.index("")], column.column
+    places = places_of(column.column, names)
+    if not places:
+        raise InputError(f"there is no column {column.column!r}; {nearest(column.column, names)}")
+    if len(places) > 1:
+        several = ", ".join(names[place] for place in places)
+        raise InputError(f"{len(places)} arrays have the name {column.column!r}: {several}; expected the name of one")
+    return arrays[places[0]], column.index
 
 
 def _selection(array: Array, index: int | None, transposed: bool | None) -> tuple[Selection, str]:
@@ -172,23 +169,20 @@ def _selection(array: Array, index: int | None, transposed: bool | None) -> tupl
 def _numbers(values: Any, name: str) -> Floats:
     """Return what was read as floats, NaN where missing."""
     if isinstance(values, list):
-        return _numbers_of_list(values, name)
+        if not set(map(type, values)) <= {int, float}:
+            values = [_number(value, name, row) for row, value in enumerate(values)]
+        try:
+            return np.array(values, dtype=np.float64)
+        except OverflowError as error:
+            raise InputError(f"column {name} holds an integer beyond the largest float") from error
     # netCDF gives masked arrays, the others plain ones
     values = np.ma.asanyarray(values)
     if values.dtype.kind not in "fiu":
-        raise InputError(f"column {name} holds {_kind(values.dtype)}; expected real numbers")
+        kind = _KINDS.get(values.dtype.kind, "something else than numbers")
+        raise InputError(f"column {name} holds {kind}; expected real numbers")
     with np.errstate(over="ignore", invalid="ignore"):
         floats = values.astype(np.float64)
     return np.asarray(np.ma.filled(floats, np.nan)).ravel()
-
-
-def _numbers_of_list(values: list[Any], name: str) -> Floats:
-    if not set(map(type, values)) <= {int, float}:
-        values = [_number(value, name, row) for row, value in enumerate(values)]
-    try:
-        return np.array(values, dtype=np.float64)
-    except OverflowError as error:
-        raise InputError(f"column {name} holds an integer beyond the largest float") from error
 
 
 def _number(value: object, name: str, row: int) -> float:
@@ -198,11 +192,6 @@ def _number(value: object, name: str, row: int) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"row {row + 1}, column {name}: {shown(value)}; expected a number")
     return value
-
-
-def _kind(dtype: np.dtype[Any]) -> str:
-    kinds = {"b": "true and false", "c": "complex numbers", "S": "texts", "U": "texts", "M": "dates", "m": "time spans"}
-    return kinds.get(dtype.kind, "something else than numbers")
 
 
 def describe(contents: Contents, layout: Format) -> list[Listing]:
@@ -221,10 +210,15 @@ def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iter
     separate = len(long) == 2 and count <= MOST_LISTED
     units = ", ".join(contents.units(array))
     for index in range(1, count + 1) if separate else [None]:
-        reference = _reference(array.name, index)
+        reference = _quoted(array.name)
+        if index is not None:
+            reference = f"{{ column = {reference}, index = {index} }}"
+        if not array.name:
+            reference = f"{{ column = {index or 1} }}"
         try:
             selection, _ = _selection(array, index, transposed)
-            first = _numbers(array.read(_first(selection)), "")
+            start = tuple(slice(0, 1) if isinstance(part, slice) else part for part in selection)
+            first = _numbers(array.read(start), "")
         except InputError:
             yield Listing(reference, units, " × ".join(map(str, array.shape)), "")
         else:
@@ -234,16 +228,6 @@ def _listings(contents: Contents, array: Array, transposed: bool | None) -> Iter
 def _count(array: Array, selection: Selection) -> int:
     """Return how many values a selection takes."""
     return math.prod(size for size, part in zip(array.shape, selection, strict=True) if isinstance(part, slice))
-
-
-def _first(selection: Selection) -> Selection:
-    return tuple(slice(0, 1) if isinstance(part, slice) else part for part in selection)
-
-
-def _reference(name: str, index: int | None) -> str:
-    if not name:
-        return f"{{ column = {index or 1} }}"
-    return _quoted(name) if index is None else f"{{ column = {_quoted(name)}, index = {index} }}"
 
 
 def _quoted(name: str) -> str:

@@ -16,22 +16,15 @@ if TYPE_CHECKING:
     from historysim.basics.arguments import Floats, Integers
 
 
-def _check_name(_: object, attribute: "attrs.Attribute[str | int]", value: str | int) -> None:
-    if isinstance(value, str):
-        if not value.strip():
-            raise misfit(f"{shown(value)}; expected a string that is not blank", attribute.name)
-        return
-    if isinstance(value, bool) or not isinstance(value, int):
-        raise misfit(f"{shown(value)}; expected a name, or a position counted from 1", attribute.name)
-    if value < 1:
-        raise misfit(f"{shown(value)}; expected a position counted from 1", attribute.name)
-
-
 def _is_whole(value: object, least: int) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and value >= least
 
 
-_A_STRING = Key(lambda text: isinstance(text, str) and bool(text.strip()), "a string that is not blank")
+def _is_string(text: object) -> bool:
+    return isinstance(text, str) and bool(text.strip())
+
+
+_A_NAME = Key(lambda name: _is_string(name) or _is_whole(name, 1), "a name, or a position counted from 1")
 _A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
 # Validator of what becomes of samples that cannot be used.
 REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
@@ -43,9 +36,9 @@ class Column:
 
     #: Its name, or its position in a text file, counted from 1. Nested names are a path: ``"run.force"`` in JSON and
     #: MATLAB files, ``"run/force"`` in HDF5, netCDF and TDMS files.
-    column: str | int = attrs.field(validator=_check_name)
+    column: str | int = attrs.field(validator=_A_NAME)
     #: The unit of its values; by default the unit that the file names, else SI.
-    unit: str | None = attrs.field(default=None, validator=_A_STRING)
+    unit: str | None = attrs.field(default=None, validator=Key(_is_string, "a string that is not blank"))
     #: Which one, counted from 1, of the columns with this name in the header of a text file.
     occurrence: int | None = attrs.field(default=None, validator=_A_COUNT)
     index: int | None = attrs.field(default=None, validator=_A_COUNT)  #: which column of a matrix, counted from 1
@@ -77,18 +70,13 @@ def _is_encoding(name: object) -> bool:
 
 
 def _is_comment(text: object) -> bool:
-    return isinstance(text, str) and (not text or not (not text.strip() or text[0].isalnum() or text[0] in "+-.,"))
+    return text == "" or (_is_string(text) and not str(text)[0].isalnum() and str(text)[0] not in "+-.,")
 
 
 def _is_choice(blocks: object) -> bool:
     numbers = blocks if isinstance(blocks, tuple) else (blocks,)
     whole = bool(numbers) and all(_is_whole(number, 1) for number in numbers)
     return blocks == "all" or (whole and len(set(numbers)) == len(numbers))
-
-
-def _check_sheet(_: object, attribute: "attrs.Attribute[str | int | None]", value: str | int | None) -> None:
-    if value is not None:
-        _check_name(_, attribute, value)  # type: ignore[arg-type] # a name or a position, as a column
 
 
 Blocks = int | tuple[int, ...] | str | None
@@ -153,7 +141,7 @@ class Format:
         default=None, validator=Key(_is_choice, 'the number of a block, counted from 1, an array of such, or "all"')
     )
     broken: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
-    sheet: str | int | None = attrs.field(default=None, validator=_check_sheet)
+    sheet: str | int | None = attrs.field(default=None, validator=_A_NAME)
 
 
 @attrs.frozen
@@ -266,23 +254,21 @@ def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], c
 
     Raises InputError: a unit that does not fit; from the file alone, also units that are not the same, or unknown.
     """
-    known = [unit for unit in units if is_unit(unit)]
     if explicit is not None:
         return fitting(explicit, wanted)
     if not units:
         return wanted[0], 1.0
-    if len(known) < len(units):
-        unknown = next(unit for unit in units if unit not in known)
-        raise InputError(f'{column}: {unknown!r} is not a known unit; give it one, as in unit = "{wanted[0]}"')
+    if unknown := [unit for unit in units if not is_unit(unit)]:
+        raise InputError(f'{column}: {unknown[0]!r} is not a known unit; give it one, as in unit = "{wanted[0]}"')
+    first, *others = units
     try:
-        si, factor = fitting(known[0], wanted)
+        si, factor = fitting(first, wanted)
     except InputError as error:
-        weight = f'; the reading of a balance in {known[0]} is a force in {known[0]}f: say unit = "{known[0]}f"'
-        hint = weight if "N" in wanted and factor_or_none(known[0], "kg") else ""
+        weight = f'; the reading of a balance in {first} is a force in {first}f: say unit = "{first}f"'
+        hint = weight if "N" in wanted and factor_or_none(first, "kg") else ""
         raise InputError(f"{column}: {error}{hint}") from error
-    for unit in known[1:]:
-        if not _is_same(unit, si, factor):
-            raise InputError(f"{column} has two units in the file, {known[0]!r} and {unit!r}; expected one")
+    if other := next((unit for unit in others if not _is_same(unit, si, factor)), None):
+        raise InputError(f"{column} has two units in the file, {first!r} and {other!r}; expected one")
     return si, factor
 
 

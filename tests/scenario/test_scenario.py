@@ -182,7 +182,7 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
     [
         ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',', as the delimiter"),
         ('delimitr = ";"', '"F"', "loading.delimitr: unknown key; did you mean 'delimiter'?"),
-        ("", "{ column = 0 }", "loading.columns.normal_load.column: 0; expected a position counted from 1"),
+        ("", "{ column = 0 }", "loading.columns.normal_load.column: 0; expected a name, or a position counted from 1"),
     ],
 )
 def test_messages_about_how_a_file_is_written(folder, layout, column, said):
