@@ -58,15 +58,12 @@ def file(tmp_path):
 @pytest.mark.parametrize(
     ("document", "columns", "layout"),
     [
-        ({"t": [0, 1, 2], "F": [3, 4.5, 5]}, ["t", "F"], {}),
         ({"run": {"t": [0, 1, 2], "at": {"F": [3, 4.5, 5]}}}, ["run.t", "run.at.F"], {}),
         ({"run.t": [0, 1, 2], "a.b": {"c.d": [3, 4.5, 5]}}, ["run.t", "a.b.c.d"], {}),
         ({"data": [[0, 3], [1, 4.5], [2, 5]]}, [Column("data", index=1), Column("data", index=2)], {}),
         ({"data": [[0, 1, 2], [3, 4.5, 5]]}, [Column("data", index=1), Column("data", index=2)], {"transposed": True}),
-        ({"t": [[0], [1], [2]], "F": [[3, 4.5, 5]]}, ["t", "F"], {}),
         ({"t": [[0], [1], [2]], "F": [[3, 4.5, 5]]}, [Column("t", index=1), Column("F", index=1)], {}),
         ([[0, 3], [1, 4.5], [2, 5]], [1, 2], {}),
-        ([[0, 1, 2], [3, 4.5, 5]], [1, 2], {"transposed": True}),
         ([{"t": 0, "F": 3}, {"t": 1, "F": 4.5}, {"F": 5, "t": 2, "note": "x"}], ["t", "F"], {}),
         ({"samples": [{"t": 0, "F": 3}, {"t": 1, "F": 4.5}, {"t": 2, "F": 5}]}, ["samples.t", "samples.F"], {}),
     ],
@@ -90,7 +87,6 @@ def test_missing_values_of_json(file):
         ("", "t", "is damaged, or no JSON file (Expecting value"),
         ("[" * 100_000, "t", "is nested too deeply"),
         ('{"a": {"b": [1]}, "a.b": [2]}', "a.b", "2 arrays have the name 'a.b'"),
-        ('{"times": [1]}', "time", "there is no column 'time'; did you mean 'times'?"),
         ('{"t": [1]}', Column("t", occurrence=2), "occurrence = 2 counts names in the header of a text"),
         ('{"t": [1, 2]}', Column("t", index=2), "there is no column 2 in 't', which is a single column"),
         ('{"m": [[1, 2], [3, 4], [5, 6]]}', "m", "is a matrix of 3 × 2; expected one of its columns, as in { column"),
@@ -101,7 +97,6 @@ def test_missing_values_of_json(file):
         ),
         ('{"m": [[[1, 2], [3, 4]], [[5, 6], [7, 8]]]}', "m", "column 'm' has 3 dimensions (2 × 2 × 2)"),
         ('{"m": [[1, 2], [3]]}', "m", "row 1, column 'm': an array; expected a number"),
-        ('{"t": []}', "t", "column 't' has no values"),
         ('{"t": [1, true]}', "t", "row 2, column 't': true; expected a number"),
         ('{"t": [1, 1e999]}', "t", "row 2, column 't': inf; expected a finite number"),
         (f'{{"t": [1{"0" * 400}]}}', "t", "an integer beyond the largest float"),
@@ -248,15 +243,17 @@ def test_cells_of_a_workbook_that_lie_far_apart_are_refused(tmp_path):
         describe(tmp_path / "far.xlsx")
 
 
-@pytest.fixture(params=["matlab", "matlab_73"])
-def any_matlab(request):
-    if request.param == "matlab_73":
-        return request.getfixturevalue("matlab_73")
+@pytest.fixture
+def matlab_5(tmp_path):
     from scipy.io import savemat
 
-    path = request.getfixturevalue("tmp_path") / "f.mat"
-    savemat(path, VARIABLES)
-    return path
+    savemat(tmp_path / "f.mat", VARIABLES)
+    return tmp_path / "f.mat"
+
+
+@pytest.fixture(params=["matlab_5", "matlab_73"])
+def any_matlab(request):
+    return request.getfixturevalue(request.param)
 
 
 def test_variables_of_matlab(any_matlab):
@@ -268,21 +265,6 @@ def test_variables_of_matlab(any_matlab):
     assert values(any_matlab, "run.force", units="N") == [(1000 * F).tolist()]
     assert values(any_matlab, Column("m", index=2)) == [F.tolist()]
     assert values(any_matlab, Column("wide", index=2), transposed=True) == [F.tolist()]
-
-
-@pytest.mark.parametrize(
-    ("column", "said"),
-    [
-        ("T", "there is no column 'T'; expected one of "),
-        ("m", "column 'm' is a matrix of 6 × 3; expected one of its columns, as in { column = 'm', index = 3 }"),
-        (Column("wide", index=2), "column 'wide' is a matrix of 3 × 6, and its samples may be its rows or"),
-        ("logical", "there is no column 'logical'"),
-        ("text", "there is no column 'text'"),
-        (1, "there is no column 1, since the arrays in this file have names"),
-    ],
-)
-def test_messages_about_matlab(any_matlab, column, said):
-    assert said in refusal(any_matlab, column)
 
 
 def test_sparse_matrices_and_hidden_groups_are_no_columns(matlab_73):
@@ -375,21 +357,6 @@ def test_missing_values_of_hdf5(hdf5):
     assert "row 4, column 'filled': missing (NaN)" in refusal(hdf5, "filled")
     assert "row 2, column 'nan': missing (NaN)" in refusal(hdf5, "nan")
     assert "row 2, column 'infinite': inf; expected a finite number" in refusal(hdf5, "infinite", missing=True)
-
-
-@pytest.mark.parametrize(
-    ("column", "said"),
-    [
-        ("F", "there is no column 'F'; expected one of"),
-        ("broken link", "there is no column 'broken link'"),
-        ("complex", "column 'complex' holds complex numbers"),
-        ("text", "column 'text' holds texts; expected real numbers"),
-        ("empty", "there is no column 'empty'"),
-        ("mm", "column 'mm': 'mm' is not a unit of a time"),
-    ],
-)
-def test_messages_about_hdf5(hdf5, column, said):
-    assert said in refusal(hdf5, column)
 
 
 def test_a_dataset_has_a_largest_size(tmp_path, monkeypatch):
@@ -506,21 +473,29 @@ def test_channels_of_tdms(tdms):
 
 
 @pytest.mark.parametrize(
-    ("column", "said"),
+    ("of", "column", "said"),
     [
-        ("F", "there is no column 'F'; expected one of run/t, run/F, run/F/time"),
-        ("run/t/time", "there is no column 'run/t/time'"),
-        ("run/words", "column 'run/words' holds something else than numbers"),
-        ("run/clock", "column 'run/clock' holds dates"),
-        ("run/bad", "row 2, column 'run/bad': missing (NaN)"),
-        ("run/nothing", "column 'run/nothing' has no values"),
+        ("matlab_5", "m", "column 'm' is a matrix of 6 × 3; expected one of its columns, as in { column = 'm', ind"),
+        ("matlab_73", Column("wide", index=2), "'wide' is a matrix of 3 × 6, and its samples may be its rows or"),
+        ("matlab_5", "logical", "there is no column 'logical'"),
+        ("matlab_73", "text", "there is no column 'text'"),
+        ("matlab_5", 1, "there is no column 1, since the arrays in this file have names"),
+        ("hdf5", "broken link", "there is no column 'broken link'"),
+        ("hdf5", "complex", "column 'complex' holds complex numbers"),
+        ("hdf5", "text", "column 'text' holds texts; expected real numbers"),
+        ("hdf5", "empty", "there is no column 'empty'"),
+        ("hdf5", "mm", "column 'mm': 'mm' is not a unit of a time"),
+        ("tdms", "F", "there is no column 'F'; expected one of run/t, run/F, run/F/time"),
+        ("tdms", "run/words", "column 'run/words' holds something else than numbers"),
+        ("tdms", "run/clock", "column 'run/clock' holds dates"),
+        ("tdms", "run/nothing", "column 'run/nothing' has no values"),
     ],
 )
-def test_messages_about_tdms(tdms, column, said):
-    assert said in refusal(tdms, column)
+def test_messages_about_arrays(request, of, column, said):
+    assert said in refusal(request.getfixturevalue(of), column)
 
 
-@pytest.mark.parametrize("cut", [1, 20, 100])
+@pytest.mark.parametrize("cut", [1, 100])
 def test_a_recording_that_was_cut_short_is_refused(tdms, cut, capfd):
     tdms.write_bytes(tdms.read_bytes()[:-cut])
     message = refusal(tdms, "run/t")
