@@ -82,13 +82,6 @@ def left_of(load, friction=0.2):
     return residuals_of(observation, passed(ball, drive, observation))
 
 
-def test_shares_add_up():
-    left = left_of(RECORD["tangential_load"] + np.random.default_rng(0).normal(0, 1e-3, RECORD.time.size))
-    assert left.at_reversals + left.along_sliding + left.between_branches < 0.2
-    assert "of its square 98 % noise" in left.text()
-    assert left.mean.shape == left.place.shape == (2, 40)
-
-
 def test_a_wrong_coefficient_is_left_along_sliding():
     left = left_of(RECORD["tangential_load"], friction=0.18)
     assert left.along_sliding > 0.5

@@ -59,16 +59,6 @@ def test_the_standard_error_of_the_drift_is_that_of_a_straight_fit():
     assert found.standard_error == pytest.approx(math.sqrt(covariance[0, 0]), rel=1e-9)
 
 
-def test_the_standard_error_of_the_offset_is_that_of_a_mean():
-    found = offset_of_cycles(np.array([0.0, 3, -1, 5, 1, 4, -2, 0]), dead_band=1)
-    middle = np.array([1, 3, 1])
-    assert found.value == middle.mean()
-    assert found.standard_error == pytest.approx(middle.std(ddof=1) / math.sqrt(3))
-    one = offset_of_cycles(np.array([0.0, 4, -2, 0]), dead_band=1)
-    assert one.value == 1
-    assert math.isnan(one.standard_error)
-
-
 @pytest.mark.parametrize("width", [0.0, 0.05, 0.3])
 def test_backlash_of_an_even_motion_is_taken_out_exactly(width):
     time = np.arange(0, 16.6, 0.01)
@@ -90,12 +80,6 @@ def test_backlash_under_noise_is_taken_out_within_the_dead_band():
     found = remove_backlash(time, noisy, 0.3, dead_band=0.04)
     assert np.abs(found - motion).max() < 0.01 + 0.04 + 0.02
     assert np.abs(noisy - motion).max() > 0.14
-
-
-@pytest.mark.parametrize(("reading", "left"), [([5, 5, 5], [5, 5, 5]), ([5, 6, 7], [5.5, 6.5, 7.5]), ([5], [5])])
-def test_backlash_at_the_start_is_taken_up_in_the_first_direction(reading, left):
-    reading = np.array(reading, dtype=float)
-    assert remove_backlash(np.arange(float(reading.size)), reading, 1.0).tolist() == left
 
 
 @given(st.lists(st.floats(-1, 1), min_size=1, max_size=30).map(np.array), st.floats(0, 3), st.floats(0.01, 0.5))

@@ -12,7 +12,7 @@ from scipy import stats
 import historysim as hs
 from historysim.errors import InputError
 from historysim.measured.comparison import observe
-from historysim.measured.fitting import Parameter, fit_parameters
+from historysim.measured.fitting import fit_parameters
 from historysim.measured.reduction import Measurement
 
 KINDS = list(synthetic.TRUTHS)
@@ -94,26 +94,11 @@ def test_intervals_of_the_halves_of_a_record_overlap():
     assert "were samples independent" in dict(rest)["friction"]
 
 
-def test_an_estimate_is_told_with_its_unit():
-    stiffness = Parameter("lateral_stiffness", 3.34e5, 3.3e5, 3.4e5, 3.32e5, 3.36e5)
-    assert stiffness.text() == "334 kN/m (95 %: 330 kN/m to 340 kN/m)"
-    assert stiffness.noise_text() == "332 kN/m to 336 kN/m"
-    assert Parameter("friction", 0.2, 0.15, 0.25).text() == "0.2 (95 %: 0.15 to 0.25)"
-
-
 def test_few_loops_have_the_interval_of_noise_alone():
     found = synthetic.fitted("ball", 5, loads=(0.05,), loops=1)
     assert found.loops_compared is None
     assert all((each.low, each.high) == (each.noise_low, each.noise_high) for each in found.parameters)
     assert dict(found.summary())["intervals by"].startswith("noise, as if independent: there are too few loops")
-
-
-def test_each_walk_is_notified():
-    notices = []
-    start = {"shear_modulus": 1e10, "friction": 0.3}
-    fit_parameters(sliding_model, start, observe(sliding()), notify=notices.append)
-    # the start and its neighbours, and some more; of how many, by the first guess or those already walked
-    assert len(notices) > 9
 
 
 def test_the_misfit_of_a_true_model_is_one():

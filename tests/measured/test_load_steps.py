@@ -7,7 +7,6 @@ import pytest
 from numpy.testing import assert_allclose
 
 import historysim as hs
-from historysim.measured.branches import Definitions
 from historysim.measured.loop_values import NoLoopError
 from historysim.measured.loops import loops_of_channels
 
@@ -86,14 +85,6 @@ def test_what_a_load_moves_by_on_every_branch_is_the_way_of_the_test():
     # and what is behind the last loop counts alone
     assert np.argwhere(found.left_out_branches).tolist() == [[2, 0], [7, 0]]
     assert found.exclusions[1].startswith("1 branch is left out, on which the normal load moves by 4")
-
-
-def test_the_share_is_chosen():
-    channels = record([0.0, 1, -1, 1, -1, 1, -1, 1, 0], {0: 1.0, 4.5: 1.25})
-    assert loops_of_channels(*channels).left_out_branches.sum() == 1
-    assert loops_of_channels(*channels, definitions=Definitions(load_share=0.3)).left_out_branches.sum() == 0
-    with pytest.raises(hs.InputError, match=r"load_share of Definitions is 1\.5; expected a share, between 0 and 1"):
-        Definitions(load_share=1.5)
 
 
 def test_a_loop_without_any_branch_at_one_load_is_left_out():

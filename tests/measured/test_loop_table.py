@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from historysim.measured.loop_table import power_law, same_amplitude, same_load, straight_line
+from historysim.measured.loop_table import same_amplitude, same_load, straight_line
 from historysim.measured.loops import loops_of_channels
 
 
@@ -59,17 +59,6 @@ def test_laws_are_those_the_loops_were_made_with():
     two = made([1.0, 2.0]).by_load()
     assert two.laws()[0][1].endswith("through the means at 2 loads, which give no interval")
     assert np.isnan(two.friction_line().slope_low)
-
-
-def test_a_power_law_is_the_line_through_logarithms():
-    random = np.random.default_rng(8)
-    load = 0.05 * 1.5 ** np.arange(6)
-    coefficients = 0.12 * load ** (-1 / 3) * np.exp(random.normal(0, 0.02, load.size))
-    (slope, intercept), covariance = np.polyfit(np.log(load), np.log(coefficients), 1, cov=True)
-    low, high = stats.t.interval(0.95, 4, loc=slope, scale=np.sqrt(covariance[0, 0]))
-    found = power_law(load, coefficients)
-    assert_allclose([found.exponent, found.exponent_low, found.exponent_high], [slope, low, high], rtol=1e-9)
-    assert found.factor == pytest.approx(np.exp(intercept), rel=1e-9)
 
 
 def test_a_straight_line_by_another_way():

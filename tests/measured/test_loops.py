@@ -191,16 +191,6 @@ def small_swings_in_large_ones():
     return time, u, np.sign(np.gradient(u))
 
 
-def test_the_dead_band_is_5_percent_of_the_range_where_nothing_is_said():
-    time, u, load = small_swings_in_large_ones()
-    found = loops_of_channels(time, u, load)
-    assert found.dead_band == pytest.approx(0.05 * 2)
-    assert len(found) == 2
-    assert len(loops_of_channels(time, u, load, dead_band=0)) == 3
-    assert dict(found.summary())["dead band"] == "100 mm, 5 % of the range of the displacement"
-    assert found.to_dataset().attrs["dead_band"] == found.dead_band
-
-
 @pytest.mark.parametrize(("given", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
 def test_a_measurement_may_say_its_dead_band(given, loops, dead_band):
     time, u, load = small_swings_in_large_ones()
@@ -221,22 +211,7 @@ def test_loops_that_a_spring_would_give_are_told():
     assert just.dissipated_energy / (4 * LIMIT * just.amplitude) == pytest.approx(np.full(3, 0.2), rel=0.01)
 
 
-def test_times_may_stand_still():
-    """At one time two channels may change, one after the other."""
-    time = np.array([0.0, 1, 1, 2, 3])
-    assert len(loops_of_channels(time, UP_AND_DOWN, LOAD)) == len(loops_of_channels(TIME, UP_AND_DOWN, LOAD))
-
-
 # ---------------------------------------------------------------- summaries
-
-
-def test_a_stiffness_that_too_few_steps_cannot_tell_is_said_to_be_missing():
-    found = analysis.friction_loops(swung(4 * SLIDE, substeps=2))
-    (note,) = found.notes
-    assert note.startswith("3 of 3 loops without a stiffness at reversal: the first part of a branch, until 0.2 of the")
-    assert note.endswith("record more often (substeps of a simulation), or take a longer first part")
-    assert ("note", note) in found.summary()
-    assert analysis.friction_loops(swung(4 * SLIDE, substeps=50)).notes == ()
 
 
 def test_the_dataset_holds_everything(tmp_path):
@@ -369,11 +344,6 @@ def test_noise_is_not_counted_as_reversals(noise):
     assert loops.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
     assert loops.dead_band >= 6 * 0.95 * noise
     assert any("reversal points are unreliable" in note for note in loops.notes) == (noise > 5e-9)
-
-
-def test_a_dead_band_within_the_noise_is_told():
-    loops = hs.loops(noisy_strokes(3e-9), dead_band=10e-9)
-    assert "noise may be taken for reversals; use six deviations" in loops.notes[0]
 
 
 @pytest.mark.parametrize("find", [hs.loops, observe])

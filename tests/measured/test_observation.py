@@ -110,13 +110,6 @@ def test_noise_is_told_from_the_record():
     assert noise_of([1.0, 2.0]) == 0
 
 
-def test_steps_of_the_load_are_remembered():
-    load = np.repeat([0.05, 0.09], [7, 6]) + np.random.default_rng(0).normal(0, 1e-5, 13)
-    observation = observe(record_of(np.array([0, 1, 2, 3, 2, 1, 0, 1, 2, 3, 2, 1, 0]) * 1e-8, load))
-    assert observation.turns.tolist() == [0, 3, 6, 9, 12]
-    assert observation.nodes.tolist() == [0, 3, 6, 7, 9, 12]
-
-
 @pytest.mark.parametrize(("skip", "first"), [(0, 0), (1, 9), (2, 17)])
 def test_loops_are_skipped(skip, first):
     moved = np.concatenate([[0], np.tile([1, 2, 1, 0, -1, -2, -1, 0], 3)]) * 1e-8
@@ -153,12 +146,6 @@ def test_a_record_without_lines_names_the_time():
     record = Measurement(np.array([0.0, 2.0]), {"normal_load": np.array([1.0, -1.0])})
     with pytest.raises(InputError, match="the sample at t = 2 s: a normal load of -1 N pulls"):
         record.events()
-
-
-def test_a_record_says_what_it_does_not_have():
-    record = Measurement(np.zeros(1), {"normal_load": np.ones(1)})
-    with pytest.raises(InputError, match=r"no tangential_load; expected a column for it, in loading\.columns"):
-        record["tangential_load"]
 
 
 def test_a_reduced_record_keeps_what_both_channels_need():

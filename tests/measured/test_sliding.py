@@ -181,18 +181,6 @@ def test_windows_are_means_along_the_displacement():
     assert found.window_count.sum() == u.size
 
 
-def test_what_is_not_there_is_not_found():
-    plain = sliding_of_channels(*made(noise=0.002, peak=None, start=STEADY))
-    assert (plain.peak, plain.approach) == (None, None)
-    lines = dict(plain.summary())
-    assert lines["static peak"] == "none that stands above the noise"
-    reason = "an exponential describes the windows no better than a constant"
-    assert lines["steady value"] == f"no running-in of this form: {reason}"
-    running_in = sliding_of_channels(*made(noise=0.002, peak=None))
-    assert running_in.peak is None
-    assert running_in.approach.start == pytest.approx(START, abs=0.003)
-
-
 def test_the_other_way_and_without_a_displacement():
     time, load, normal, u = made(noise=0.002)
     there = sliding_of_channels(time, load, normal, u)

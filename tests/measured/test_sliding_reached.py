@@ -6,7 +6,6 @@ import synthetic
 
 from historysim.errors import InputError
 from historysim.measured.branches import Definitions
-from historysim.measured.comparison import Comparison, observe, passed
 from historysim.measured.loops import loops_of_channels, loops_of_measurement
 from historysim.results.tables import loop_summary as summary
 
@@ -64,13 +63,6 @@ def test_a_file_of_loops_shows_the_same(loads):
     lines = dict(summary(found.to_dataset()))
     assert lines["friction coefficient"] == found.text("friction_coefficient", "1")
     assert lines["stiffness at reversal"] == found.text("tangential_stiffness", "N m-1")
-
-
-def test_a_comparison_shows_bounds_as_bounds():
-    observed = observe(short())
-    response = passed(*synthetic.model("ball")(synthetic.TRUTHS["ball"]), observed)
-    table = {label: texts for label, *texts in Comparison.of(observed, response).rows()}
-    assert all(text.startswith("≥ 0.18") for text in table["friction coefficient"])
 
 
 def test_scatter_is_no_rise_and_the_share_can_be_chosen():

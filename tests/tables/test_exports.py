@@ -113,12 +113,6 @@ def test_a_broken_row_is_named_or_left_out(file):
         read(file, content.replace(",", ";").replace("x", "1,5"), columns, broken="drop")
 
 
-def test_a_row_of_statistics_is_no_sample(file):
-    content = "t [s],Fn [mN],x\n0,1,1\n1,2,1\nMean,1.5,1\n"
-    with pytest.raises(InputError, match=r"line 4, column 't \[s\]': 'Mean' where the rows begin with numbers"):
-        read(file, content, {"normal": "Fn"})
-
-
 def test_what_stands_below_the_table_is_told(file):
     table = read(file, exports.step(1) + "TotalTime\n00:13:39\n", COLUMNS)
     assert table.notices == ("what stands below the table is no row, and left out: 'TotalTime'",)
@@ -178,10 +172,3 @@ def test_a_clock_that_starts_again(starts, expected):
     assert time.tolist() == expected
     assert len(told) == 1
     assert "b" in told[0]
-
-
-def test_a_clock_that_goes_on_stays():
-    time = np.array([0.0, 1, np.nan, 2, 3, 9])
-    joined, told = one_clock(time, [Part("a", 3), Part("b", 3)])
-    np.testing.assert_array_equal(joined, time)
-    assert told == []

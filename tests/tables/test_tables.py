@@ -230,11 +230,6 @@ def test_the_encoding_is_found(file, encoding):
     assert table.notices == (told if encoding == "cp1252" else ())
 
 
-def test_the_wrong_encoding_is_an_error(file):
-    assert "is not utf-16 text" in refusal(file, b"t\n1\n2", ["t"], encoding="utf-16")
-    assert "is not ascii text (0xc2, byte 3" in refusal(file, "t\nµ\n", ["t"], encoding="ascii")
-
-
 # -- clocks ----------------------------------------------------------------------------------------
 
 
