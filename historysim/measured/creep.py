@@ -142,6 +142,14 @@ class Rest:
         """Return the times of the samples since then [s]."""
         return np.maximum(time[self.samples] - self.origin, 0.0)
 
+    def start(self, values: Floats) -> float:
+        """Return the mean of the first hundredth of its samples."""
+        return float(np.mean(values[self.samples][: max(self.samples.size // 100, 1)]))
+
+    def change(self, values: Floats) -> float:
+        """Return the mean of the last hundredth of its samples, less that of the first."""
+        return float(np.mean(values[self.samples][-max(self.samples.size // 100, 1) :])) - self.start(values)
+
 
 def rests_of(measurement: Measurement) -> list[Rest]:
     """Return the holds at reversals, without steps of the normal load."""
@@ -174,12 +182,9 @@ def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Res
     near = np.abs(displacement - displacement[turn]) <= 2 * within
     level = float(np.median(displacement[_run(near, turn)]))
     # single samples of the noise are farther
-    rests = np.abs(displacement - level) <= within
-    far = np.flatnonzero(np.abs(displacement - level) > BEFORE / WITHIN * within)
-    before, after = far[far < turn], far[far > turn]
-    begin = int(before[-1]) + 1 if before.size else 0
-    end = int(after[0]) if after.size else displacement.size
-    resting = begin + np.flatnonzero(rests[begin:end])
+    around = _run(np.abs(displacement - level) <= BEFORE / WITHIN * within, turn)
+    begin, end = around.start, around.stop
+    resting = begin + np.flatnonzero(np.abs(displacement[around] - level) <= within)
     if resting.size < RESTS:
         return None
     part = np.arange(resting[0], resting[-1] + 1)
@@ -188,11 +193,11 @@ def _around(displacement: Floats, time: Floats, turn: int, within: float) -> Res
         return None
     arrives = _arrival(displacement, time, begin, float(time[part[0]]), level)
     if end == displacement.size:
-        return Rest(part, arrives, slice(begin, end))
+        return Rest(part, arrives, around)
     # as it leaves, the load falls fast: what the noise hides of that is left out, with a sample more
     back = displacement.size - end
     leaves = -_arrival(displacement[::-1], -time[::-1], back, -float(time[part[-1]]), level)
-    return Rest(part[: max(int(np.searchsorted(time[part], leaves)) - 1, 1)], arrives, slice(begin, end))
+    return Rest(part[: max(int(np.searchsorted(time[part], leaves)) - 1, 1)], arrives, around)
 
 
 def _arrival(displacement: Floats, time: Floats, begin: int, seen: float, level: float) -> float:
@@ -245,20 +250,6 @@ def _smooth(time: Floats, values: Floats) -> Floats:
     return mean
 
 
-def start_of(values: Floats, part: Rest) -> float:
-    """Return the mean of the first hundredth of the samples of a hold."""
-    return float(np.mean(values[part.samples][: _few(part)]))
-
-
-def end_of(values: Floats, part: Rest) -> float:
-    """Return the mean of the last hundredth of the samples of a hold."""
-    return float(np.mean(values[part.samples][-_few(part) :]))
-
-
-def _few(part: Rest) -> int:
-    return max(part.samples.size // 100, 1)
-
-
 # -- what they are made of -------------------------------------------------------------------------
 
 
@@ -281,17 +272,16 @@ def creep_of(measurement: Measurement, ensemble: Ensemble, instrument: Instrumen
     why = why or _better(points, fit)
     held = []
     for part in record.rests:
-        change, own, relaxed = (end_of(values, part) - start_of(values, part) for values in (load, memory, relaxes))
         long = float(part.since(time)[-1])
         held.append(
             Hold(
                 start=part.origin,
                 duration=long,
                 normal_load=float(measurement["normal_load"][part.samples].mean()),
-                tangential_load=start_of(load, part),
-                change=change,
-                memory=own,
-                relaxation=math.nan if why else relaxed,
+                tangential_load=part.start(load),
+                change=part.change(load),
+                memory=part.change(memory),
+                relaxation=math.nan if why else part.change(relaxes),
                 sensor=math.nan if why else law.drift.value * long,
             )
         )
@@ -349,14 +339,14 @@ class _Record:
         """Return a record without the noise of displacement and normal load in its holds."""
         displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
         least = LEAST_ROLE * float(np.abs(load).max())
-        rests = [part for part in rests_of(measurement) if abs(start_of(load, part)) > least]
+        rests = [part for part in rests_of(measurement) if abs(part.start(load)) > least]
         if not rests:
             raise InputError("the tangential load is 0 in all holds, so that it has nothing to relax from")
         still = quiet(measurement, rests)
         band = loop_dead_band(displacement, measurement.dead_band.get("tangential_displacement"))
         still = attrs.evolve(still, dead_band={**still.dead_band, "tangential_displacement": band})
         observation = observe(still, displacement_noise=estimated_noise(displacement), load_noise=noise_of(load))
-        return cls(load, observation, ensemble, instrument, rests, np.sign([start_of(load, part) for part in rests]))
+        return cls(load, observation, ensemble, instrument, rests, np.sign([part.start(load) for part in rests]))
 
     def at_steady_load(self) -> "_Record":
         """Return the same with the normal load of the start of each hold throughout it."""
@@ -387,7 +377,7 @@ class _Record:
             group = np.floor(FINENESS * np.log10(np.maximum(since, np.finfo(float).tiny))).astype(int)
             for each in np.unique(group[since > 0]):
                 of = group == each
-                columns.append([number, since[of].mean(), what[of].mean(), start_of(self.load, part), of.sum()])
+                columns.append([number, since[of].mean(), what[of].mean(), part.start(self.load), of.sum()])
         hold, *others = np.array(columns).T
         return _Points(hold.astype(int), *others)
 
@@ -462,7 +452,7 @@ def _solved(record: _Record, measured: _Points, unit: float, drift_unit: float, 
         return np.asarray(np.sqrt(points.count) / mean_load * points.centred(points.left - drift))
 
     time, (low, high) = measured.time, measured.onsets
-    change = max(abs(end_of(record.load, part) - start_of(record.load, part)) for part in record.rests)
+    change = max(abs(part.change(record.load)) for part in record.rests)
     onsets = np.geomspace(time.min(), time.max() / 10, FIRST_ONSETS)
     whole = change / mean_load / relaxed / np.log1p(time.max() / onsets)
     starts = [
