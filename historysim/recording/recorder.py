@@ -77,7 +77,8 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
 def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
     """Return what changes along the history of these events; InputError for two directions where one alone goes."""
     planar = is_planar(events)
-    kinds = {type(event).name for event in events if planar and isinstance(event, FrictionRamp | GeometryChange)}
+    # events of one direction may be arrays, of which no objects are made
+    kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)} if planar else ()
     if planar and (what := ensemble.confined or ", ".join(sorted(kinds))):
         raise InputError(f"one tangential direction goes with {what}; expected one number in each load event, not two")
     law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
