@@ -35,6 +35,9 @@ COMMANDS = {
 }
 
 
+QUIETLY = {"sweep": ["--store", "other.cells"]}  # cells that are there already would not be computed again
+
+
 @pytest.fixture
 def scenario(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -76,15 +79,13 @@ def on_terminal(arguments, monkeypatch):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
-@pytest.mark.parametrize("quiet", [False, True], ids=["", "quiet"])
-def test_a_terminal_shows_how_far_a_command_is(command, quiet, scenario, monkeypatch):
+def test_a_terminal_shows_how_far_a_command_is(command, scenario, monkeypatch):
     text, options, doing, count = COMMANDS[command]
     file = scenario(text)
-    arguments = [command, "." if command == "gallery" else file, *options, *(["--quiet"] if quiet else [])]
+    arguments = [command, "." if command == "gallery" else file, *options]
+    if command in {"sweep", "fmu"}:
+        assert "%|" not in on_terminal([*arguments, "--quiet", *QUIETLY.get(command, [])], monkeypatch)
     shown = on_terminal(arguments, monkeypatch)
-    if quiet:
-        assert "%|" not in shown
-        return
     # what is done, of how much, and the time that it took and that is left
     bars = re.findall(rf"{doing}: +\d+%\|.*?\| (\d+)/(\d+) \[\d\d:\d\d<", shown)
     assert bars, shown

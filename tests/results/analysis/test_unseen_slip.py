@@ -10,6 +10,7 @@ import historysim as hs
 from historysim.cli import main
 from historysim.results.analysis.slips import slip_note
 from historysim.results.plots.pictures import PICTURES
+from historysim.results.report.reports import history_pictures
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1.2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-6, 0.2)
@@ -66,4 +67,5 @@ def test_run_and_report_say_it(tmp_path, monkeypatch):
     done = CliRunner().invoke(main, ["run", "s.toml"])
     assert done.output.count("What shows it: 9 times as many substeps") == 1
     # in the caption of the picture, beside the summary
-    assert "Note: recorded steps are" in hs.report(tmp_path / "s.nc")
+    (picture,) = history_pictures(hs.open("s.nc"), ["history"])
+    assert "Note: recorded steps are" in picture
