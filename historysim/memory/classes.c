@@ -44,8 +44,6 @@ static const hs_vector nowhere = {0.0, 0.0};
 
 static double deepest_of(const hs_class *part) { return part->curve.gap[0]; }
 
-/* ---- made, copied --------------------------------------------------------------------------------------------------- */
-
 hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance) {
     size_t count = (size_t)line->contact->count;
     hs_body *body = (hs_body *)calloc(1, sizeof *body);
@@ -149,8 +147,6 @@ hs_body *hs_body_copy(const hs_body *body) {
     memcpy(copy->each, body->each, 2 * count * sizeof *copy->each);
     return copy;
 }
-
-/* ---- nodes ------------------------------------------------------------------------------------------------------------ */
 
 static hs_node node_at(const hs_class *part, double label, hs_vector deflection) {
     return (hs_node){label, hs_load_at(part->curve, label).load, deflection};
@@ -273,8 +269,6 @@ static int prepare(hs_class *part, double from, double to, int64_t rings) {
     return hs_ring_room(part, part->count + 1);
 }
 
-/* ---- a stage ------------------------------------------------------------------------------------------------------------- */
-
 /* Set the problem of a class up at an edge, on a path that began at another one. */
 static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int second) {
     hs_ring_problem *problem = part->problem;
@@ -366,8 +360,6 @@ static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_plan
     }
     return way;
 }
-
-/* ---- energies -------------------------------------------------------------------------------------------------------------- */
 
 double hs_class_stored(const hs_class *part, double *each) {
     double total = 0.0;
@@ -461,8 +453,6 @@ static void lose_lifted(hs_body *body, double approach) {
         part->count = 0;
     }
 }
-
-/* ---- a step, and paths -------------------------------------------------------------------------------------------------- */
 
 static double approach_for(const hs_body *body, double load) {
     if (load == body->normal_load) return body->approach;

@@ -2,30 +2,14 @@
 
 #include "internal.h"
 
-/* ---- order ------------------------------------------------------------------------------------------------------------ */
-
 /* Merge sort; what is in order takes no time. */
 int hs_sort_by(const double *key, int64_t *place, int64_t count) {
-    int64_t *other = NULL, *source = place;
-    int64_t width = 1;
     int sorted = 1;
     for (int64_t i = 1; i < count && sorted; ++i) sorted = key[place[i - 1]] <= key[place[i]];
     if (sorted) return HS_OK;
-    /* runs of 16 by insertion first */
-    for (int64_t begin = 0; begin < count; begin += 16) {
-        int64_t end = begin + 16 < count ? begin + 16 : count;
-        for (int64_t i = begin + 1; i < end; ++i) {
-            int64_t one = place[i], j = i;
-            for (; j > begin && key[place[j - 1]] > key[one]; --j) place[j] = place[j - 1];
-            place[j] = one;
-        }
-    }
-    width = 16;
-    if (width >= count) return HS_OK;
-    other = (int64_t *)malloc((size_t)count * sizeof *other);
+    int64_t *other = (int64_t *)malloc((size_t)count * sizeof *other), *source = place, *target = other;
     if (!other) return HS_OUT_OF_MEMORY;
-    int64_t *target = other;
-    for (; width < count; width *= 2) {
+    for (int64_t width = 1; width < count; width *= 2) {
         for (int64_t begin = 0; begin < count; begin += 2 * width) {
             int64_t middle = begin + width < count ? begin + width : count;
             int64_t end = begin + 2 * width < count ? begin + 2 * width : count;
@@ -55,11 +39,12 @@ static int put_in_order(hs_contact *contact, const double *gap, const double *we
         sorted_gap[i] = gap[order[i]];
         sorted_weight[i] = weight[order[i]];
     }
+    first[0] = 0;
+    first[1] = count;
     if (groups > 1) {
         /* groups are met in the order of their smallest gaps */
-        int64_t *rank = (int64_t *)malloc((size_t)(groups + count) * sizeof *rank), *ascending, met = 0;
+        int64_t *rank = (int64_t *)malloc((size_t)(groups + count) * sizeof *rank), *ascending = rank + groups, met = 0;
         if (!rank) return HS_OUT_OF_MEMORY;
-        ascending = rank + groups;
         memcpy(ascending, order, (size_t)count * sizeof *ascending);
         for (int64_t g = 0; g < groups; ++g) rank[g] = -1;
         for (int64_t g = 0; g <= groups; ++g) first[g] = 0;
@@ -73,9 +58,6 @@ static int put_in_order(hs_contact *contact, const double *gap, const double *we
         for (int64_t g = groups; g > 0; --g) first[g] = first[g - 1];
         first[0] = 0;
         free(rank);
-    } else {
-        first[0] = 0;
-        first[1] = count;
     }
     if (own_gap != sorted_gap)
         for (int64_t i = 0; i < count; ++i) {

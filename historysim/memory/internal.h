@@ -135,6 +135,7 @@ int hs_memory_reserve(hs_memory *memory, int64_t capacity);
 /* Copy all from a memory of the same contact and groups. */
 int hs_memory_assign(hs_memory *memory, const hs_memory *from);
 /* Put another memory in the place of this one; the other is no longer there. */
+void hs_memory_swap(hs_memory *one, hs_memory *other);
 void hs_memory_take(hs_memory *memory, hs_memory *other);
 /* Whether a memory can evolve so: it is followed, and arrays are of its asperities. */
 int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution);

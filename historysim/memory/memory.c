@@ -2,8 +2,6 @@
 
 #include "internal.h"
 
-/* ---- what asperities become ------------------------------------------------------------------------------------------- */
-
 static hs_evolved *evolved_of(int64_t count, int yields) {
     size_t n = (size_t)count, arrays = hs_evolved_arrays(yields);
     hs_evolved *evolved = (hs_evolved *)calloc(1, sizeof *evolved + arrays * n * sizeof(double) + n);
@@ -29,8 +27,6 @@ static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t c
     target->yielded_energy = source->yielded_energy;
 }
 
-/* ---- made, copied ----------------------------------------------------------------------------------------------------- */
-
 /* friction, what each has dissipated, depths and whether steep stand in one block */
 static size_t size_of_numbers(const hs_contact *contact) {
     return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
@@ -39,26 +35,20 @@ static size_t size_of_numbers(const hs_contact *contact) {
 /* A memory of a contact that does not touch; its arrays are not filled in. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
-    hs_memory *memory = (hs_memory *)malloc(sizeof *memory);
-    double *numbers = (double *)malloc(size_of_numbers(contact));
-    hs_vertex *vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *vertices);
-    hs_evolved *evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
-    if (!memory || !numbers || !vertices || (evolves && !evolved)) {
-        free(memory);
-        free(numbers);
-        free(vertices);
-        free(evolved);
+    hs_memory *memory = (hs_memory *)calloc(1, sizeof *memory);
+    if (!memory) return NULL;
+    memory->contact = hs_contact_held(contact);
+    memory->friction = (double *)malloc(size_of_numbers(contact));
+    memory->vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *memory->vertices);
+    memory->evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
+    if (!memory->friction || !memory->vertices || (evolves && !memory->evolved)) {
+        hs_memory_free(memory);
         return NULL;
     }
-    memset(memory, 0, sizeof *memory);
-    memory->friction = numbers;
-    memory->each = numbers + groups;
-    memory->depth = (int64_t *)(numbers + groups + count);
+    memory->each = memory->friction + groups;
+    memory->depth = (int64_t *)(memory->each + count);
     memory->steep = (uint8_t *)(memory->depth + groups);
     memory->capacity = capacity;
-    memory->vertices = vertices;
-    memory->evolved = evolved;
-    memory->contact = hs_contact_held(contact);
     memory->normal_control = memory->tangential_control = HS_LOAD;
     memory->known_label = memory->known_slope = NAN;
     hs_set_clock(memory, NAN);
@@ -142,25 +132,25 @@ int hs_memory_yield(hs_memory *memory) {
     return HS_OK;
 }
 
-static void empty(hs_memory *memory) {
+void hs_memory_free(hs_memory *memory) {
+    if (!memory) return;
     hs_slides_let_go(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
     free(memory->vertices);
     free(memory->evolved);
-}
-
-void hs_memory_free(hs_memory *memory) {
-    if (!memory) return;
-    empty(memory);
     free(memory);
 }
 
+void hs_memory_swap(hs_memory *one, hs_memory *other) {
+    hs_memory kept = *one;
+    *one = *other;
+    *other = kept;
+}
+
 void hs_memory_take(hs_memory *memory, hs_memory *other) {
-    if (memory == other) return;
-    empty(memory);
-    *memory = *other;
-    free(other);
+    hs_memory_swap(memory, other);
+    hs_memory_free(other);
 }
 
 static void copy_now(hs_memory *target, const hs_memory *source) {
@@ -205,20 +195,13 @@ hs_memory *hs_memory_copy(const hs_memory *memory) {
 
 int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
-    size_t size = (size_t)memory->contact->groups * (size_t)capacity * sizeof(hs_vertex);
-    if (memory->contact->groups == 1) {
-        hs_vertex *grown = (hs_vertex *)realloc(memory->vertices, size);
-        if (!grown) return HS_OUT_OF_MEMORY;
-        memory->vertices = grown;
-    } else {
-        hs_vertex *grown = (hs_vertex *)malloc(size);
-        if (!grown) return HS_OUT_OF_MEMORY;
-        for (int64_t index = 0; index < memory->contact->groups; ++index)
-            memcpy(grown + index * capacity, memory->vertices + index * memory->capacity,
-                   (size_t)memory->depth[index] * sizeof *grown);
-        free(memory->vertices);
-        memory->vertices = grown;
-    }
+    hs_memory grown = *memory;
+    grown.vertices = (hs_vertex *)malloc((size_t)memory->contact->groups * (size_t)capacity * sizeof *grown.vertices);
+    if (!grown.vertices) return HS_OUT_OF_MEMORY;
+    grown.capacity = capacity;
+    copy_stacks(&grown, memory);
+    free(memory->vertices);
+    memory->vertices = grown.vertices;
     memory->capacity = capacity;
     return HS_OK;
 }
@@ -230,8 +213,6 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
     copy_stacks(memory, from);
     return HS_OK;
 }
-
-/* ---- other groups, other summits -------------------------------------------------------------------------------------- */
 
 void hs_refresh_loads(hs_memory *memory) {
     memory->known_label = NAN;
@@ -259,8 +240,8 @@ void hs_touch_unstrained(hs_memory *memory, int64_t index) {
  * unless its asperities are fresh: then springs are not strained. `place` has the earlier positions. Arrays are in the
  * caller's numbering. */
 static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
-                           const uint8_t *fresh) {
-    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, hs_evolves(memory));
+                           const uint8_t *fresh, int evolves) {
+    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, evolves);
     if (!parts) return NULL;
     copy_now(parts, memory);
     parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
@@ -298,7 +279,7 @@ static int regroup(hs_memory *memory, int64_t parts, const int64_t *group, const
         }
     hs_contact *shaped = hs_contact_of(count, parts, gap ? gap : own_gap, weight ? weight : own_weight, group, 0,
                                        &contact->units, contact->datum);
-    hs_memory *found = shaped ? of_parts(memory, shaped, parent, place, fresh) : NULL;
+    hs_memory *found = shaped ? of_parts(memory, shaped, parent, place, fresh, hs_evolves(memory)) : NULL;
     if (found && fresh) {
         found->normal_load = hs_load_at(hs_all_of(shaped), found->approach).load;
         found->tangential_load = hs_total_force(found);
@@ -409,18 +390,12 @@ hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
     while (contact->first[from + 1] <= position) ++from;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
                                     contact->datum);
-    hs_memory *found = one ? hs_memory_blank(one, memory->depth[from] + 2, 0) : NULL;
+    hs_memory *found = one ? of_parts(memory, one, &from, &position, NULL, 0) : NULL;
     hs_contact_free(one);
     if (!found) return NULL;
-    copy_now(found, memory);
     hs_forget_slides(found);
     found->identity = hs_digest(memory->identity, &asperity, sizeof asperity);
-    found->friction[0] = memory->friction[from];
-    found->each[0] = memory->each[position];
-    found->depth[0] = contact->gap[position] < memory->approach ? memory->depth[from] : 0;
     found->steep[0] = memory->steep[from];
-    memcpy(found->vertices, memory->vertices + from * memory->capacity, (size_t)found->depth[0] * sizeof(hs_vertex));
-    hs_refresh_loads(found);
     found->normal_load = hs_load_at(hs_all_of(found->contact), found->approach).load;
     found->tangential_load = hs_total_force(found);
     return found;

@@ -11,8 +11,6 @@ static const hs_vector nowhere = {0.0, 0.0};
 
 static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
 
-/* ---- made, copied --------------------------------------------------------------------------------------------------- */
-
 static void look_along(hs_planar *planar) {
     const hs_memory *line = planar->line;
     planar->displacement = hs_plus(planar->origin, line->displacement, planar->direction);
@@ -61,8 +59,6 @@ hs_planar *hs_planar_copy(const hs_planar *planar) {
     return NULL;
 }
 
-/* ---- paths -------------------------------------------------------------------------------------------------------------- */
-
 /* A path in numbers without dimension: what is asked for at its ends. */
 typedef struct plan {
     const hs_planar_path *path;
@@ -92,8 +88,6 @@ static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vect
     if (fraction > 0.0) found.tangential[1] = hs_between(present, goal, fraction);
     return found;
 }
-
-/* ---- along one line ------------------------------------------------------------------------------------------------------ */
 
 /* Whether nothing has happened sideways yet, so that the line may be any. */
 static int has_no_line(const hs_memory *line) {
@@ -180,8 +174,6 @@ static int walk_line(hs_planar *planar, const plan *plan, const hs_planar_rows *
     return status;
 }
 
-/* ---- from one line to two directions -------------------------------------------------------------------------------------- */
-
 /* The nodes of a class, from the vertices of its group. */
 static int nodes_of_line(const hs_planar *planar, hs_class *part) {
     const hs_memory *line = planar->line;
@@ -258,8 +250,6 @@ static int turn(hs_planar *planar) {
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) hs_touch_unstrained(line, group);
     return status;
 }
-
-/* ---- with rings -------------------------------------------------------------------------------------------------------------- */
 
 /* Have the line, and what is seen, follow the body. */
 static int follow(hs_planar *planar) {
@@ -435,8 +425,6 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
     free(position);
     return status;
 }
-
-/* ---- paths ---------------------------------------------------------------------------------------------------------------- */
 
 /* Walk a path with rings. */
 static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,

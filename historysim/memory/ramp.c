@@ -141,9 +141,7 @@ static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *
         double allowed = hs_most(3.0 * length, 1.0 / CORNERS);
         if (apart <= allowed || enough) {
             extrapolate(memory, coarse, fine);
-            hs_memory kept = *memory;
-            *memory = *fine;
-            *fine = kept;
+            hs_memory_swap(memory, fine);
             share = end;
         }
         double factor = apart > 0.0 ? 0.9 * sqrt(allowed / apart) : 4.0;

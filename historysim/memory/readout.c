@@ -5,8 +5,6 @@
 /* places in each segment at which tractions are looked at, before the largest is refined */
 #define SAMPLES 16
 
-/* ---- which springs slide ----------------------------------------------------------------------------------------------- */
-
 double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
     double slope = stack[j].slope;
     if (fabs(slope) != friction) return 0.0;
@@ -73,8 +71,6 @@ int64_t hs_contact_count(const hs_memory *memory) {
     return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
-/* ---- how loads change with where a path ends --------------------------------------------------------------------------- */
-
 /* Springs that slide lie on the cone, v = ±μ (d - a): they move with the approach alone. Springs that stick move with the
  * displacement alone, but for those that touched on the path: v = (V1 - V0) (d1 - a)/(d1 - d0) moves with both. The loads
  * are ∫ v N'' da, so that each part between labels adds differences of P and P' at its ends. The derivatives are those on
@@ -113,8 +109,6 @@ hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
     found.normal *= units->load / units->length;
     return found;
 }
-
-/* ---- how far tractions are from Coulomb's law at every point ------------------------------------------------------------ */
 
 /* Where a point of the contact is, by the label from which on it touches: that itself where asperities carry, between knots
  * the stiffness then, in proportion to the radius of an axisymmetric contact (Sneddon 1965). */
@@ -188,8 +182,6 @@ static double largest_traction_ratio(const hs_group *group, int64_t depth) {
     }
     return largest;
 }
-
-/* ---- rows ----------------------------------------------------------------------------------------------------------------- */
 
 HS_WIDE static void circles(const double *restrict gap, const double *restrict weight, int count, double approach,
                             double *restrict area) {

@@ -131,8 +131,6 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     return HS_OK;
 }
 
-/* ---- whether it is one ---- */
-
 static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
 
 static int all_finite(const double *numbers, int64_t count) {
@@ -249,8 +247,6 @@ const char *hs_memory_check(const hs_memory *memory) {
         if (isinf(memory->slides->time[i])) return "a time is not finite";
     return memory->evolved && !is_evolved(memory) ? "what an asperity has become does not fit its summit" : NULL;
 }
-
-/* ---- read ---- */
 
 /* The contact that stands in the bytes, in the order in which it was written; NULL with `why` where it is none. */
 static hs_contact *read_contact(const head *given, const unsigned char *at, hs_contact *like, const char **why) {
@@ -376,8 +372,6 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     *memory = found;
     return HS_OK;
 }
-
-/* ---- two directions ---- */
 
 typedef struct planar_head {
     frame begin;

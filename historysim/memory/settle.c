@@ -115,12 +115,6 @@ static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double 
     return status;
 }
 
-static void swap(hs_memory *one, hs_memory *other) {
-    hs_memory kept = *one;
-    *one = *other;
-    *other = kept;
-}
-
 static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share,
                        int fewest);
 
@@ -149,11 +143,11 @@ static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory 
         if (now > SLOW * last && share - before > SHORTEST)
             return settle_halves(w, memory, coarse, fine, before, share);
         last = now;
-        swap(coarse, fine);
+        hs_memory_swap(coarse, fine);
     }
     if (status != HS_OK) return status;
     extrapolate(w, memory, coarse, fine);
-    swap(memory, fine);
+    hs_memory_swap(memory, fine);
     return HS_OK;
 }
 
@@ -191,7 +185,7 @@ static int time_slides(walk *w, hs_memory *memory, double before, double share, 
             if (status == HS_OK && have_slid(memory) > have_slid(start) && *left > 0 && end - here > SHORTEST_TIMED) {
                 *left -= CUTS_OF_CHORD;
                 status = time_slides(w, start, here, end, CUTS_OF_CHORD, left);
-                swap(memory, start);
+                hs_memory_swap(memory, start);
             }
             hs_memory_free(start);
             here = end;

@@ -16,8 +16,6 @@
 #define MOST_FORCES (1 << 22)
 #define MOST_TURNS 100
 
-/* ---- where times are kept ------------------------------------------------------------------------------------------------ */
-
 struct hs_slides *hs_slides_held(struct hs_slides *slides) {
     if (slides) __atomic_add_fetch(&slides->references, 1, __ATOMIC_RELAXED);
     return slides;
@@ -85,8 +83,6 @@ static int note(hs_memory *memory, int64_t asperity, double share) {
     ++slides->number;
     return HS_OK;
 }
-
-/* ---- straight paths ------------------------------------------------------------------------------------------------------ */
 
 /* A straight path, in approach and displacement or in both loads, with the coefficients at its ends. */
 typedef struct line {
@@ -188,8 +184,6 @@ void hs_find_slides(const hs_group *group, int64_t depth, const hs_point *from, 
     slid[0] = joins ? hs_least(low, slid[0]) : low;
     slid[1] = joins ? hs_most(top, slid[1]) : top;
 }
-
-/* ---- ramps of both loads, of several groups ------------------------------------------------------------------------------ */
 
 /* An asperity that slides on a ramp: its innermost spring, and when it meets its limit. */
 typedef struct slider {

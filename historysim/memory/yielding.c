@@ -89,8 +89,6 @@ int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, cons
     return HS_OK;
 }
 
-/* ---- which asperities yield, and when ---------------------------------------------------------------------------------- */
-
 /* Height of the flat at an approach [m]. */
 static double flat_at(const hs_contact *contact, double d) { return contact->datum - d * contact->units.length; }
 
@@ -219,8 +217,6 @@ int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution,
     *approach = high;
     return status;
 }
-
-/* ---- what they become ---------------------------------------------------------------------------------------------------- */
 
 /* Work of the load of summits from one approach to another less what is elastic at the ends, added to their energies. */
 static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const yielding_summits *at) {
