@@ -1,6 +1,183 @@
-/* One chord: where it ends, and all groups carried there. */
+/* One chord: the friction of each group on it, by a law at stations, which are graded towards touch, or on its way to a goal;
+ * how far asperities slide; where it ends, and all groups carried there. */
 
 #include "chord.h"
+
+/* approach of one station over that of the next, which are farther apart close to touch: no root of 2, by which chords
+ * half as long would have the same; a change of it that needs none; and stations that a chord may have */
+#define GRADE 1.2
+#define SLIGHT 1.03
+#define MOST_STATIONS 16
+/* stands for a coefficient that a law is asked for */
+#define ASKED (-1.0)
+
+/* Have room for so many stations more. */
+static int make_stations(walk *w, int64_t count) {
+    if (count <= w->most) return HS_OK;
+    size_t most = 2 * (size_t)count;
+    station *grown = (station *)malloc(most * (sizeof *grown + 8 * sizeof(double)));
+    if (!grown) return HS_OUT_OF_MEMORY;
+    double *asked[4];
+    for (size_t k = 0; k < 4; ++k) asked[k] = (double *)(grown + most) + 2 * k * most;
+    if (w->most) memcpy(grown, w->stations, (size_t)w->most * sizeof *grown);
+    for (size_t k = 0; k < 4 && w->most; ++k) memcpy(asked[k], w->asked[k], 2 * (size_t)w->most * sizeof(double));
+    free(w->stations);
+    w->stations = grown;
+    w->most = (int64_t)most;
+    memcpy(w->asked, asked, sizeof asked);
+    return HS_OK;
+}
+
+/* Ask a law for the coefficient of an asperity at an approach of its own. */
+static void ask(walk *w, int64_t number, const hs_contact *contact, double weight, double own, double slid) {
+    w->asked[0][number] = weight * sqrt(own) * own * contact->units.load;
+    w->asked[1][number] = weight * weight * contact->units.radius;
+    w->asked[2][number] = slid;
+}
+
+int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
+    const hs_evolution *evolution = w->evolution;
+    const hs_contact *contact = memory->contact;
+    const hs_evolved *evolved = memory->evolved;
+    const hs_law *law = &evolution->law;
+    int by_goal = evolution->goal != NULL;
+    int by_law = !by_goal && law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING;
+    int64_t count = 0, asked = 0;
+    for (int64_t index = 0; index < contact->groups; ++index) {
+        int64_t i = contact->first[index], whose = contact->order[i];
+        double friction = memory->friction[index];
+        if (make_stations(w, count + MOST_STATIONS) != HS_OK) return HS_OUT_OF_MEMORY;
+        w->first_station[index] = count;
+        if (by_goal) friction = hs_toward(w->goal[0][whose], w->goal[1][whose], share);
+        if (by_law && !evolved->given[whose]) {
+            double start = starts_at(w, memory, index) - contact->gap[i], end = d - contact->gap[i];
+            double weight = contact->weight[i];
+            double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
+            double own = start, slid = evolved->slid_distance[whose] + (ahead ? ahead[whose] : 0.0);
+            int between = 0, bends = law->depends_on == HS_ON_OWN_LOAD && most > SLIGHT * least;
+            for (double next = most / GRADE; bends && next > least && between < MOST_STATIONS - 1;) {
+                at[between++] = next;
+                next /= between < 8 ? GRADE : between < 12 ? 4.0 : 64.0;
+            }
+            /* what begins to slide keeps its friction until then */
+            double still = ahead && start > 0.0 && end > 0.0 ? 1.0 - ahead[whose] / w->moved : 0.0;
+            if (law->depends_on == HS_ON_SLID_DISTANCE && still > 0.0 && still < 1.0) {
+                w->stations[count++] = (station){still, friction, friction};
+            }
+            for (int k = 0; k <= between; ++k) {
+                station *here = w->stations + count++;
+                double last = own;
+                own = k == between ? end : at[end > start ? between - 1 - k : k];
+                here->share = k == between ? 1.0 : (own - start) / (end - start);
+                int touches = own > 0.0 && (load > 0.0 || law->depends_on != HS_ON_TOTAL_LOAD);
+                here->friction = touches ? ASKED : 0.0;
+                here->amid = bends && touches ? ASKED : 0.0;
+                if (touches && bends) ask(w, asked++, contact, weight, 0.5 * (hs_most(last, 0.0) + own), slid);
+                if (touches) ask(w, asked++, contact, weight, own, slid);
+            }
+        } else {
+            w->stations[count++] = (station){1.0, 0.0, friction};
+        }
+    }
+    w->first_station[contact->groups] = count;
+    hs_loaded loaded = {asked, w->asked[0], w->asked[1], w->asked[2], load * contact->units.load};
+    int status = asked ? hs_coefficients(law, evolution->contact_modulus, &loaded, w->asked[3]) : HS_OK;
+    for (int64_t k = 0, answer = 0; k < count && asked; ++k) {
+        if (w->stations[k].amid == ASKED) w->stations[k].amid = w->asked[3][answer++];
+        if (w->stations[k].friction == ASKED) w->stations[k].friction = w->asked[3][answer++];
+    }
+    for (int64_t index = 0; index < contact->groups; ++index)
+        w->friction[index] = w->stations[w->first_station[index + 1] - 1].friction;
+    for (int64_t g = 0; g < contact->groups && w->yield.now; ++g)
+        for (int64_t k = w->first_station[g]; k < w->first_station[g + 1]; ++k) {
+            double more = (steeper(w, memory, g) - 1.0) * (1.0 - w->stations[k].share);
+            w->stations[k].friction *= 1.0 + more;
+            w->stations[k].amid *= 1.0 + more;
+        }
+    return status;
+}
+
+/* Shares of a way between which a spring slips. */
+typedef struct interval {
+    double begin, end;
+    double slip;
+} interval;
+
+/* When a spring slips: from where it meets its limit, until the limit grows faster than the spring is moved.
+ *
+ * With y = L - s v, what is left of its limit, as a quadratic in the share through start, middle and end, those are
+ * the first root of y and the root of y'. Without a change of friction y is linear. */
+static interval slipping(const way *on, double label, double anchor) {
+    const double *friction = on->friction;
+    double d = 0.5 * (on->from.d + on->to.d), v = 0.5 * (on->from.v + on->to.v);
+    double first = friction[0] * (on->from.d - label) - on->side * (on->from.v - anchor);
+    double amid = friction[1] * (d - label) - on->side * (v - anchor);
+    double last = friction[2] * (on->to.d - label) - on->side * (on->to.v - anchor);
+    if (friction[0] == friction[2] && friction[1] == friction[2]) {
+        interval straight = {HUGE_VAL, 1.0, 0.0};
+        if (first > last) straight.begin = hs_most(first, 0.0) / (first - last);
+        if (straight.begin < 1.0) straight.slip = (1.0 - straight.begin) * (first - last);
+        return straight;
+    }
+    double linear = 4.0 * amid - 3.0 * first - last, square = 2.0 * (first + last - 2.0 * amid);
+    double under = linear * linear - 4.0 * hs_most(first, 0.0) * square;
+    interval found = {HUGE_VAL, 1.0, 0.0};
+    if (under < 0.0) return found;
+    if (linear < 0.0)
+        found.begin = 2.0 * hs_most(first, 0.0) / (sqrt(under) - linear);
+    else if (square < 0.0)
+        found.begin = (linear + sqrt(under)) / (-2.0 * square);
+    if (linear < 0.0 && 2.0 * square > -linear) found.end = linear / (-2.0 * square);
+    if (found.begin < found.end)
+        found.slip = -(found.end - found.begin) * (linear + square * (found.end + found.begin));
+    return found;
+}
+
+/* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`.
+ *
+ * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the
+ * last to slip is at a vertex, or the innermost. New springs slip at once, if at all. */
+static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
+                     int steep, double *slid) {
+    /* within a cone that stays as it is the innermost is the last */
+    int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
+    double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
+    if (moved == 0.0) return;
+    double edge = hs_least(on.from.d, on.to.d);
+    double fall = on.friction[0] * (on.from.d - edge) - on.friction[2] * (on.to.d - edge);
+    for (int against = 0; against < 2; ++against) {
+        on.side = copysign(1.0, against ? -moved : moved);
+        interval all = {0.0, 1.0, 0.0};
+        int64_t j = depth - 1;
+        if (sunk > 0.0 && on.side * moved <= on.friction[2] * sunk) continue;
+        for (int64_t i = group->curve.count - 1; i >= 0; --i) {
+            double h = gap[whose[i]];
+            interval own = {(h - on.from.d) / sunk, 1.0, HUGE_VAL};
+            if (h >= hs_most(on.from.d, on.to.d)) continue;
+            if (h < on.from.d) {
+                if (depth == 0) continue;
+                for (; j >= 0 && group->stack[j].label > h; --j) {
+                    if (inmost_last) continue;
+                    interval outer = slipping(&on, group->stack[j].label, group->stack[j].anchor);
+                    double leaves = (on.from.d - group->stack[j].label) / -sunk;
+                    /* what leaves holds nothing back afterwards */
+                    int stays = group->stack[j].label <= on.to.d;
+                    all.begin = hs_most(all.begin, stays ? outer.begin : hs_least(outer.begin, leaves));
+                    if (stays) all.end = hs_least(all.end, outer.end);
+                }
+                const hs_vertex *above = group->stack + (j + 1 < depth ? j + 1 : j);
+                own = slipping(&on, h, above->anchor - above->slope * (above->label - h));
+                own.begin = hs_most(own.begin, all.begin);
+                own.end = hs_least(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
+            }
+            if (own.begin < own.end && own.slip > tie) slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
+        }
+        /* against the way springs slip only where their limit falls faster than they move */
+        double inmost = group->curve.gap[0];
+        fall = hs_most(fall, on.friction[0] * (on.from.d - inmost) - on.friction[2] * (on.to.d - inmost));
+        if (fall <= fabs(moved)) return;
+    }
+}
 
 /* Approach and normal load at a share of the path.
  *
@@ -127,8 +304,8 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     return HS_OK;
 }
 
-int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each,
-                             hs_losses *losses) {
+/* Carry one group to the end of a chord from station to station; where its friction bends, what it slides is found, too. */
+static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses) {
     const hs_contact *contact = memory->contact;
     hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
@@ -150,7 +327,7 @@ int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end 
         on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
         double load = last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
         if (bends)
-            hs_slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement,
+            slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement,
                      memory->steep[g], w->slid);
         status = carry_group(w, memory, g, &on, load, each, losses);
         on.from = on.to;
@@ -160,6 +337,57 @@ int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end 
     return status;
 }
 
+int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
+    const hs_contact *contact = memory->contact;
+    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
+    memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        hs_group group = hs_group_of(memory, g);
+        int64_t depth = memory->depth[g];
+        if (group.curve.gap[0] >= hs_most(on.from.d, on.to.d)) break;
+        on.from.d = starts_at(w, memory, g);
+        on.friction[0] = group.friction * steeper(w, memory, g);
+        on.friction[2] = g < end->touching ? w->friction[g] : group.friction;
+        if (depth == 0) on.friction[0] = on.friction[2];
+        on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
+        if (!ahead || w->stations[w->first_station[g]].amid <= 0.0) {
+            slide_on(&group, depth, w->gap, contact->order + group.start, on, contact->units.displacement,
+                     memory->steep[g], w->slid);
+            continue;
+        }
+        hs_losses losses;
+        uint8_t steep = memory->steep[g];
+        if (depth + 1 > w->kept_room) {
+            free(w->kept);
+            w->kept_room = 2 * (depth + 1);
+            w->kept = (hs_vertex *)malloc((size_t)w->kept_room * sizeof *w->kept);
+            if (!w->kept) return HS_OUT_OF_MEMORY;
+        }
+        memcpy(w->kept, group.stack, (size_t)depth * sizeof *w->kept);
+        hs_no_losses(&losses, contact->groups);
+        /* it is only tried */
+        const hs_clock clock = memory->clock;
+        hs_set_clock(memory, NAN);
+        int status = carry_by_stations(w, memory, g, end, w->discarded, &losses);
+        memory->clock = clock;
+        if (status != HS_OK) return status;
+        memcpy(memory->vertices + g * memory->capacity, w->kept, (size_t)depth * sizeof *w->kept);
+        memory->depth[g] = depth;
+        memory->steep[g] = steep;
+    }
+    return HS_OK;
+}
+
+void hs_add_slides(const walk *w, hs_memory *memory) {
+    hs_evolved *evolved = memory->evolved;
+    double together = HUGE_VAL;
+    for (int64_t i = 0; i < memory->contact->count; ++i) {
+        evolved->slid_distance[i] += w->slid[i];
+        if (w->gap[i] < memory->approach) together = hs_least(together, w->slid[i]);
+    }
+    if (together < HUGE_VAL) evolved->slid_together += together;
+}
+
 /* Carry all groups to the end of a chord. */
 static int carry(walk *w, hs_memory *memory, const chord_end *end, double share) {
     const hs_contact *contact = memory->contact;
@@ -167,7 +395,7 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end, double share)
     hs_losses losses;
     hs_no_losses(&losses, contact->groups);
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < deepest; ++g) {
-        int status = hs_carry_by_stations(w, memory, g, end, memory->each, &losses);
+        int status = carry_by_stations(w, memory, g, end, memory->each, &losses);
         if (status != HS_OK) return status;
     }
     /* what was foreseen has shaped the summits */

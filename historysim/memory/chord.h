@@ -1,4 +1,4 @@
-/* What the files share that follow asperities as they evolve: evolution.c, settle.c, chord.c, stations.c, sliding.c, shape.c. */
+/* What the files share that follow asperities as they evolve: evolution.c, settle.c, chord.c, shape.c. */
 #ifndef HISTORYSIM_CHORD_H
 #define HISTORYSIM_CHORD_H
 
@@ -127,25 +127,15 @@ int hs_foresee_wear(walk *w, const hs_memory *memory, const chord_end *end);
 int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double *d, double *load);
 int hs_yield_on(walk *w, hs_memory *memory, double d);
 
-/* ---- stations.c: friction on a chord ---- */
+/* ---- chord.c: one chord ---- */
 
 /* Put down where the friction of each group is on a chord to approach d, where all carry `load`; asperities slide so
  * far meanwhile. What does not touch holds no friction by a law. */
 int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead);
-
-/* ---- sliding.c: how far asperities slide ---- */
-
-void hs_slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
-    int steep, double *slid);
-/* Tell how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
- * and put back, if `ahead`; otherwise they are told when they are carried. */
+/* Find how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
+ * and put back, if `ahead`; otherwise that is found when they are carried. */
 int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead);
 void hs_add_slides(const walk *w, hs_memory *memory);
-
-/* ---- chord.c: one chord ---- */
-
-/* Carry one group to the end of a chord from station to station; where its friction bends it is told what it slides. */
-int hs_carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_end *end, double *each, hs_losses *losses);
 /* Carry a memory along one chord, to a share of the path. */
 int hs_chord(walk *w, hs_memory *memory, double share);
 

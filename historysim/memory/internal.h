@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "normal.h"
+#include "historysim.h"
 
 #ifdef __cplusplus
 #define restrict __restrict
@@ -60,6 +60,50 @@ static inline int hs_size_of_block(int64_t left) { return left < HS_AT_ONCE ? (i
 /* Point a fraction of the way from where a channel is to its target; the target itself at the end. */
 static inline double hs_toward(double present, double target, double fraction) {
     return fraction == 1.0 ? target : present + fraction * (target - present);
+}
+
+/* ---- normal.c: the load P(a) of asperities, and the approach at a load ---- */
+
+static inline double hs_least(double a, double b) { return b < a ? b : a; }
+static inline double hs_most(double a, double b) { return b > a ? b : a; }
+/* Bounded on both sides. */
+static inline double hs_within(double value, double bound) { return hs_least(hs_most(value, -bound), bound); }
+
+typedef struct hs_load {
+    double load;
+    double slope; /* dP/da */
+} hs_load;
+
+/* Asperities in ascending gap, or knots, which have loads. */
+typedef struct hs_curve {
+    const double *gap;
+    const double *weight;
+    const double *load;
+    int64_t count;
+} hs_curve;
+
+int64_t hs_touching(const double *gap, int64_t count, double approach);
+/* P'' between a knot and the next one, which are not at one place; 0 beyond the last one. */
+static inline double hs_bend_at(hs_curve curve, int64_t i) {
+    return i + 1 < curve.count ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i]) : 0.0;
+}
+hs_load hs_load_between_knots(hs_curve curve, double approach);
+hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach);
+double hs_label_at(hs_curve curve, double total, double guess, double rigid, double compliance);
+double hs_cube_root(double x);
+
+static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
+    double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
+    return (hs_load){half_chord * depth, 1.5 * half_chord};
+}
+/* P(a) and P'(a). */
+static inline hs_load hs_load_at(hs_curve curve, double approach) {
+    if (curve.load) return hs_load_between_knots(curve, approach);
+    if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
+    return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
+}
+static inline hs_curve hs_all_of(const hs_contact *contact) {
+    return (hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
 }
 
 /* ---- groups ---- */
@@ -271,8 +315,6 @@ hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load)
 int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d, double load,
                       hs_target target, double *reached);
 
-/* ---- clip.c: polylines steeper than the cone ---- */
-
 int hs_is_steep(const hs_vertex *stack, int64_t depth, double friction);
 /* Vertices that a clipped polyline of a depth may have. */
 static inline int64_t hs_room_to_clip(int64_t depth) { return 3 * depth + 6; }
@@ -483,15 +525,5 @@ typedef struct hs_recorder {
 int hs_begin_recording(hs_recorder *recorder, hs_contact *contact, const hs_rows *rows);
 int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int saturated);
 void hs_end_recording(hs_recorder *recorder);
-
-/* ---- writers.c: threads that write rows while the next ones are walked ---- */
-
-typedef struct hs_writers hs_writers;
-/* Start so many threads; NULL where one is enough, or there are none to be had. */
-hs_writers *hs_start_writers(int threads, const hs_memory *memory, const hs_rows *rows);
-/* Have a row written by a thread that has time; returns whether one has. */
-int hs_hand_over(hs_writers *writers, const hs_memory *memory, int64_t row, int saturated);
-/* Wait for all rows, end the threads; returns a status. */
-int hs_end_writers(hs_writers *writers);
 
 #endif

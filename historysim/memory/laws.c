@@ -1,5 +1,4 @@
-/* Laws of friction and wear: coefficients of loaded asperities, volumes that they lose, and the summits that are left.
- */
+/* Laws of friction, wear and first loading. */
 
 #include "internal.h"
 
@@ -99,4 +98,298 @@ double hs_worn_summit(const hs_wear *wear, double first, double last, double mea
     double x = 4.0 * volume / PI * 5.0 / whole * meanwhile;
     *radius *= grown * (1.0 + x * (1.0 + x * (0.5 + x / 6.0)));
     return waiting + volume;
+}
+
+/* Asperities that yield on first loading.
+ *
+ * A law says which load N and contact radius a a virgin summit of radius R has at an approach δ. What is left elastic
+ * there is the Hertz contact through that state (Tabor 1948): radius R' = 4E* a³/(3N), approach δ' = a²/R', so that the
+ * summit is lowered by δ - δ'. Up to the largest approach of all, unloading, reloading and everything tangential are
+ * those of these summits. Since all ride on one rigid flat, the load at an approach beyond it does not depend on the
+ * history. */
+
+/* between which approaches over the critical one Kogut and Etsion fit a power each, and from where all is plastic; the
+ * second power is left a tenth before that */
+#define FIRST_END 6.0
+#define SECOND_END 100.0
+#define PLASTIC 110.0
+/* departure of Jackson and Green's law from Hertz's */
+#define DEPARTURE 1.9
+/* approach of one node over that of the next, between which the work of yielding is integrated with three points */
+#define FINE 1.25
+#define MOST_TURNS 200
+
+typedef struct state {
+    double load; /* over the critical load */
+    double area; /* over the critical area */
+} state;
+
+/* The power through two points, at a place between them. */
+static double power_between(double x, double low, double high, double at_low, double at_high) {
+    return at_low * pow(x / low, log(at_high / at_low) / log(high / low));
+}
+
+static state kogut_etsion(double x, double most_pressure) {
+    state found;
+    double load_6 = 1.40 * pow(FIRST_END, 1.263), area_6 = 0.94 * pow(FIRST_END, 1.146);
+    if (x < FIRST_END) {
+        found.load = power_between(x, 1.0, FIRST_END, 1.0, load_6);
+        found.area = power_between(x, 1.0, FIRST_END, 1.0, area_6);
+    } else if (x < SECOND_END) {
+        found.load = 1.40 * pow(x, 1.263);
+        found.area = 0.94 * pow(x, 1.146);
+    } else if (x < PLASTIC) {
+        found.area = power_between(x, SECOND_END, PLASTIC, 0.94 * pow(SECOND_END, 1.146), 2.0 * PLASTIC);
+        found.load = power_between(x, SECOND_END, PLASTIC, 1.40 * pow(SECOND_END, 1.263), 2.0 * PLASTIC * most_pressure);
+    } else {
+        found.area = 2.0 * x;
+        found.load = found.area * most_pressure;
+    }
+    found.load = hs_least(found.load, found.area * most_pressure);
+    return found;
+}
+
+static state jackson_green(double x, double critical_strain, double yield_strain, double most) {
+    double part = x / DEPARTURE, exponent = 0.14 * exp(23.0 * yield_strain);
+    double at[2] = {DEPARTURE, x}, printed[2];
+    state found = {0.0, x * pow(part, exponent)};
+    for (int k = 0; k < 2; ++k) {
+        double area = at[k] * pow(at[k] / DEPARTURE, exponent), width = sqrt(critical_strain * area);
+        /* H_G over the yield stress, and four times it over what the mean pressure is at the onset */
+        double hardness = 2.84 * (1.0 - exp(-0.82 * pow(width, -0.7)));
+        printed[k] = exp(-0.25 * pow(at[k], 5.0 / 12.0)) * at[k] * sqrt(at[k]) +
+                     most * hardness * (1.0 - exp(-0.04 * pow(at[k], 5.0 / 9.0))) * at[k];
+    }
+    double jump = DEPARTURE * sqrt(DEPARTURE) / printed[0];
+    found.load = printed[1] * (1.0 + (jump - 1.0) / part);
+    return found;
+}
+
+int hs_first_loading(const hs_yielding *law, double modulus, int64_t count, const double *approach, const double *radius,
+                     double *load, double *contact_radius) {
+    if (law->kind == HS_CALLERS_YIELDING)
+        return law->function(law->user, count, approach, radius, load, contact_radius) ? HS_LAW_FAILED : HS_OK;
+    double strain = law->critical_strain;
+    /* N/A at the onset, of which the critical load is one on the critical area */
+    double pressure = 4.0 / 3.0 * modulus * sqrt(strain) / PI;
+    for (int64_t i = 0; i < count; ++i) {
+        double x = approach[i] / (strain * radius[i]), critical = strain * radius[i];
+        double area = radius[i] * critical, critical_load = 4.0 / 3.0 * modulus * sqrt(area) * critical;
+        state here = {x * sqrt(x), x};
+        if (law->kind == HS_THORNTON && x > 1.0) here.load = 1.0 + 1.5 * (x - 1.0);
+        if (law->kind == HS_KOGUT_ETSION && x > 1.0) here = kogut_etsion(x, law->hardness / pressure);
+        /* 4 H_G/(C S_y), with C S_y = 3/2 of that mean pressure */
+        if (law->kind == HS_JACKSON_GREEN && x > DEPARTURE)
+            here = jackson_green(x, strain, law->yield_strain, 8.0 / 3.0 * law->yield_strain * modulus / pressure);
+        load[i] = here.load * critical_load;
+        contact_radius[i] = sqrt(here.area * area);
+    }
+    return HS_OK;
+}
+
+/* Height of the flat at an approach [m]. */
+static double flat_at(const hs_contact *contact, double d) { return contact->datum - d * contact->units.length; }
+
+/* Approach of a virgin summit beyond which it yields, or yields on [m]. */
+static double elastic_to(const hs_yielding *law, const hs_evolved *evolved, int64_t i) {
+    return hs_most(law->critical_approach[i], evolved->yielded_to[i]);
+}
+
+double hs_yields_at(const hs_memory *memory, const hs_yielding *law, int64_t asperity) {
+    const hs_evolved *evolved = memory->evolved;
+    double flat = evolved->virgin_height[asperity] - elastic_to(law, evolved, asperity);
+    return (memory->contact->datum - flat) / memory->contact->units.length;
+}
+
+double hs_next_yield(const hs_memory *memory, const hs_yielding *law) {
+    double next = HUGE_VAL;
+    for (int64_t i = 0; i < memory->contact->count; ++i) next = hs_least(next, hs_yields_at(memory, law, i));
+    return next;
+}
+
+/* Summits that yield on the way to an approach: which, their approaches, and what follows. */
+typedef struct yielding_summits {
+    int64_t count;
+    int64_t *which;
+    double *approach, *radius, *load, *contact_radius;
+} yielding_summits;
+
+static int gather(yielding_summits *found, int64_t most) {
+    size_t n = (size_t)(most > 0 ? most : 1);
+    found->count = 0;
+    found->which = (int64_t *)malloc(5 * n * sizeof(double));
+    found->approach = (double *)(found->which + n);
+    found->radius = found->approach + n;
+    found->load = found->radius + n;
+    found->contact_radius = found->load + n;
+    return found->which ? HS_OK : HS_OUT_OF_MEMORY;
+}
+
+/* Put down which summits yield on the way to an approach; of the others, add what they carry there [N]. */
+static void find_yielding(const hs_memory *memory, const hs_evolution *evolution, double d, yielding_summits *found,
+                          double *elastic) {
+    const hs_evolved *evolved = memory->evolved;
+    double flat = flat_at(memory->contact, d), modulus = 4.0 / 3.0 * evolution->contact_modulus;
+    found->count = 0;
+    for (int64_t i = 0; i < memory->contact->count; ++i) {
+        double approach = evolved->virgin_height[i] - flat, own = evolved->summit_height[i] - flat;
+        if (approach > elastic_to(&evolution->yielding, evolved, i)) {
+            found->which[found->count] = i;
+            found->approach[found->count] = approach;
+            found->radius[found->count++] = evolved->virgin_radius[i];
+        } else if (elastic && own > 0.0) {
+            *elastic += modulus * sqrt(evolved->summit_radius[i] * own) * own;
+        }
+    }
+}
+
+static int on_first_loading(const hs_evolution *evolution, yielding_summits *found) {
+    return found->count == 0 ? (int)HS_OK
+                             : hs_first_loading(&evolution->yielding, evolution->contact_modulus, found->count,
+                                                found->approach, found->radius, found->load, found->contact_radius);
+}
+
+/* Load of all asperities at an approach at which some of them may yield, dimensionless. */
+static int load_at(const hs_memory *memory, const hs_evolution *evolution, double d, yielding_summits *place,
+                   double *load) {
+    *load = 0.0;
+    find_yielding(memory, evolution, d, place, load);
+    int status = on_first_loading(evolution, place);
+    for (int64_t k = 0; k < place->count && status == HS_OK; ++k) *load += place->load[k];
+    *load /= memory->contact->units.load;
+    return status;
+}
+
+int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, double d, double *load) {
+    yielding_summits place;
+    int status = gather(&place, memory->contact->count);
+    if (status == HS_OK) status = load_at(memory, evolution, d, &place, load);
+    free(place.which);
+    return status;
+}
+
+/* The secant between two ends of a bracket, of which the one that stays long counts half (Illinois). */
+int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach) {
+    double low = hs_most(hs_approach_for(memory, load), memory->approach);
+    double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch), high = low;
+    yielding_summits place;
+    int status = gather(&place, memory->contact->count), side = 0;
+    double under = -load, over = 0.0;
+    if (status == HS_OK) status = load_at(memory, evolution, low, &place, &under);
+    under -= load;
+    if (status == HS_OK && under >= 0.0) {
+        *approach = low;
+        free(place.which);
+        return HS_OK;
+    }
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK; ++turn) {
+        high = low + step;
+        status = load_at(memory, evolution, high, &place, &over);
+        over -= load;
+        if (over >= 0.0) break;
+        low = high;
+        under = over;
+        step *= 2.0;
+    }
+    if (status == HS_OK && !(over >= 0.0)) status = HS_LAW_FAILED;
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && high - low > 4.0 * DBL_EPSILON * high; ++turn) {
+        double next = high - over * ((high - low) / (over - under)), missing;
+        if (!(low < next && next < high)) next = 0.5 * (low + high);
+        if (next == low || next == high) break;
+        status = load_at(memory, evolution, next, &place, &missing);
+        missing -= load;
+        if (missing >= 0.0) {
+            high = next;
+            over = missing;
+            if (side > 0) under *= 0.5;
+            side = 1;
+        } else {
+            low = next;
+            under = missing;
+            if (side < 0) over *= 0.5;
+            side = -1;
+        }
+        if (missing == 0.0) break;
+    }
+    free(place.which);
+    *approach = high;
+    return status;
+}
+
+/* Work of the load of summits from one approach to another less what is elastic at the ends, added to their energies. */
+static int take_energy(const hs_evolution *evolution, hs_evolved *evolved, const yielding_summits *at) {
+    const double node = 0.7745966692414834; /* √0.6 */
+    int64_t nodes = 0, used = 0;
+    yielding_summits along;
+    for (int64_t k = 0; k < at->count; ++k) {
+        int64_t i = at->which[k];
+        nodes += 3 * (2 + (int64_t)(log(at->approach[k] / elastic_to(&evolution->yielding, evolved, i)) / log(FINE)));
+    }
+    if (gather(&along, nodes) != HS_OK) return HS_OUT_OF_MEMORY;
+    for (int pass = 0; pass < 2; ++pass) {
+        used = 0;
+        for (int64_t k = 0; k < at->count; ++k) {
+            int64_t i = at->which[k];
+            double start = elastic_to(&evolution->yielding, evolved, i), low = start, work = 0.0;
+            while (low < at->approach[k]) {
+                double high = low * FINE < at->approach[k] ? low * FINE : at->approach[k];
+                double middle = 0.5 * (low + high), half = 0.5 * (high - low);
+                for (int n = -1; n <= 1; ++n, ++used) {
+                    along.approach[used] = middle + n * node * half;
+                    along.radius[used] = at->radius[k];
+                    if (pass) work += half * (n ? 5.0 : 8.0) / 9.0 * along.load[used];
+                }
+                low = high;
+            }
+            if (!pass) continue;
+            /* a Hertz contact of approach δ' holds 2/5 N δ' */
+            double before = evolved->yielding_load[i], radius = evolved->summit_radius[i];
+            double depth = start - (evolved->virgin_height[i] - evolved->summit_height[i]);
+            if (before == 0.0) before = 4.0 / 3.0 * evolution->contact_modulus * sqrt(radius * depth) * depth;
+            double held = 0.75 * at->load[k] / (evolution->contact_modulus * at->contact_radius[k]);
+            evolved->yielding_energy[i] += hs_most(work - 0.4 * (at->load[k] * held - before * depth), 0.0);
+        }
+        along.count = used;
+        int status = pass ? (int)HS_OK : on_first_loading(evolution, &along);
+        if (status != HS_OK) {
+            free(along.which);
+            return status;
+        }
+    }
+    free(along.which);
+    return HS_OK;
+}
+
+int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *changed) {
+    hs_evolved *evolved = memory->evolved;
+    yielding_summits at;
+    int status = gather(&at, memory->contact->count);
+    if (status != HS_OK) return status;
+    memset(changed, 0, (size_t)memory->contact->count);
+    find_yielding(memory, evolution, d, &at, NULL);
+    status = on_first_loading(evolution, &at);
+    if (status == HS_OK) status = take_energy(evolution, evolved, &at);
+    for (int64_t k = 0; k < at.count && status == HS_OK; ++k) {
+        int64_t i = at.which[k];
+        double a = at.contact_radius[k], radius = 4.0 / 3.0 * evolution->contact_modulus * a * a * a / at.load[k];
+        changed[i] = 1;
+        evolved->yielded_to[i] = at.approach[k];
+        evolved->yielding_load[i] = at.load[k];
+        evolved->summit_radius[i] = radius;
+        evolved->summit_height[i] = evolved->virgin_height[i] - (at.approach[k] - a * a / radius);
+    }
+    hs_sum_yielded(evolved, memory->contact->count);
+    free(at.which);
+    return status;
+}
+
+int hs_those_to_yield(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which) {
+    yielding_summits at;
+    int status = gather(&at, memory->contact->count);
+    if (status != HS_OK) return status;
+    memset(which, 0, (size_t)memory->contact->count);
+    find_yielding(memory, evolution, d, &at, NULL);
+    for (int64_t k = 0; k < at.count; ++k) which[at.which[k]] = 1;
+    free(at.which);
+    return HS_OK;
 }
