@@ -70,7 +70,7 @@ static void mix(const double *first, const double *last, double share, double *t
 static int fall_in_parts(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
     double before = hs_stored(memory, NULL), lost = memory->dissipated, reached = HUGE_VAL, balance = 0.0, told = 0.0;
-    double reach = hs_largest_friction(memory) * (memory->approach - memory->contact->sorted_gap[0]);
+    double reach = hs_frictions_at(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
     double *first = (double *)malloc(2 * (size_t)groups * sizeof *first), *there = first + groups;
     hs_memory *fine = NULL;
     int status = first ? HS_OK : HS_OUT_OF_MEMORY;

@@ -62,6 +62,24 @@ static inline double hs_toward(double present, double target, double fraction) {
     return fraction == 1.0 ? target : present + fraction * (target - present);
 }
 
+/* A bracket of a root that is narrowed by false position (Illinois): the value of an end that stays twice counts half. */
+typedef struct hs_bracket {
+    double low, high, at_low, at_high;
+    int kept; /* which end was replaced last: 1 the high one, -1 the low one */
+} hs_bracket;
+static inline double hs_false_position(const hs_bracket *root) {
+    double next = root->low + (root->high - root->low) * root->at_low / (root->at_low - root->at_high);
+    return root->low < next && next < root->high ? next : 0.5 * (root->low + root->high);
+}
+static inline void hs_narrow(hs_bracket *root, double place, double value, int replaces_high) {
+    double *end = replaces_high ? &root->high : &root->low, *at_end = replaces_high ? &root->at_high : &root->at_low;
+    double *at_other = replaces_high ? &root->at_low : &root->at_high;
+    *end = place;
+    *at_end = value;
+    if (root->kept == (replaces_high ? 1 : -1)) *at_other *= 0.5;
+    root->kept = replaces_high ? 1 : -1;
+}
+
 /* ---- normal.c: the load P(a) of asperities, and the approach at a load ---- */
 
 static inline double hs_least(double a, double b) { return b < a ? b : a; }
@@ -396,8 +414,11 @@ typedef struct hs_limit {
 hs_limit hs_limit_and_slopes(const hs_memory *memory, double d);
 /* Σ μ P(a), where the contact carries a normal load. */
 double hs_friction_limit(const hs_memory *memory, double d, double load);
-double hs_least_friction(const hs_memory *memory);
-double hs_largest_friction(const hs_memory *memory);
+/* The least and the largest coefficient of the groups that touch at an approach, which may be HUGE_VAL. */
+typedef struct hs_range {
+    double least, most;
+} hs_range;
+hs_range hs_frictions_at(const hs_memory *memory, double d);
 /* Approach at which all carry a normal load; the very bits of a label met before where they tie. */
 double hs_approach_for(const hs_memory *memory, double load);
 

@@ -268,51 +268,34 @@ int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, dou
     return status;
 }
 
-/* The secant between two ends of a bracket, of which the one that stays long counts half (Illinois). */
 int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach) {
     double low = hs_most(hs_approach_for(memory, load), memory->approach);
-    double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch), high = low;
+    double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch);
+    hs_bracket root = {low, low, 0.0, 0.0, 0};
     yielding_summits place;
-    int status = gather(&place, memory->contact->count), side = 0;
-    double under = -load, over = 0.0;
-    if (status == HS_OK) status = load_at(memory, evolution, low, &place, &under);
-    under -= load;
-    if (status == HS_OK && under >= 0.0) {
-        *approach = low;
-        free(place.which);
-        return HS_OK;
+    int status = gather(&place, memory->contact->count);
+    if (status == HS_OK) status = load_at(memory, evolution, low, &place, &root.at_low);
+    root.at_low -= load;
+    root.at_high = root.at_low;
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.at_high < 0.0; ++turn, step *= 2.0) {
+        root.low = root.high;
+        root.at_low = root.at_high;
+        root.high = root.low + step;
+        status = load_at(memory, evolution, root.high, &place, &root.at_high);
+        root.at_high -= load;
     }
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK; ++turn) {
-        high = low + step;
-        status = load_at(memory, evolution, high, &place, &over);
-        over -= load;
-        if (over >= 0.0) break;
-        low = high;
-        under = over;
-        step *= 2.0;
-    }
-    if (status == HS_OK && !(over >= 0.0)) status = HS_LAW_FAILED;
-    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && high - low > 4.0 * DBL_EPSILON * high; ++turn) {
-        double next = high - over * ((high - low) / (over - under)), missing;
-        if (!(low < next && next < high)) next = 0.5 * (low + high);
-        if (next == low || next == high) break;
+    if (status == HS_OK && !(root.at_high >= 0.0)) status = HS_LAW_FAILED;
+    for (int turn = 0; turn < MOST_TURNS && status == HS_OK && root.high - root.low > 4.0 * DBL_EPSILON * root.high; ++turn) {
+        double missing, next = root.high - root.at_high * ((root.high - root.low) / (root.at_high - root.at_low));
+        if (!(root.low < next && next < root.high)) next = 0.5 * (root.low + root.high);
+        if (next == root.low || next == root.high) break;
         status = load_at(memory, evolution, next, &place, &missing);
         missing -= load;
-        if (missing >= 0.0) {
-            high = next;
-            over = missing;
-            if (side > 0) under *= 0.5;
-            side = 1;
-        } else {
-            low = next;
-            under = missing;
-            if (side < 0) over *= 0.5;
-            side = -1;
-        }
+        hs_narrow(&root, next, missing, missing >= 0.0);
         if (missing == 0.0) break;
     }
     free(place.which);
-    *approach = high;
+    *approach = root.high;
     return status;
 }
 

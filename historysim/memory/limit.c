@@ -36,16 +36,6 @@ static station station_at(const hs_memory *memory, const hs_request *request, do
     return (station){share, d, hs_limit_and_slopes(memory, d)};
 }
 
-/* The least and the largest coefficient of the groups that touch at an approach. */
-static void frictions_at(const hs_memory *memory, double d, double *least, double *most) {
-    const hs_contact *contact = memory->contact;
-    *least = *most = memory->friction[0];
-    for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
-        *least = hs_least(*least, memory->friction[index]);
-        *most = hs_most(*most, memory->friction[index]);
-    }
-}
-
 /* How far a request is beyond the limit on one side; 0 within rounding counts as beyond. */
 static double excess(const hs_request *request, const station *place, double side) {
     return side * hs_toward(request->force[0], request->force[1], place->share) - (1.0 - HS_TIE) * place->at.limit;
@@ -60,9 +50,9 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
     if (request->both_loads) {
         double load_least = hs_least(low->at.load_slope, high->at.load_slope);
         double load_most = hs_most(low->at.load_slope, high->at.load_slope);
-        frictions_at(memory, hs_most(low->d, high->d), &least, &most);
-        if (load_most > 0.0) least = hs_most(least, limit_least / load_most);
-        if (load_least > 0.0) most = hs_least(most, limit_most / load_least);
+        hs_range friction = hs_frictions_at(memory, hs_most(low->d, high->d));
+        least = load_most > 0.0 ? hs_most(friction.least, limit_least / load_most) : friction.least;
+        most = load_least > 0.0 ? hs_least(friction.most, limit_most / load_least) : friction.most;
         rate = request->load[1] - request->load[0];
     }
     *flattest = hs_least(rate * least, rate * most);
@@ -72,29 +62,16 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
 /* Share at which the one change of sign of `excess` between two places is, by false position (Illinois). */
 static double crossing_between(const hs_memory *memory, const hs_request *request, double side, const station *start,
                                const station *end) {
-    double low = start->share, high = end->share;
-    double at_low = excess(request, start, side), at_high = excess(request, end, side);
-    int kept = 0;
+    hs_bracket root = {start->share, end->share, excess(request, start, side), excess(request, end, side), 0};
     for (int turn = 0; turn < 200; ++turn) {
-        double share = low + (high - low) * at_low / (at_low - at_high);
-        if (!(low < share && share < high)) share = 0.5 * (low + high);
-        if (share == low || share == high || high - low <= 1e-15) break;
+        double share = hs_false_position(&root);
+        if (share == root.low || share == root.high || root.high - root.low <= 1e-15) break;
         station place = station_at(memory, request, share);
         double here = excess(request, &place, side);
         if (here == 0.0) return share;
-        if ((here > 0.0) == (at_high > 0.0)) {
-            high = share;
-            at_high = here;
-            if (kept == 1) at_low *= 0.5;
-            kept = 1;
-        } else {
-            low = share;
-            at_low = here;
-            if (kept == -1) at_high *= 0.5;
-            kept = -1;
-        }
+        hs_narrow(&root, share, here, (here > 0.0) == (root.at_high > 0.0));
     }
-    return high;
+    return root.high;
 }
 
 /* Share between two places at which the request first comes to be beyond the limit on one side, or within it.

@@ -152,7 +152,7 @@ static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *
 
 /* Walk a ramp until its energy is known to a tolerance of what it dissipates, which is found on the way. */
 static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_memory *coarse, hs_memory *fine) {
-    const double touch = memory->contact->sorted_gap[0], friction = hs_largest_friction(memory);
+    const double touch = memory->contact->sorted_gap[0], friction = hs_frictions_at(memory, HUGE_VAL).most;
     double highest = hs_most(memory->approach, hs_approach_for(memory, way->load[1]));
     double reach = friction * (highest - touch), start = memory->dissipated;
     /* little beside much is told no better than by rounding */
@@ -187,10 +187,10 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
     double rise = load - load0, part = rise / hs_most(load, load0);
     ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
     if (rise == 0.0) return chord(memory, &way, 1.0);
-    int sticks = fabs(force - force0) <= hs_least_friction(memory) * rise;
+    int sticks = fabs(force - force0) <= hs_frictions_at(memory, HUGE_VAL).least * rise;
     /* the error of a corrected chord is a small multiple of the square of the relative change */
     int small = part * part <= drive->tolerance;
-    if (small && !sticks && fabs(force - force0) > hs_largest_friction(memory) * fabs(rise)) {
+    if (small && !sticks && fabs(force - force0) > hs_frictions_at(memory, HUGE_VAL).most * fabs(rise)) {
         begin_chord(memory, load, force, time);
         return corrected_chord(memory, load, force);
     }

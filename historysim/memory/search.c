@@ -59,16 +59,14 @@ double hs_total_force(const hs_memory *memory) {
     return force;
 }
 
-double hs_least_friction(const hs_memory *memory) {
-    double least = memory->friction[0];
-    for (int64_t index = 1; index < memory->contact->groups; ++index) least = hs_least(least, memory->friction[index]);
-    return least;
-}
-
-double hs_largest_friction(const hs_memory *memory) {
-    double most = memory->friction[0];
-    for (int64_t index = 1; index < memory->contact->groups; ++index) most = hs_most(most, memory->friction[index]);
-    return most;
+hs_range hs_frictions_at(const hs_memory *memory, double d) {
+    const hs_contact *contact = memory->contact;
+    hs_range found = {memory->friction[0], memory->friction[0]};
+    for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
+        found.least = hs_least(found.least, memory->friction[index]);
+        found.most = hs_most(found.most, memory->friction[index]);
+    }
+    return found;
 }
 
 HS_WIDE static void loads_of_ones(const double *restrict gap, const double *restrict weight, int64_t count, double d,
@@ -317,7 +315,7 @@ int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fron
 int hs_found_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     double goal = target.value, rigid = target.rigid, compliance = target.compliance;
     double limit = limit_of(memory, loads);
-    double reach = hs_largest_friction(memory) * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
+    double reach = hs_frictions_at(memory, HUGE_VAL).most * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
     if (rigid == 0.0) {
         if (fabs(goal) >= (1.0 - HS_TIE) * limit) {
             *found = sliding_displacement(memory, loads, d, copysign(1.0, goal));

@@ -54,7 +54,7 @@ static double distance_to_settled(walk *w, const hs_memory *start, const hs_memo
     double top = hs_most(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
     const hs_evolved *from = start->evolved, *one = coarse->evolved, *other = fine->evolved;
     int64_t count = fine->contact->count;
-    double sizes[] = {hs_most(hs_largest_friction(fine), 1e-300) * hs_most(top, 0.0),
+    double sizes[] = {hs_most(hs_frictions_at(fine, HUGE_VAL).most, 1e-300) * hs_most(top, 0.0),
                       hs_friction_limit(fine, fine->approach, fine->normal_load), top,
                       /* what is lost is told to a part of itself, or of what is stored */
                       hs_most(fine->dissipated - start->dissipated, hs_stored(fine, NULL)),

@@ -217,36 +217,22 @@ static int beyond(const search *on, const slider *one, double share, double *fou
 
 /* Share of a ramp at which an asperity slides: by false position (Illinois), or at once where the normal load stays. */
 static int slides_at(const search *on, const slider *one, double *share) {
-    double low = 0.0, high = one->latest, at_low, at_high, here;
-    int status = beyond(on, one, low, &at_low), kept = 0;
+    hs_bracket root = {0.0, one->latest, 0.0, 0.0, 0};
+    int status = beyond(on, one, root.low, &root.at_low);
     if (status == HS_OK && on->held) {
         double rise = one->side * (on->memory->clock.force - on->memory->tangential_load);
-        *share = at_low <= 0.0 ? 0.0 : rise > at_low ? at_low / rise : 1.0;
+        *share = root.at_low <= 0.0 ? 0.0 : rise > root.at_low ? root.at_low / rise : 1.0;
         return status;
     }
-    if (status == HS_OK) status = beyond(on, one, high, &at_high);
-    if (status != HS_OK || at_low <= 0.0 || at_high >= 0.0) {
-        *share = status == HS_OK && at_low <= 0.0 ? low : high;
-        return status;
-    }
-    for (int turn = 0; turn < MOST_TURNS && high - low > DBL_EPSILON; ++turn) {
-        double next = low + (high - low) * at_low / (at_low - at_high);
-        if (!(low < next && next < high)) next = 0.5 * (low + high);
+    if (status == HS_OK) status = beyond(on, one, root.high, &root.at_high);
+    *share = status == HS_OK && root.at_low <= 0.0 ? root.low : root.high;
+    if (status != HS_OK || root.at_low <= 0.0 || root.at_high >= 0.0) return status;
+    for (int turn = 0; turn < MOST_TURNS && root.high - root.low > DBL_EPSILON && status == HS_OK; ++turn) {
+        double next = hs_false_position(&root), here;
         status = beyond(on, one, next, &here);
-        if (status != HS_OK) break;
-        if (here > 0.0) {
-            low = next;
-            at_low = here;
-            if (kept > 0) at_high *= 0.5;
-            kept = 1;
-        } else {
-            high = next;
-            at_high = here;
-            if (kept < 0) at_low *= 0.5;
-            kept = -1;
-        }
+        if (status == HS_OK) hs_narrow(&root, next, here, !(here > 0.0));
     }
-    *share = high;
+    *share = root.high;
     return status;
 }
 
