@@ -277,31 +277,13 @@ static int make_room(walk *w, hs_memory *memory, int64_t depth) {
  * 0. */
 static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on, double load, double *each,
                        hs_losses *losses) {
-    int64_t depth = memory->depth[index];
-    if (make_room(w, memory, depth) != HS_OK) return HS_OUT_OF_MEMORY;
-    hs_group group = hs_group_of(memory, index);
     double reached;
+    if (make_room(w, memory, memory->depth[index]) != HS_OK) return HS_OUT_OF_MEMORY;
+    hs_group group = hs_group_of(memory, index);
     group.each = each + group.start;
-    group.friction = on->friction[2];
-    if (on->to.d <= group.curve.gap[0]) {
-        group.friction = on->friction[0];
-        if (depth) hs_note_slides(&group, depth, &on->from, &on->to, group.friction, HUGE_VAL, memory->steep[index]);
-        if (depth) hs_lose_withdrawn(&group, losses, depth, 1, &on->from, &on->to);
-        memory->depth[index] = 0;
-        memory->steep[index] = 0;
-    } else if (depth > 0 && (memory->steep[index] || on->friction[0] != on->friction[2])) {
-        hs_cone cone = {on->friction[2], on->to.v - on->from.v, on->friction[0] * (on->to.d - on->from.d),
-                        on->friction[2] - on->friction[0]};
-        depth = hs_carry_and_clip(&group, losses, depth, on->from, on->to, load, &cone, w->scratch, NULL);
-        if (depth > memory->capacity && hs_memory_reserve(memory, 2 * depth) != HS_OK) return HS_OUT_OF_MEMORY;
-        memcpy(memory->vertices + index * memory->capacity, w->scratch, (size_t)depth * sizeof *w->scratch);
-        memory->depth[index] = depth;
-        memory->steep[index] = (uint8_t)hs_is_steep(w->scratch, depth, group.friction);
-    } else {
-        memory->depth[index] = hs_move_group(&group, losses, depth, &on->from, on->to.d, load,
-                                             hs_to_displacement(on->to.v), &reached);
-    }
-    return HS_OK;
+    group.friction = on->to.d <= group.curve.gap[0] ? on->friction[0] : on->friction[2];
+    return hs_carry_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load, hs_to_displacement(on->to.v),
+                          w->scratch, &reached);
 }
 
 /* Carry one group to the end of a chord from station to station; where its friction bends, what it slides is found, too. */

@@ -35,9 +35,6 @@ static int make_buffers(walk *w, const hs_contact *contact) {
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 5 * g + 1) * sizeof *numbers + n);
     w->memory = numbers;
-    w->scratch = w->kept = NULL;
-    w->stations = NULL;
-    w->room = w->kept_room = w->most = w->cuts = 0;
     if (!numbers) return HS_OUT_OF_MEMORY;
     for (size_t k = 0; k < arrays; ++k, numbers += n) *each[k] = numbers;
     w->load = numbers;
@@ -236,11 +233,6 @@ static int make_spares(walk *w, const hs_memory *memory) {
     return HS_OK;
 }
 
-/* Whether summits can yield to the end of the path at once: nothing is strained, nor will be. */
-static int yields_at_rest(const walk *w, const hs_memory *memory) {
-    return w->alone && w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
-}
-
 /* Have summits yield where nothing is strained, to a share of the path. */
 static int yield_at_rest(walk *w, hs_memory *memory, double share) {
     double d, load;
@@ -279,12 +271,6 @@ static int prepare_to_yield(walk *w, hs_memory *memory) {
     return status == HS_OK ? make_spares(w, memory) : status;
 }
 
-/* Have groups be one again that have parted as they yielded, once all of them slide. */
-static int join(walk *w, hs_memory *memory) {
-    w->parted = 0;
-    return hs_join_groups(memory, NULL, NULL, memory->approach, 0);
-}
-
 /* The part of a path before its first summit yields. */
 static hs_path path_to_onset(const walk *w, const hs_path *path) {
     const route *c = &w->course;
@@ -309,7 +295,9 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     w->yield.onset = HUGE_VAL;
     hs_set_clock(memory, path->begin);
     if (w->alone && w->parted && hs_slides_alike(memory)) {
-        status = join(w, memory);
+        /* groups are one again that have parted as they yielded */
+        status = hs_join_groups(memory, NULL, NULL, memory->approach, 0);
+        w->parted = 0;
         recorder->contact = NULL;
     }
     if (status == HS_OK) status = begin_course(w, memory, path);
@@ -338,12 +326,12 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         }
         if (status == HS_OK && share > elastic) {
             if (before == elastic) {
-                at_rest = yields_at_rest(w, memory);
+                /* summits yield to the end of the path at once where nothing is strained, nor will be */
+                at_rest = w->alone && w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
                 if (!at_rest) status = prepare_to_yield(w, memory);
             }
-            if (status != HS_OK) break;
-            status = at_rest ? yield_at_rest(w, memory, share)
-                             : hs_settle_timed(w, memory, before, share);
+            if (status == HS_OK)
+                status = at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
             before = share;
         }
         if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 1 + memory->contact->count / 8);
@@ -375,15 +363,12 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     int flag = 0, status = hs_can_evolve(memory, evolution) ? HS_OK : HS_FOREIGN;
     if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
     if (status != HS_OK) return status;
+    memset(&w, 0, sizeof w);
     w.evolution = evolution;
     w.drive = drive;
     w.refusal = refusal;
-    w.spare[0] = w.spare[1] = NULL;
-    w.work = 0;
     w.wears = evolution->wear.kind != HS_NO_WEAR;
     w.yields = evolution->yielding.kind != HS_NO_YIELDING;
-    w.yield.now = 0;
-    w.yield.onset = HUGE_VAL;
     w.yield.next = NAN;
     w.parted = memory->contact->groups > 1;
     w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
@@ -423,18 +408,16 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     for (int64_t i = 0; i < count; ++i)
         if (fresh[i]) evolved->shaped_volume[i] = evolved->waiting_volume[i] = 0.0;
     walk w;
+    memset(&w, 0, sizeof w);
     w.evolution = evolution;
     w.yields = evolution->yielding.kind != HS_NO_YIELDING;
-    w.yield.now = 0;
-    if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int64_t i = 0; i < count && w.yields; ++i)
         if (fresh[i]) {
             evolved->virgin_height[i] = evolved->summit_height[i];
             evolved->virgin_radius[i] = evolved->summit_radius[i];
             evolved->yielded_to[i] = evolved->yielding_load[i] = 0.0;
         }
-    if (w.yields) status = hs_yield_to(memory, evolution, memory->approach, w.yield.changed);
-    free_buffers(&w);
+    if (w.yields) status = hs_yield_to(memory, evolution, memory->approach, NULL);
     if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
     double *gap = (double *)malloc(2 * size), *weight = gap + count;
     if (!gap) return HS_OUT_OF_MEMORY;

@@ -436,6 +436,10 @@ void hs_note_steep(hs_memory *memory);
 double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction);
 /* Whether there is one group, which any target moves by one update. */
 int hs_is_alone(const hs_memory *memory);
+/* Carry one group straight, to where it aims, with its coefficient going straight from `friction` to that of `group`, too.
+ * `scratch` has room for twice `hs_room_to_clip`. */
+int hs_carry_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
+                   hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached);
 int hs_make_room(hs_memory *memory);
 
 /* ---- ramp.c, limit.c, walk.c ---- */

@@ -348,14 +348,14 @@ int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint
     yielding_summits at;
     int status = gather(&at, memory->contact->count);
     if (status != HS_OK) return status;
-    memset(changed, 0, (size_t)memory->contact->count);
+    if (changed) memset(changed, 0, (size_t)memory->contact->count);
     find_yielding(memory, evolution, d, &at, NULL);
     status = on_first_loading(evolution, &at);
     if (status == HS_OK) status = take_energy(evolution, evolved, &at);
     for (int64_t k = 0; k < at.count && status == HS_OK; ++k) {
         int64_t i = at.which[k];
         double a = at.contact_radius[k], radius = 4.0 / 3.0 * evolution->contact_modulus * a * a * a / at.load[k];
-        changed[i] = 1;
+        if (changed) changed[i] = 1;
         evolved->yielded_to[i] = at.approach[k];
         evolved->yielding_load[i] = at.load[k];
         evolved->summit_radius[i] = radius;

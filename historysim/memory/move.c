@@ -36,10 +36,25 @@ int hs_move(hs_memory *memory, double d, double load, hs_target target) {
     return status;
 }
 
-/* Replace the stack of a group by what was clipped. */
-static void put_back(hs_memory *memory, int64_t index, const hs_vertex *clipped, int64_t depth) {
-    memcpy(memory->vertices + index * memory->capacity, clipped, (size_t)depth * sizeof *clipped);
-    memory->depth[index] = depth;
+int hs_carry_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
+                   hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached) {
+    int64_t depth = memory->depth[index];
+    if (to.d <= group->curve.gap[0]) {
+        if (depth) hs_note_slides(group, depth, &from, &to, friction, HUGE_VAL, memory->steep[index]);
+        if (depth) hs_lose_withdrawn(group, losses, depth, 1, &from, &to);
+        memory->depth[index] = 0;
+        memory->steep[index] = 0;
+    } else if (depth > 0 && (memory->steep[index] || friction != group->friction)) {
+        hs_cone cone = {group->friction, to.v - from.v, friction * (to.d - from.d), group->friction - friction};
+        depth = hs_carry_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
+        if (depth > memory->capacity && hs_memory_reserve(memory, 2 * depth) != HS_OK) return HS_OUT_OF_MEMORY;
+        memcpy(memory->vertices + index * memory->capacity, scratch, (size_t)depth * sizeof *scratch);
+        memory->depth[index] = depth;
+        memory->steep[index] = (uint8_t)hs_is_steep(scratch, depth, group->friction);
+    } else {
+        memory->depth[index] = hs_move_group(group, losses, depth, &from, to.d, load, target, reached);
+    }
+    return HS_OK;
 }
 
 /* Note that all springs of a group of one asperity slide, down to a label. */
@@ -148,25 +163,11 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
             if (slide_one(memory, index, &losses, &from, &to, own, d == from.d, &force)) continue;
         }
         hs_group group = hs_group_of(memory, index);
-        if (index >= loads->count) {
-            hs_point to = {d, reached};
-            hs_note_slides(&group, depth, &from, &to, group.friction, HUGE_VAL, memory->steep[index]);
-            hs_lose_withdrawn(&group, &losses, depth, 1, &from, &to);
-            memory->depth[index] = 0;
-            memory->steep[index] = 0;
-            continue;
-        }
-        if (memory->steep[index]) {
-            hs_point to = {d, reached};
-            hs_cone cone = {group.friction, to.v - from.v, group.friction * (d - from.d), 0.0};
-            depth = hs_carry_and_clip(&group, &losses, depth, from, to, loads->load[index], &cone, scratch, NULL);
-            put_back(memory, index, scratch, depth);
-            memory->steep[index] = (uint8_t)hs_is_steep(scratch, depth, group.friction);
-        } else {
-            depth = hs_move_group(&group, &losses, depth, &from, d, loads->load[index], path, &reached);
-            memory->depth[index] = depth;
-        }
-        force += group.stack[depth - 1].tangential;
+        double own = index < loads->count ? loads->load[index] : 0.0;
+        /* there is room for all that is added */
+        hs_carry_group(memory, &group, &losses, index, group.friction, from, to, own, path, scratch, &reached);
+        depth = memory->depth[index];
+        if (depth) force += group.stack[depth - 1].tangential;
     }
     free(scratch);
     hs_settle(&losses, memory);

@@ -33,19 +33,15 @@ static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacem
 }
 
 /* Add dT/dV of a group at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs
- * that stick now, without those that slide either way. */
-static void add_stiffness(const hs_memory *memory, int64_t index, double direction, double *stiffness) {
+ * that stick now, without those that slide either way. Those below a label stick but for inner discs, where it is steep. */
+static inline void add_stiffness(const hs_memory *memory, int64_t index, double direction, double label, double *stiffness) {
     hs_group group = hs_group_of(memory, index);
     const hs_vertex *stack = group.stack;
-    int64_t depth = memory->depth[index];
     int everywhere = direction == 0.0 || group.friction == 0.0;
-    /* an annulus at the edge, and inner discs where the polyline is steep */
-    double edge = hs_sliding_side(stack, depth, depth - 1, memory->displacement, group.friction);
-    double label = stack[edge != 0.0 && (everywhere || edge == direction) ? depth - 2 : depth - 1].label;
     int known = group.single && label == memory->known_label;
     *stiffness += known ? memory->known_slope : hs_load_at(group.curve, label).slope;
-    for (int64_t j = memory->steep[index] ? depth - 2 : 0; j > 0; --j) {
-        double side = hs_sliding_side(stack, depth, j, memory->displacement, group.friction);
+    for (int64_t j = memory->steep[index] ? memory->depth[index] - 2 : 0; j > 0; --j) {
+        double side = hs_sliding_side(stack, memory->depth[index], j, memory->displacement, group.friction);
         if (side != 0.0 && (everywhere || side == direction))
             *stiffness -= hs_load_at(group.curve, stack[j].label).slope - hs_load_at(group.curve, stack[j - 1].label).slope;
     }
@@ -53,8 +49,14 @@ static void add_stiffness(const hs_memory *memory, int64_t index, double directi
 
 double hs_stiffness(const hs_memory *memory, int direction) {
     double stiffness = 0.0;
-    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
-        add_stiffness(memory, index, direction, &stiffness);
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
+        const hs_vertex *stack = memory->vertices + index * memory->capacity;
+        double friction = memory->friction[index];
+        int64_t top = memory->depth[index] - 1;
+        double side = hs_sliding_side(stack, top + 1, top, memory->displacement, friction);
+        int slides = side != 0.0 && (direction == 0 || friction == 0.0 || side == direction);
+        add_stiffness(memory, index, direction, stack[top - slides].label, &stiffness);
+    }
     return stiffness * memory->contact->units.stiffness;
 }
 
@@ -225,7 +227,7 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
         int64_t depth = memory->depth[index];
         hs_zone zone = slip_zone(stack, depth, memory->displacement, memory->friction[index], memory->steep[index]);
         if (recorder->zones) recorder->zones[index] = zone;
-        add_stiffness(memory, index, 0.0, &stiffness);
+        add_stiffness(memory, index, 0.0, zone.boundary, &stiffness);
         if (memory->steep[index]) {
             hs_group group = hs_group_of(memory, index);
             ratio = hs_most(ratio, largest_traction_ratio(&group, depth));
