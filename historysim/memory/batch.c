@@ -9,10 +9,6 @@
 
 static double load_of(double label) { return label * sqrt(label); }
 
-static hs_batch_vertex vertex_of(double label, double anchor, double slope, double force) {
-    return (hs_batch_vertex){label, anchor, slope, force};
-}
-
 /* Give a contact at least twice its room at the end of the array. */
 static int relocate(hs_batch *batch, int64_t i, int64_t least) {
     int64_t twice = 2 * batch->room[i] > least ? 2 * batch->room[i] : least, filled = batch->depth[i] > 1 ? batch->depth[i] : 1;
@@ -50,7 +46,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
     if (v1 == anchor || (d1 == edge ? change <= tie : change < hold - tie)) {
         *tangential = force;
         if (d1 < stack[depth - 1].label) {
-            stack[top] = vertex_of(d1, anchor, stack[top].slope, force);
+            stack[top] = (hs_batch_vertex){d1, anchor, stack[top].slope, force};
             return top + 1;
         }
         if (d1 == edge) return depth;
@@ -58,7 +54,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         edge_load = load_of(edge);
         *tangential = force + slope * (load - edge_load);
         if (top == 0 || stack[top].slope != slope) ++top;
-        stack[top] = vertex_of(d1, v1, slope, *tangential);
+        stack[top] = (hs_batch_vertex){d1, v1, slope, *tangential};
         return top + 1;
     }
     double sign = v1 >= anchor ? 1.0 : -1.0, slope = sign * mu;
@@ -83,7 +79,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         edge_load = load_of(front);
         if (front != low) {
             force += inner * (edge_load - load_of(low));
-            stack[top] = vertex_of(front, v1 - slope * (d1 - front), inner, force);
+            stack[top] = (hs_batch_vertex){front, v1 - slope * (d1 - front), inner, force};
             ++top;
         }
     } else if (met) {
@@ -93,13 +89,13 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         ++top;
     } else {
         /* all of it slides */
-        stack[0] = vertex_of(0.0, v1 - slope * d1, 0.0, 0.0);
+        stack[0] = (hs_batch_vertex){0.0, v1 - slope * d1, 0.0, 0.0};
         force = 0.0;
         edge_load = 0.0;
         top = 1;
     }
     *tangential = force + slope * (load - edge_load);
-    stack[top] = vertex_of(d1, v1, slope, *tangential);
+    stack[top] = (hs_batch_vertex){d1, v1, slope, *tangential};
     return top + 1;
 }
 
@@ -131,7 +127,7 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
         double load = load_of(d1);
         if (depth == 0) {
             double d0 = stack[0].label, v0 = stack[0].anchor;
-            stack[0] = vertex_of(0.0, v0 - (v1 - v0) * d0 / (d1 - d0), 0.0, 0.0);
+            stack[0] = (hs_batch_vertex){0.0, v0 - (v1 - v0) * d0 / (d1 - d0), 0.0, 0.0};
             depth = 1;
         }
         batch->depth[i] = carry_one(stack, depth, mu, d1, v1, load, &force);

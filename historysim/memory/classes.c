@@ -643,8 +643,7 @@ static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_bo
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
-    if (status == HS_OK &&
-        (halvings == 0 || is_even(body, whole))) {
+    if (status == HS_OK && (halvings == 0 || is_even(body, whole))) {
         spread_losses(body, body, whole, 1.0);
         note_slides(body, whole);
         status = assign(body, whole);

@@ -174,7 +174,7 @@ static int is_still(const walk *w, const hs_memory *memory) {
 
 /* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that
  * is bent, followed in chords. */
-static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share, int *held) {
+static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share) {
     const route *c = &w->course;
     hs_memory *start = w->spare[0];
     int bent = plan->pieces.count || (c->both_loads && c->load[0] != c->load[1]);
@@ -185,7 +185,7 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
         status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, share) : (int)HS_OUT_OF_MEMORY;
         hs_memory_free(fine);
     }
-    if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive, held);
+    if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive);
     if (status != HS_OK) return status;
     if (bent) {
         memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
@@ -301,7 +301,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         recorder->contact = NULL;
     }
     if (status == HS_OK) status = begin_course(w, memory, path);
-    int still = status == HS_OK && is_still(w, memory), held = 0;
+    int still = status == HS_OK && is_still(w, memory);
     int yields = w->yield.onset < 1.0, at_rest = 0;
     double before = 0.0, elastic = yields ? w->yield.onset : 1.0, first = until / (double)path->parts;
     /* laws of friction have stations where asperities touch, but where displacements are found chords end there, too */
@@ -319,9 +319,9 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
             if (!still)
                 status = hs_settle_timed(w, memory, before, end);
             else if (w->alone)
-                status = hs_walk_on(memory, &plan, before / elastic, end / elastic, w->drive, &held);
+                status = hs_walk_on(memory, &plan, before / elastic, end / elastic, w->drive);
             else
-                status = walk_still(w, memory, &plan, before / elastic, end / elastic, &held);
+                status = walk_still(w, memory, &plan, before / elastic, end / elastic);
             before = end;
         }
         if (status == HS_OK && share > elastic) {

@@ -88,8 +88,7 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_target ta
         balance = work + before - hs_stored(fine, NULL);
         told = fine->dissipated - lost;
         int settled = fabs(fine->displacement - reached) <= tolerance * reach;
-        if (parts >= MOST_PARTS ||
-            (settled && fabs(told - balance) <= 1e-3 * told + tolerance * tolerance * before))
+        if (parts >= MOST_PARTS || (settled && fabs(told - balance) <= 1e-3 * told + tolerance * tolerance * before))
             break;
         reached = fine->displacement;
         hs_memory_free(fine);

@@ -144,11 +144,6 @@ static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
                       memory->each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
                       (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
 }
-static inline hs_vertex hs_vertex_of(double label, double anchor, double slope, double made_at, double normal,
-                                     double tangential) {
-    return (hs_vertex){label, anchor, slope, made_at, normal, tangential};
-}
-
 /* ---- paths in (d, V) ---- */
 
 /* Approach and displacement, dimensionless. */
@@ -492,7 +487,7 @@ void hs_destination(const hs_memory *memory, const hs_path *path, double complia
 /* Targets of `path` are dimensionless here, and so is the compliance. `direct` where nothing is recorded on the way. */
 int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal);
-int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive, int *held);
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive);
 
 /* ---- laws.c ---- */
 

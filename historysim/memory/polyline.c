@@ -11,7 +11,7 @@ static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
     double anchor = from.v;
     if (h > from.d) anchor += (to.v - from.v) * (h - from.d) / (to.d - from.d);
-    group->stack[0] = hs_vertex_of(h, anchor, 0.0, anchor, 0.0, 0.0);
+    group->stack[0] = (hs_vertex){h, anchor, 0.0, anchor, 0.0, 0.0};
     return 1;
 }
 
@@ -141,14 +141,14 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
     if (d1 < from->d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, &to);
     lose_slipped(group, losses, from, &to, edge, at, front.label);
     if (kept == 0) {
-        stack[0] = hs_vertex_of(front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0);
+        stack[0] = (hs_vertex){front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0};
         front.normal = front.tangential = 0.0;
         kept = 1;
     } else if (inner) {
-        stack[kept++] = hs_vertex_of(front.label, front.anchor, inner_slope, v1, front.normal, front.tangential);
+        stack[kept++] = (hs_vertex){front.label, front.anchor, inner_slope, v1, front.normal, front.tangential};
     }
     double force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
-    stack[kept] = hs_vertex_of(d1, v1, slope, v1, load, force);
+    stack[kept] = (hs_vertex){d1, v1, slope, v1, load, force};
     *reached = v1;
     return kept + 1;
 }
@@ -188,13 +188,13 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, c
         hs_point to = {d1, v1};
         hs_note_slides(group, depth, from, &to, friction, HUGE_VAL, 0);
         hs_lose_withdrawn(group, losses, depth, edge.segment, from, &to);
-        stack[edge.segment] = hs_vertex_of(d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential);
+        stack[edge.segment] = (hs_vertex){d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential};
         return edge.segment + 1;
     }
     if (d1 > edge.label) {
         int64_t top = edge.segment > 0 && stack[edge.segment].slope == slope ? edge.segment : edge.segment + 1;
         double force = rigid == 0.0 ? y1 : edge.tangential + slope * (load - edge.normal);
-        stack[top] = hs_vertex_of(d1, v1, slope, v1, load, force);
+        stack[top] = (hs_vertex){d1, v1, slope, v1, load, force};
         return top + 1;
     }
     return depth;
@@ -295,12 +295,12 @@ static int64_t carried(const hs_group *group, int64_t depth, hs_point to, double
     memcpy(target, group->stack, (size_t)(edge.segment + 1) * sizeof *target);
     if (to.d <= edge.label) {
         target[edge.segment] =
-            hs_vertex_of(to.d, edge.anchor, target[edge.segment].slope, to.v, load, edge.tangential);
+            (hs_vertex){to.d, edge.anchor, target[edge.segment].slope, to.v, load, edge.tangential};
         return edge.segment + 1;
     }
     double slope = (to.v - edge.anchor) / (to.d - edge.label);
     target[edge.segment + 1] =
-        hs_vertex_of(to.d, to.v, slope, to.v, load, edge.tangential + slope * (load - edge.normal));
+        (hs_vertex){to.d, to.v, slope, to.v, load, edge.tangential + slope * (load - edge.normal)};
     return edge.segment + 2;
 }
 
@@ -346,7 +346,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
             if (count > 1 && b - a <= HS_TIE * d) new_slope = clipped[count - 1].slope;
             if (count > 1 && clipped[count - 1].slope == new_slope) --count;
             double force = clipped[count - 1].tangential + new_slope * (load - clipped[count - 1].normal);
-            clipped[count++] = hs_vertex_of(b, at.v - v, new_slope, made_at, load, force);
+            clipped[count++] = (hs_vertex){b, at.v - v, new_slope, made_at, load, force};
         }
     }
     return count;

@@ -44,7 +44,7 @@ int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int sa
                : (int)HS_OK;
 }
 
-int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive, int *held) {
+int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
     const hs_request *request = &plan->request;
     double time = hs_toward(plan->times[0], plan->times[1], share);
     int side = 0, status;
@@ -65,12 +65,10 @@ int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double sha
     }
     if (status != HS_OK) return status;
     memory->excess = 0.0;
-    *held = 0;
     if (side != 0) {
         /* what a load at the limit asks for beyond it, if that is more than rounding */
         double excess = hs_toward(request->force[0], request->force[1], share) - memory->tangential_load;
-        *held = fabs(excess) > HS_LIMIT_SLACK * fabs(memory->tangential_load);
-        if (*held) memory->excess = excess;
+        if (fabs(excess) > HS_LIMIT_SLACK * fabs(memory->tangential_load)) memory->excess = excess;
     }
     return HS_OK;
 }
@@ -98,7 +96,6 @@ int hs_step(hs_memory *memory, int normal_control, double normal_target, int tan
     hs_path path = {normal_fraction > 0.0 ? normal_target : 0.0, normal_fraction,
                     tangential_fraction > 0.0 ? tangential_target : 0.0, tangential_fraction,
                     1, 0, normal_control, tangential_control, 1, 0, NAN, NAN};
-    int held;
     hs_plan plan;
     hs_refusal unread;
     if (!refusal) refusal = &unread;
@@ -106,7 +103,7 @@ int hs_step(hs_memory *memory, int normal_control, double normal_target, int tan
     path = hs_without_dimension(units, &path);
     hs_set_clock(memory, NAN);
     int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
-    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive, &held);
+    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
@@ -281,14 +278,13 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
         status = hs_planned(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
         for (int64_t part = 1; part <= path.parts && status == HS_OK; ++part) {
             double share = until * ((double)part / (double)path.parts);
-            int held;
-            status = hs_walk_on(memory, &plan, before, share, drive, &held);
+            status = hs_walk_on(memory, &plan, before, share, drive);
             before = share;
             if (status == HS_OK) status = hs_goes_on(drive, &work, each);
             if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
             if (status != HS_OK) break;
             /* several paths may lead to one row */
-            flag |= held;
+            flag |= memory->excess != 0.0;
             if (rows && (part < path.parts || path.recorded)) {
                 int64_t row = path.first_row + part - 1;
                 if (!(writers && hand_over(writers, memory, row, flag)))
