@@ -436,7 +436,8 @@ static int has_good_numbers(const hs_planar *planar) {
 static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *start, int64_t *left) {
     const hs_contact *contact = planar->line->contact;
     class_head own;
-    *at = pass(*at, &own, sizeof own, 0);
+    memcpy(&own, *at, sizeof own);
+    *at += sizeof own;
     int fits = own.group >= 0 && own.group < contact->groups && own.start == *start && own.count > 0 &&
                own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
     if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
