@@ -142,7 +142,6 @@ class _Schedule:
             now = ends
             if table.ramp is not None or self.rows[now - 1] - broken_at >= most_rows:
                 yield table.segment(cursor=self.cursor(now))
-                table.clear()
                 broken_at = int(self.rows[now - 1])
         if table.events:
             yield table.segment(cursor=self.cursor(now))
@@ -187,7 +186,6 @@ class _Schedule:
         time, here = float(self.time[now]), slice(now, now + 1)
         if ramp and table.events:
             yield table.segment(cursor=self.cursor(now))
-            table.clear()
         if ramp:
             table.ramp = self._ramp(now)
         first = [channel.at(time) for channel, comes in zip(self.channels, arriving, strict=True) if comes]
@@ -202,7 +200,6 @@ class _Schedule:
                 # a joint path ends a segment only where friction is on its way
                 acts = not isinstance(group, dict | FrictionRamp)
                 yield table.segment(*((group, number) if acts else ()))
-                table.clear()
             if isinstance(group, FrictionRamp):
                 table.ramp = group, 1.0
             jumps = group if isinstance(group, dict) else {}
@@ -423,10 +420,11 @@ class _Table:
         self.row_times.append(np.array([time]))
 
     def segment(self, change: Event | None = None, change_event: int = -1, cursor: Cursor | None = None) -> Segment:
-        """Return the segment of the paths so far."""
+        """Return the segment of the paths so far, and begin another one."""
         columns = [np.concatenate(column) for column in zip(*self.columns, strict=True)]
         goals = Goals(*columns[:3]), Goals(*columns[3:PARTS])
         paths = paths_to(*goals, parts=columns[PARTS], recorded=self.recorded, times=(columns[-2], columns[-1]))
         ramp, part = self.ramp or (None, 1.0)
-        times = np.concatenate(self.row_times)
-        return Segment(paths, self.events, times, change, change_event, ramp, part, cursor)
+        times, events = np.concatenate(self.row_times), self.events
+        self.clear()
+        return Segment(paths, events, times, change, change_event, ramp, part, cursor)
