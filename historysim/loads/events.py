@@ -68,19 +68,20 @@ def _one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) ->
         raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
 
 
-def as_numbers(value: Any) -> float | tuple[float, ...]:
+def as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
     """Return one number, or several, as floats; what is neither as it is, to be refused by the check."""
-    single = isinstance(value, str | bytes | Mapping) or getattr(value, "ndim", 1) == 0
-    return tuple(map(as_float, value)) if isinstance(value, Iterable) and not single else as_float(value)
+    given: Any = value
+    single = isinstance(given, str | bytes | Mapping) or getattr(given, "ndim", 1) == 0
+    return tuple(map(as_float, given)) if isinstance(given, Iterable) and not single else as_float(given)
 
 
-def _as_lengths(value: Any) -> tuple[float, ...] | None:
+def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
     """Return lengths with or without units [m]."""
     lengths = None if value is None else as_numbers(in_si(value, "m"))
     return lengths if isinstance(lengths, tuple | None) else (lengths,)
 
 
-def _as_indices(value: Any) -> tuple[int, ...] | None:
+def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     """Return indices of asperities; None stands for all of them."""
     if value is None or isinstance(value, str | bytes | Mapping):
         return value  # type: ignore[return-value] # refused by the check
@@ -369,16 +370,23 @@ class FrictionChange(Event):
     limit cannot hold slip; under load control the tangential displacement then jumps to restore the
     load. A rise changes nothing until the next load. A negative coefficient is an InputError.
 
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    friction : float or sequence of float
+        One coefficient for all asperities, or one for each, in the order of the ensemble.
+    asperities : sequence of int, optional
+        Indices of those that it is for; all by default.
+
     Examples
     --------
     >>> hs.FrictionChange(2.0, 0.15)
     FrictionChange(time=2.0, friction=0.15, asperities=None)
     """
 
-    time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
-    #: One coefficient for all asperities, or one for each, in the order of the ensemble.
+    time: float = attrs.field(converter=seconds, validator=_finite)
     friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
-    #: Indices of those that it is for; all by default.
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "friction"
@@ -407,10 +415,16 @@ class FrictionRamp(Event):
 
     Friction goes there from where it stands at the waypoint before, or at the event time before where it is the first.
     Rows of a table μ(t) are such events. A negative coefficient is an InputError.
+
+    Parameters
+    ----------
+    time : float
+        Time [s].
+    friction : float or sequence of float
+        One coefficient for all asperities, or one for each, in the order of the ensemble.
     """
 
-    time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
-    #: One coefficient for all asperities, or one for each, in the order of the ensemble.
+    time: float = attrs.field(converter=seconds, validator=_finite)
     friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
 
     name = "friction_ramp"

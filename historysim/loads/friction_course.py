@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from historysim.basics.arguments import Floats
 
-_OPTIONAL = {
+_OPTIONAL: dict[str, Any] = {
     "default": None,
     "converter": attrs.converters.optional(as_numbers),
     "validator": attrs.validators.optional(each_at_least("place", -math.inf, "a finite number, in SI")),
