@@ -213,7 +213,7 @@ class PlanarAsperity(Asperity):
 
     @cached_property
     def superposition(self) -> tuple[Floats, Floats]:
-        """Radii [m] and vectors (radius, direction) of Hertz pressures whose sum is the traction, the edge first."""
+        """Radii [m] and vectors (radius, direction) of Hertz pressures that add up to the traction, the edge first."""
         # (node, 3): label and deflection in x and y, the edge first
         nodes = np.zeros((max(lib.hs_planar_nodes(self.planar, self.index, 0, ffi.NULL), 0), 3))
         if lib.hs_planar_nodes(self.planar, self.index, len(nodes), pointer(nodes)) != len(nodes):

@@ -639,7 +639,7 @@ class Ensemble:
     def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError.
 
-        In two tangential directions it is a `PlanarAsperity`, of whose tangential quantities the last axis is x and y.
+        In two tangential directions it is a `PlanarAsperity`: the last axis of its tangential quantities is x and y.
         """
         from historysim.asperities.asperity import Asperity, PlanarAsperity
 

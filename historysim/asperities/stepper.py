@@ -83,7 +83,7 @@ class Totals(NamedTuple):
 
 def _check_restorable(state: Any, kind: Any, memory: Any) -> None:
     if not isinstance(state, kind):
-        raise InputError(f"state is {state!r}; expected an {kind.__name__}, such as save() returns")
+        raise InputError(f"state is {state!r}; expected what save() returns, of the kind {kind.__name__}")
     check_belongs(state.memory, memory)
 
 

@@ -79,7 +79,7 @@ def check_belongs(memory: Any, like: Any) -> None:
     """Check that a memory belongs to the contact, the friction and the laws of another one."""
     if not lib.hs_belongs(memory, like):
         mine, other = _asperities_of(memory), _asperities_of(like)
-        more = "" if mine != other else ", whose summits, friction or laws are others"
+        more = "" if mine != other else ", with other summits, friction or laws"
         raise InputError(f"the state is of {mine}; expected one of this ensemble's, of {other}{more}")
 
 

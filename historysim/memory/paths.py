@@ -18,7 +18,7 @@ Paths = npt.NDArray[Any]
 # What is recorded of each asperity together.
 PROJECTED = ("normal_load", "tangential_load", "contact_radius", "stick_radius", "slip_state")
 STILL = (0.0, 0.0)  # target and fraction of a channel that is held
-UNTIMED = (np.nan, np.nan)  # beginning and end of a path whose times are not known
+UNTIMED = (np.nan, np.nan)  # beginning and end of a path where they are not known
 
 
 class Goals(NamedTuple):
