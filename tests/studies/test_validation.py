@@ -32,35 +32,18 @@ waypoints = [
     { after = 1, tangential_load = 0 },
 ]
 """
-LOWER = """
-each = { after = 1, normal_load = ["90 mN", "10 mN"] }
-waypoints = [{ after = 1, normal_load = "95 mN", tangential_load = "8 mN" }]
-"""
 DEEP = '{ time = 0, normal_displacement = "200 nm" }, { time = 1, tangential_load = "8 mN" }'
 REFUSED = {
     "beyond the limit": (
         f'waypoints = [{PRESSED}, {{ time = 1, tangential_load = "18 mN" }}]',
         "waypoints[1]: event 1",
     ),
-    "never pressed": ('waypoints = [{ time = 0, tangential_load = "18 mN" }]', "waypoints[0]: event 0"),
     "held while friction falls": (
         f'hold = true\nwaypoints = [{PUSHED}, {{ after = 1, friction = 0.1 }}, {{ after = 1, normal_load = "70 mN" }}]',
         "waypoints[2]: event 3",
     ),
-    "held while friction goes down": (
-        f"waypoints = [{PUSHED}, {{ after = 1, friction_ramp = 0.2 }}, {{ after = 1, friction_ramp = 0.1 }}]",
-        "waypoints[3]: event 3",
-    ),
     "held while unloaded": (
         f'hold = true\nwaypoints = [{PUSHED}, {{ time = 2, normal_load = "10 mN" }}]',
-        "waypoints[2]: event 4",
-    ),
-    "on the way to a lower load": (
-        f'waypoints = [{PUSHED}, {{ time = 2, normal_load = "10 mN" }}]',
-        "waypoints[1]: event 1",
-    ),
-    "lifted by displacement": (
-        f'hold = true\nwaypoints = [{PUSHED}, {{ time = 2, normal_displacement = "-1 nm" }}]',
         "waypoints[2]: event 4",
     ),
     "other summits": (
@@ -68,7 +51,6 @@ REFUSED = {
         "waypoints[2]: event 2",
     ),
     "a turn of a block": (f"{BLOCK}{TURNS}", "blocks[1].waypoints[1]: event 15"),
-    "each of a block": (f"{BLOCK}{LOWER}", "blocks[1].each: event 5"),
     "a line of a file": (
         'file = "loads.csv"\ncolumns = { time = "t", normal_load = "N", tangential_load = "T" }',
         "file: loads.csv: line 4: event 5",
