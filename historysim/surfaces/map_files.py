@@ -9,12 +9,11 @@ import zipfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import IO
 
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import Floats
+from historysim.basics.arguments import Array, Floats
 from historysim.basics.limits import check_unpacked
 from historysim.errors import InputError
 from historysim.surfaces.heights import MOST_POINTS
@@ -181,8 +180,8 @@ class NpyReader(MapReader):
     def read(self, path: Path, channel: int | str | None) -> RawMap:
         """Read the array (nx, ny), or (n,) for a profile."""
         refuse_channel(channel)
-        with path.open("rb") as stream:
-            return RawMap(_array(stream))
+        with blamed("is damaged, or no NPY file of numbers; save it again with numpy.save and array.astype(float)"):
+            return RawMap(_heights_of(np.load(path, mmap_mode="r", allow_pickle=False)))
 
 
 @READERS.register
@@ -193,7 +192,8 @@ class NpzReader(MapReader):
 
     def read(self, path: Path, channel: int | str | None) -> RawMap:
         """Read the array that the channel names; a file of one array needs none."""
-        with blamed("is damaged, or no NPZ file; save it again with numpy.savez"), zipfile.ZipFile(path) as archive:
+        problem = "is damaged, or no NPZ file of numbers; save it again with numpy.savez and array.astype(float)"
+        with blamed(problem), zipfile.ZipFile(path) as archive:
             names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
             if channel is None and len(names) != 1:
                 raise InputError(f"holds {len(names)} arrays; choose one with channel: {', '.join(names) or 'none'}")
@@ -202,18 +202,13 @@ class NpzReader(MapReader):
                 raise InputError(f"has no array {name!r}; expected channel to be one of {', '.join(names)}")
             check_unpacked(archive.getinfo(f"{name}.npy").file_size, path.stat().st_size)
             with archive.open(f"{name}.npy") as stream:
-                return RawMap(_array(stream))
+                return RawMap(_heights_of(np.lib.format.read_array(stream, allow_pickle=False)))
 
 
-def _array(stream: IO[bytes]) -> Floats:
-    with blamed("is damaged, or no NPY file; save it again with numpy.save"):
-        first = np.lib.format.read_magic(stream) == (1, 0)
-        read_header = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
-        shape, _, kind = read_header(stream)
-        if kind.kind not in "fiu":
-            raise InputError(f"holds an array of type {kind}; expected numbers: save array.astype(float)")
-        if len(shape) not in {1, 2} or min(shape) < 1:
-            raise InputError(f"holds an array of shape {shape}; expected (nx, ny), or (n,) for a profile")
-        check_size(shape)
-        stream.seek(0)
-        return np.lib.format.read_array(stream, allow_pickle=False).astype(np.float64)
+def _heights_of(array: Array) -> Floats:
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"holds an array of type {array.dtype}; expected numbers: save array.astype(float)")
+    if array.ndim not in {1, 2} or not array.size:
+        raise InputError(f"holds an array of shape {array.shape}; expected (nx, ny), or (n,) for a profile")
+    check_size(array.shape)
+    return array.astype(np.float64)
