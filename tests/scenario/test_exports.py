@@ -227,7 +227,7 @@ def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypa
         assert f"# {line}" in text
         text = text.replace(f"# {line}", line)
     path.write_text(text, "utf-8")
-    for command in ("validate", "loops", "fit"):
+    for command in ("validate", "fit"):
         done = CliRunner().invoke(main, [command, "work/my.toml"])
         assert done.exit_code == 0, done.output
     again = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])

@@ -187,9 +187,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
     assert (tmp_path / "a.png").exists()
     assert call(main, ["run", str(path), "-o", "b.nc", "-q"]).exit_code == 0
     for arguments in (
-        ["a.nc", "b.nc"],
         ["a.nc", "b.nc", "--picture", "traction", "--steps", "K,-1", "--across", "diameter"],
-        ["a.nc", "--picture", "traction", "--with", "steps=K,-1", "--with", "limit=false", "--with", "asperity=0"],
         ["a.nc", "--picture", "loops", "--with", "first_loading=20 mN", "--with", "loads=true"],
     ):
         done = call(main, ["plot", *arguments, "-o", "p.png"])
