@@ -332,7 +332,7 @@ def test_a_second_writer_is_told_and_readers_are_not_held_up(made):
 
 def write_many(path):
     with LogFile(path) as file:
-        for time in range(3, 103):
+        for time in range(3, 53):
             file.append([hs.NormalLoad(time, 0.01)] * 3)
 
 
@@ -349,7 +349,7 @@ def test_a_reader_sees_a_consistent_prefix_while_another_process_writes(made):
     assert writer.exitcode == 0
     assert sizes == sorted(sizes)
     with LogFile(made) as file:
-        assert len(file.sound().events) == len(EVENTS) + 300
+        assert len(file.sound().events) == len(EVENTS) + 150
 
 
 def test_a_writer_that_dies_in_a_transaction_leaves_what_was_there(made, tmp_path):
