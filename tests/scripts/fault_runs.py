@@ -28,16 +28,16 @@ def attempt(library, place, made, at, mode, sticky):
     child = os.fork()
     if not child:
         library.faults_arm(str(place).encode(), at, mode, sticky)
-        said = "done"
+        outcome = "done"
         try:
             RUN.act(place, made, lambda _: None)
         except (OSError, hs.InputError) as error:
-            said = f"ended: {type(error).__name__}: {error}"
+            outcome = f"ended: {type(error).__name__}: {error}"
         except BaseException as error:  # noqa: BLE001 - any other end is what is looked for
-            said = f"failed: {error!r}"
+            outcome = f"failed: {error!r}"
         seen = library.faults_seen()
         library.faults_arm(b"/nowhere", -1, 0, 0)
-        os.write(writing, f"{seen} {said}".encode())
+        os.write(writing, f"{seen} {outcome}".encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as stream:
@@ -47,8 +47,8 @@ def attempt(library, place, made, at, mode, sticky):
         # HDF5 cannot always close a file that it could not write: no message then, but the promise holds
         return 0, "crashed: HDF5"
     assert status == 0, status
-    seen, _, said = answer.partition(" ")
-    return int(seen), said
+    seen, _, outcome = answer.partition(" ")
+    return int(seen), outcome
 
 
 def main():
@@ -62,9 +62,9 @@ def main():
     ends = {"done": 0, "ended": 0, "crashed": 0}
     for (name, mode), sticky in ((each, sticky) for each in MODES.items() for sticky in (0, 1)):
         for at in range(0, total, stride):
-            _, said = attempt(library, place, made, at, mode, sticky)
-            where = f"call {at} of {total}, {name}, {'from then on' if sticky else 'once'}: {said}"
-            kind = said.partition(":")[0]
+            _, outcome = attempt(library, place, made, at, mode, sticky)
+            where = f"call {at} of {total}, {name}, {'from then on' if sticky else 'once'}: {outcome}"
+            kind = outcome.partition(":")[0]
             assert kind in ends, where
             ends[kind] += 1
             try:

@@ -53,8 +53,8 @@ def kill_runs(kills, folder, seed=0):
         # a run is killed, and so are resumes of it, as chance has it
         resumes = [WORKLOADS["resume"].act] * int(generator.integers(4)) if name in {"run", "resume"} else []
         for act in [workload.act, *resumes]:
-            ended, said = killed_act(lambda mark, act=act: act(folder / "here", made, mark), durations[name], generator)
-            marks += said
+            ended, more = killed_act(lambda mark, act=act: act(folder / "here", made, mark), durations[name], generator)
+            marks += more
             killed[name] += ended
             if not ended:
                 break

@@ -200,11 +200,11 @@ def demand_of_a_run(folder: Path, made: Sample, marks: list[str], log: str = LOG
     assert there or not marks, "the log of a run that was done is not there"
     source = folder / TOML if log == LOG else path
     if there:
-        said: list[str] = []
-        made.run(source, result, resume=True, notify=said.append)
-        found = re.search(r"after ([\d,]+) rows", "".join(said))
+        notices: list[str] = []
+        made.run(source, result, resume=True, notify=notices.append)
+        found = re.search(r"after ([\d,]+) rows", "".join(notices))
         begun = int(found[1].replace(",", "")) if found else 0
-        assert begun == rows or not (said and exactly), (said, rows)
+        assert begun == rows or not (notices and exactly), (notices, rows)
     else:
         made.run(source, result)
     assert variables(result) == made.expected, "a resume has given another result"
