@@ -16,11 +16,6 @@ def test_the_environment_raises_a_limit(monkeypatch):
     assert at_most("STEPS") == "expected 12 at most (the environment variable HISTORYSIM_MOST_STEPS raises it)"
 
 
-def test_an_unknown_limit_is_a_mistake():
-    with pytest.raises(KeyError):
-        most("NONE")
-
-
 def packed(path, size):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("zeros", bytes(size))
