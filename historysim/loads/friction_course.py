@@ -9,14 +9,7 @@ import attrs
 
 from historysim.basics.fields import Quantity
 from historysim.errors import InputError
-from historysim.loads.events import (
-    Event,
-    FrictionChange,
-    LoadEvent,
-    TangentialDisplacement,
-    as_numbers,
-    each_at_least,
-)
+from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement, as_numbers, each_at_least
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -19,13 +19,7 @@ from historysim.loads.friction_course import FrictionCourse
 from historysim.scenario.grid import text_with_values, with_values
 from historysim.scenario.loading_kinds import Loading, loading_from_toml
 from historysim.scenario.schema import column_hooks, from_table, kind_from_toml, schema_converter, table
-from historysim.scenario.sections import (
-    MaterialEntry,
-    Pictures,
-    Sections,
-    course_from_toml,
-    material_from_toml,
-)
+from historysim.scenario.sections import MaterialEntry, Pictures, Sections, course_from_toml, material_from_toml
 from historysim.scenario.surface_kinds import SURFACES, ChangedSurface, SurfaceKind
 
 DEEPEST = 20  # sums within sums that are followed

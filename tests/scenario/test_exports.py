@@ -117,12 +117,7 @@ def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     assert measured["normal_load"].tolist() == [0.01, 0.0105, 0.011, 0.01]
 
 
-@pytest.mark.parametrize(
-    ("header", "expected"),
-    [
-        ("Time [s],Load [V],Stroke", "?"),
-    ],
-)
+@pytest.mark.parametrize(("header", "expected"), [("Time [s],Load [V],Stroke", "?")])
 def test_what_cannot_be_told_of_a_column_is_marked(tmp_path, header, expected):
     path = tmp_path / "a.csv"
     path.write_text(f"{header}\n0,1,2\n1,2,3\n", encoding="utf-8")
@@ -189,9 +184,7 @@ def test_all_samples_tell_the_sign_of_the_normal_load_and_not_the_first(tmp_path
 
 @pytest.mark.parametrize(
     ("header", "columns", "response"),
-    [
-        ("Time (s),DAQ.Fz (N),DAQ.Fx (N),DAQ.Fy (N),Stroke (mm)", "DAQ.Fz (N)", '"DAQ.Fx (N)"'),
-    ],
+    [("Time (s),DAQ.Fz (N),DAQ.Fx (N),DAQ.Fy (N),Stroke (mm)", "DAQ.Fz (N)", '"DAQ.Fx (N)"')],
 )
 def test_usual_names_of_tribometers_are_known(tmp_path, header, columns, response):
     path = tmp_path / "m.csv"

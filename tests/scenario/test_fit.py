@@ -141,9 +141,7 @@ columns = { height = "h", radius = "r", friction = "f" }
 def test_the_fitted_scenario_holds_the_values_and_the_comments(folder):
     of = loaded(folder)
     text = fitted_text(
-        of,
-        found(friction=0.25, lateral_stiffness=6e5, shear_modulus=3e10, height_scale=1.5),
-        folder / "fitted.toml",
+        of, found(friction=0.25, lateral_stiffness=6e5, shear_modulus=3e10, height_scale=1.5), folder / "fitted.toml"
     )
     assert "coefficient = 0.25 # fitted, 95 %: 0.225 to 0.275; as in the last test\n" in text
     assert "lateral_stiffness = 600000.0 # fitted, 95 %: 540000 to 660000; of the maker\n" in text

@@ -219,16 +219,9 @@ def test_a_backlash_is_taken_up(folder):
 @pytest.mark.parametrize("closing", ["", ', closing_load = "10 mN"'])
 @pytest.mark.parametrize("replayed", ["tangential_displacement", "tangential_load"])
 def test_free_play_is_taken_off_by_the_load(folder, closing, replayed):
-    channels = {
-        "tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}',
-        "tangential_load": '"T"',
-    }
+    channels = {"tangential_displacement": f'{{ column = "u", free_play = 0.2{closing} }}', "tangential_load": '"T"'}
     beside = next(key for key in channels if key != replayed)
-    found = record(
-        folder,
-        {"tangential_displacement": None, replayed: channels[replayed]},
-        {beside: channels[beside]},
-    )
+    found = record(folder, {"tangential_displacement": None, replayed: channels[replayed]}, {beside: channels[beside]})
     side = np.clip(FORCE / 0.01, -1, 1) if closing else np.sign(FORCE)
     assert_allclose(found["tangential_displacement"], MOVED - 0.1 * side, atol=1e-14)
     assert remarks(found) == {"tangential displacement: free play taken off": "200 mm"}

@@ -64,10 +64,7 @@ def test_a_log_is_said_to_be_one(folder):
 
 @pytest.mark.parametrize(
     ("record", "said"),
-    [
-        (None, "None: cannot be evaluated; expected a history"),
-        ("none.toml", "none.toml: there is no such file"),
-    ],
+    [(None, "None: cannot be evaluated; expected a history"), ("none.toml", "none.toml: there is no such file")],
 )
 def test_what_has_no_loops(record, said):
     with pytest.raises(hs.InputError, match=said):

@@ -89,21 +89,11 @@ BY_FUNCTIONS = {
     "inline summits": lambda _: (Summits([0.0, -1e-8], [1e-6, 2e-6], [0.0, 1e-5], [0.0, 0.0]), None),
     "summit table": lambda _: (Summits([0.0, 12.5 * 1e-9], [1e-5, 2e-5], [0.0, 3e-6], [1e-6, 0.0]), None),
     "textured": lambda _: (
-        textured_summits(
-            (3, 4),
-            (1e-5, 2e-5),
-            RADIUS * 12**-0.5,
-            height_scatter=1e-9,
-            radius_scatter=0.2,
-            seed=5,
-        ),
+        textured_summits((3, 4), (1e-5, 2e-5), RADIUS * 12**-0.5, height_scatter=1e-9, radius_scatter=0.2, seed=5),
         None,
     ),
     "gaussian statistics": lambda _: (drawn_summits(Gaussian(1e-8), RADIUS, **AMOUNT, seed=2), None),
-    "inline statistics": lambda _: (
-        drawn_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT, seed=2),
-        None,
-    ),
+    "inline statistics": lambda _: (drawn_summits(Tabulated(TABLE_HEIGHTS, DENSITY), RADIUS, **AMOUNT, seed=2), None),
     "statistics of gaps": lambda _: (
         quantile_summits(Tabulated.from_gaps([0.0, 1e-8], [1.0, 0.0]), RADIUS, **AMOUNT),
         None,
