@@ -22,6 +22,7 @@ MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
 PROFILE_POINTS = 241
 SCRIPT = Path(__file__).with_name("explorer.js")
 TARGET = "explorer"
+OWN_LOADS = ("normal", "tangential", "limit")  # of an asperity [N]
 LOADS = ("time", "tangential_displacement", "total_tangential_load", "total_normal_load")
 
 
@@ -149,6 +150,10 @@ def _controls(history: xr.Dataset, part: Excerpt) -> str:
     """Return the room of the interactive part, with what it is moved by: each with a label, and usable by keyboard."""
     labels = history["asperity"].values[part.columns]
     options = "".join(f'<option value="{number}">{label}</option>' for number, label in enumerate(labels))
+    key = "".join(
+        f'<li><span class="dot" style="background: {colour}"></span>{name}</li>'
+        for colour, name in zip(STATE_COLOURS, STATES, strict=True)
+    )
     return (
         f'<div class="explorer" id="{TARGET}">'
         f'<p class="controls"><span class="control"><label for="{TARGET}-time">time</label>'
@@ -156,7 +161,7 @@ def _controls(history: xr.Dataset, part: Excerpt) -> str:
         f'<span class="control"><label for="{TARGET}-asperity">asperity</label>'
         f'<select id="{TARGET}-asperity">{options}</select></span></p>'
         f'<p id="{TARGET}-shown" aria-live="polite"></p><p id="{TARGET}-clicked" aria-live="polite"></p>'
-        f'{_key()}<div id="{TARGET}-panels"></div></div>'
+        f'<ul class="key">{key}</ul><div id="{TARGET}-panels"></div></div>'
     )
 
 
@@ -166,16 +171,15 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
     from bokeh.models import ColumnDataSource, CustomJS, InlineStyleSheet
 
     time, displacement, load, normal = (history[name].values for name in LOADS)
-    scales, units = {}, {}
-    for quantity, values, unit in (
-        ("length", displacement, "m"),
-        ("force", load, "N"),
-        ("normal", normal, "N"),
-        ("own", part.cells["normal"], "N"),
-        ("radius", part.cells["contact_radius"], "m"),
-        ("stress", _peak_traction(part), "Pa"),
-    ):
-        scales[quantity], units[quantity] = scale_of(unit, values)
+    readable = {
+        "length": scale_of("m", displacement),
+        "force": scale_of("N", load),
+        "normal": scale_of("N", normal),
+        "own": scale_of("N", part.cells["normal"]),
+        "radius": scale_of("m", part.cells["contact_radius"]),
+        "stress": scale_of("Pa", _peak_traction(part)),
+    }
+    scales, units = ({name: each[place] for name, each in readable.items()} for place in (0, 1))
     thin = np.union1d(_spaced(time.size, MOST_POINTS), part.steps)
     sources = {name: ColumnDataSource(each, name=name) for name, each in _columns(history, part, scales).items()}
     line = ColumnDataSource({"x": displacement[thin] * scales["length"], "y": load[thin] * scales["force"]})
@@ -215,10 +219,7 @@ def _columns(history: xr.Dataset, part: Excerpt, scales: dict[str, float]) -> di
         },
         "cells": {
             "state": part.cells["state"].ravel(),
-            **{
-                name: (part.cells[name].ravel() * scales["own"]).astype(np.float32)
-                for name in ("normal", "tangential", "limit")
-            },
+            **{name: (part.cells[name].ravel() * scales["own"]).astype(np.float32) for name in OWN_LOADS},
             "stick_ratio": part.cells["stick_ratio"].ravel().astype(np.float32),
         },
         "vertices": {"separation": lists[:, 0], "weight": lists[:, 1]},
@@ -238,15 +239,6 @@ BESIDE = """:host {
   display: grid !important; grid-template-columns: repeat(auto-fit, minmax(min(100%, 22rem), 1fr)); gap: 8px;
   width: 100% !important;
 }"""
-
-
-def _key() -> str:
-    """Return what the colours of the map stand for, as HTML."""
-    entries = (
-        f'<li><span class="dot" style="background: {colour}"></span>{name}</li>'
-        for colour, name in zip(STATE_COLOURS, STATES, strict=True)
-    )
-    return f'<ul class="key">{"".join(entries)}</ul>'
 
 
 def _peak_traction(part: Excerpt) -> Floats:
