@@ -58,18 +58,21 @@ def assert_sound(history):
 # -- several coefficients: the limit is straight in neither load nor approach
 
 
-@pytest.mark.parametrize("substeps", [1, 2, 7])
-def test_a_request_beyond_the_limit_does_not_run_away(substeps):
-    history = at_events(hs.replay(TWO, ramps(RUNAWAY), saturate=True, substeps=substeps, record="all"), substeps)
+def test_a_request_beyond_the_limit_does_not_run_away():
+    histories = [
+        at_events(hs.replay(TWO, ramps(RUNAWAY), saturate=True, substeps=substeps, record="all"), substeps)
+        for substeps in (1, 2, 7)
+    ]
     oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
     for step, (normal, tangential) in enumerate(RUNAWAY):
         oracle.to(("load", normal), ("load", tangential), steps=400)
-        row = history.isel(step=step)
-        assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-3)
-        assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=1e-9)
-        assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, rel=2e-3)
-    assert history.tangential_displacement[-1] < 0.6
-    assert history.total_dissipated_energy[-1] - history.total_dissipated_energy[-2] < 0.02
+        for row in (history.isel(step=step) for history in histories):
+            assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-3)
+            assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=1e-9)
+            assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, rel=2e-3)
+    for history in histories:
+        assert history.tangential_displacement[-1] < 0.6
+        assert history.total_dissipated_energy[-1] - history.total_dissipated_energy[-2] < 0.02
 
 
 def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
@@ -193,7 +196,7 @@ def ensemble_of(count):
     return hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(1, 3).flatmap(lambda count: st.tuples(st.just(count), restless(count))))
 def test_histories_at_the_limit_agree_with_the_oracle(drawn):
     count, moves = drawn
@@ -228,7 +231,7 @@ def test_ramps_that_are_split_are_the_same_ramps(count, split):
     assert more.total_dissipated_energy.values == pytest.approx(once.total_dissipated_energy.values, rel=1e-4)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.sampled_from([1, 2, FRICTION.size]).flatmap(lambda count: st.tuples(st.just(count), restless(count))),
     st.sampled_from([math.inf, 30.0, 1.0, 0.02]),

@@ -808,10 +808,10 @@ CASES = list(itertools.product([False, True], [False, True]))
 
 @pytest.mark.parametrize("friction_changes", [False, True])
 @pytest.mark.parametrize(
-    "first_seed", [0, 40, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(80, 320, 40))]
+    "first_seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(30, 300, 30))]
 )
 def test_random_histories_of_one_asperity(friction_changes, first_seed):
-    for seed in range(first_seed, first_seed + 40):
+    for seed in range(first_seed, first_seed + 30):
         contact = scattered(1, seed=seed)
         moves = random_moves(np.random.default_rng(seed), contact, 0.02, friction_changes=friction_changes)
         assert_agrees_with_springs(contact, moves, 0.02, springs=400, substeps=60)
@@ -819,7 +819,7 @@ def test_random_histories_of_one_asperity(friction_changes, first_seed):
 
 @pytest.mark.parametrize(("several", "friction_changes"), CASES)
 def test_random_histories_of_fifty_asperities(several, friction_changes):
-    for seed in range(12):
+    for seed in range(6):
         contact = scattered(50, several, seed)
         moves = random_moves(np.random.default_rng(seed), contact, 1.0, friction_changes=friction_changes)
         assert_agrees_with_springs(contact, moves, 1.0, springs=150, substeps=20)
@@ -842,21 +842,20 @@ def test_many_random_histories(several, friction_changes):
 ONE, THREE = scattered(1, seed=5), scattered(3, several=True, seed=5)._replace(friction=np.array([0.25, 0.4, 0.55]))
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(histories(ONE, 0.02, friction_changes=True))
 def test_drawn_histories_of_one_asperity(moves):
     # springs do not see slip annuli as narrow as can be drawn, and a short history loses its energy near its kinks
     assert_agrees_with_springs(ONE, moves, 0.02, springs=200, substeps=40, radii=False, loss=15)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(histories(THREE, 0.06, friction_changes=True))
 def test_drawn_histories_of_three_asperities_and_coefficients(moves):
     assert_agrees_with_springs(THREE, moves, 0.06, springs=200, substeps=40, radii=False, loss=15)
 
 
-@pytest.mark.parametrize("several", [False, True])
-@pytest.mark.parametrize("count", [1, 8])
+@pytest.mark.parametrize(("count", "several"), [(1, False), (8, True)])
 def test_the_disagreement_with_springs_falls_with_the_square_of_their_grid(count, several):
     springs = np.array([100, 200, 400, 800])
     errors = np.zeros((springs.size, 3))

@@ -59,7 +59,7 @@ def test_a_little_change_of_the_normal_load_takes_its_share_of_the_energy(fricti
 def test_the_energy_of_large_ramps_is_within_the_tolerance():
     rng = np.random.default_rng(5)
     coarse, fine = (surface([0.5], tolerance=tolerance) for tolerance in (1e-4, 1e-8))
-    for _ in range(600):
+    for _ in range(250):
         state, _ = pressed(coarse, rng.uniform(-0.99, 0.99, rng.integers(1, 5)), 1.0)
         normal = 1.0 + rng.uniform(-0.8, 2.0)
         tangential = rng.uniform(-0.99, 0.99) * 0.5 * min(1.0, normal)
@@ -80,12 +80,12 @@ def test_asperities_share_the_corrected_energy():
 def test_random_ramps_take_few_chords_and_end_where_thousands_of_parts_end(tmp_path):
     program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, "-Wl,--wrap=hs_move")
     run = lambda *words: subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout  # noqa: E731
-    chords = np.array([int(line.split()[2]) for line in run("0", "50", "10").splitlines()])
-    assert chords.size == 500
+    chords = np.array([int(line.split()[2]) for line in run("0", "20", "10").splitlines()])
+    assert chords.size == 200
     # one in ten took 29,525 while all chords were of one length
     assert np.median(chords) < 600
     assert np.quantile(chords, 0.99) < 4_000
     assert chords.max() < 9_000
-    distances = np.array([line.split()[3:] for line in run("0", "5", "6", "1000").splitlines()], dtype=float)
+    distances = np.array([line.split()[3:] for line in run("0", "3", "5", "1000").splitlines()], dtype=float)
     # one tolerance for the ramp, and one for those that it is compared with
     assert np.abs(distances).max() < 2e-6

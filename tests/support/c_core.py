@@ -1,8 +1,10 @@
 """The memory's C taken out of the package, and compiled by itself with C programs of the tests."""
 
+import functools
 import importlib.util
 import shutil
 import subprocess
+import tempfile
 from pathlib import Path
 
 SUPPORT = Path(__file__).parent
@@ -15,23 +17,27 @@ WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Werror"]
 SANITIZED = ["-O2", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 
 
-def taken_out(folder):
-    """Copy the C of the memory to a folder, alone, and return the files to compile."""
-    for file in sorted((ROOT / "historysim" / "memory").glob("*.[ch]")):
+_MADE = tempfile.TemporaryDirectory()
+
+
+@functools.cache
+def core_objects(command, options, standard):
+    """Compile the memory's C, taken out of the package; return the folder of its headers and its objects."""
+    folder = Path(tempfile.mkdtemp(dir=_MADE.name))
+    for file in (ROOT / "historysim" / "memory").glob("*.[ch]"):
         shutil.copy(file, folder)
-    return sorted(folder.glob("*.c"))
+    same_bits = [flag for flag in hatch_build.SAME_BITS if not flag.startswith("-std")]
+    language = ["-x", "c++" if "++" in standard else "c"]
+    build = [*command, standard, *options, *same_bits, f"-I{folder}", *language]
+    subprocess.run([*build, "-c", *sorted(folder.glob("*.c"))], check=True, cwd=folder)
+    return build, sorted(folder.glob("*.o"))
 
 
 def compiled(command, program, folder, *options, name="program", standard="-std=c11"):
     """Compile a C program with the memory's C by a compiler, in a folder; return what was made."""
-    core = folder / "core"
-    core.mkdir(exist_ok=True)
-    sources = taken_out(core)
-    language = "c++" if "++" in standard else "c"
-    same_bits = [flag for flag in hatch_build.SAME_BITS if not flag.startswith("-std")]
+    build, objects = core_objects(tuple(command), options, standard)
     made = folder / name
-    files = ["-x", language, *([program] if program else []), *sources, "-x", "none"]
-    subprocess.run([*command, standard, *options, *same_bits, f"-I{core}", *files, "-lm", "-o", made], check=True)
+    subprocess.run([*build, *([program] if program else []), "-x", "none", *objects, "-lm", "-o", made], check=True)
     return made
 
 
