@@ -292,12 +292,17 @@ def _put_pair(document: MutableMapping[str, Any], scenario: Scenario) -> None:
 
 
 def _move_files(table: MutableMapping[str, Any], before: Path, after: Path) -> None:
-    """Make every relative ``file`` of a table relative to another folder."""
+    """Make every relative ``file`` of a table, or each of several, relative to another folder."""
     for key, value in table.items():
         if isinstance(value, MutableMapping):
             _move_files(value, before, after)
-        elif key == "file" and not Path(value).is_absolute():
-            table[key] = Path(os.path.relpath(before / value, after)).as_posix()
+        elif key == "file":
+            names = [value] if isinstance(value, str) else value
+            moved = [
+                name if Path(name).is_absolute() else Path(os.path.relpath(before / name, after)).as_posix()
+                for name in names
+            ]
+            table[key] = moved[0] if isinstance(value, str) else moved
 
 
 @figure_of.register(Fit)

@@ -9,7 +9,6 @@ import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.results.origin import named_states
-from historysim.results.tables import sweep_rows
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
 BALL = """
@@ -202,11 +201,3 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         done = call(main, ["plot", *arguments, *target])
         assert done.exit_code == 2, arguments
         assert re.search(message, done.output), done.output
-
-
-def test_loops_of_a_sweep_leave_as_a_table(write):
-    found = hs.sweep(write(BALL + SWEPT))
-    heading, *rows = sweep_rows(found)
-    assert heading[:2] == ["friction_coefficient", "step"]
-    assert len(rows) == 3 * 21
-    assert rows[21][:2] == (0.2, 0)

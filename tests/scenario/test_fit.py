@@ -290,3 +290,10 @@ def test_what_is_no_scenario(scenario):
     for call in (hs.load, hs.compare, hs.fit):
         with pytest.raises(hs.InputError, match="is no scenario; expected the path of a TOML file"):
             call(scenario)
+
+
+def test_several_files_are_found_from_another_folder(folder):
+    of = loaded(folder)
+    several = scenario.load(of.path, {"loading.file": ["m.csv", "m.csv"], "loading.block": "all"})
+    text = fitted_text(several, found(friction=0.25), folder / "out" / "fitted.toml")
+    assert tomllib.loads(text)["loading"]["file"] == ["../m.csv", "../m.csv"]

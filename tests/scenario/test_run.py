@@ -1,14 +1,12 @@
 """Running a scenario or a log: the same numbers as a replay, whichever way the loads come in."""
 
 import hashlib
-import io
 import os
 import subprocess
 import sys
 
 import numpy as np
 import pytest
-import tqdm
 
 import historysim as hs
 from historysim.loads.event_sequence import digest
@@ -109,34 +107,6 @@ def test_another_process_finds_the_same_bits(scenario):
     command = [sys.executable, "-c", code, str(scenario)]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == fingerprint(hs.run(scenario))
-
-
-# -- progress --------------------------------------------------------------------------------------
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-@pytest.fixture
-def impatient(monkeypatch):
-    """A progress bar that shows itself without a delay."""
-    original = tqdm.tqdm.__init__
-
-    def begin(self, **options):
-        original(self, **{**options, "delay": 0, "mininterval": 0})
-
-    monkeypatch.setattr(tqdm.tqdm, "__init__", begin)
-
-
-@pytest.mark.usefixtures("impatient")
-@pytest.mark.parametrize("progress", [True, False])
-def test_progress_is_shown_at_a_terminal_on_request(scenario, monkeypatch, progress):
-    terminal = Terminal()
-    monkeypatch.setattr(sys, "stderr", terminal)
-    hs.run(scenario, progress=progress)
-    assert ("17/17" in terminal.getvalue()) == progress
 
 
 # -- threads ---------------------------------------------------------------------------------------

@@ -1,7 +1,6 @@
 """The kinds of ``[surface]``: the summits that each gives, and what is said about those that give none."""
 
 import math
-import warnings
 
 import attrs
 import numpy as np
@@ -266,35 +265,7 @@ def test_all_seeds_are_in_the_result_and_its_log(folder, entry, seeds):
     assert hs.verify(folder / "s.nc")
 
 
-@pytest.mark.skipif(not HEIGHTS.is_dir(), reason="the folder of measured height maps is not there")
-@pytest.mark.parametrize("name", ["x3p-2.x3p"])
-def test_maps_of_instruments_know_their_units(folder, name):
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # it warns of parallel computers that it does not find
-        pytest.importorskip("SurfaceTopography")
-    found = built(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": 0, "form": "mean"})
-    expected = read_surface(HEIGHTS / name).detrended("mean")
-    assert found.surface.heights.tobytes() == expected.heights.tobytes()
-    assert bits(found.summits) == bits(expected.summits())
-    message = refusal(folder, {"kind": "measured", "file": str(HEIGHTS / name), "channel": "colour"})
-    assert message.startswith(f"s.toml: surface.file: {name}: has no channels 'colour'; expected the name or index")
-
-
 # -- summits of awkward maps ------------------------------------------------------------------------
-
-
-def test_the_first_index_of_a_text_is_that_of_its_columns(folder):
-    lines = np.zeros((5, 9))
-    lines[1, 6] = 4.0
-    np.savetxt(folder / "peak.txt", lines)
-    np.save(folder / "peak.npy", lines.T)
-    entry = {"kind": "measured", "pixel_size": ["1 µm", "2 µm"], "height_unit": "nm", "form": "mean"}
-    for name in ("peak.txt", "peak.npy"):
-        found = built(folder, {**entry, "file": name})
-        assert found.surface.shape == (9, 5)
-        assert (found.summits.x.tolist(), found.summits.y.tolist()) == ([6e-6], [2e-6])
-        mirrored = built(folder, {**entry, "file": name, "mirrored": True})
-        assert (mirrored.summits.x.tolist(), mirrored.summits.y.tolist()) == ([2e-6], [2e-6])
 
 
 NO_SUMMIT = {
