@@ -156,7 +156,7 @@ def plot(
 
 def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
     """Write a moving picture of a result."""
-    from historysim.results.plots.animation import animate_contact_map, save_animation
+    from historysim.results.plots.contact_maps import animate_contact_map, save_animation
     from historysim.results.result_files import open_result
 
     with open_result(file) as history:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from historysim.asperities.adhering import AdheringAsperities
-    from historysim.results.plots.map_pictures import PressedMap
+    from historysim.results.plots.first_loading import PressedMap
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.summits import Summits
 
@@ -72,7 +72,7 @@ def _pressed_map(scenario: Scenario) -> "PressedMap":
     import numpy as np
 
     from historysim.loads.events import NormalLoad
-    from historysim.results.plots.map_pictures import PressedMap
+    from historysim.results.plots.first_loading import PressedMap
 
     pair = scenario.sections.materials.pair()
     loads = (float(event.value) for event in scenario.events() if isinstance(event, NormalLoad))

@@ -18,7 +18,7 @@ from historysim.errors import InputError
 from historysim.exchange.reduced.model_texts import FORMS, form_of, format_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import Picture, figure_of
-from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, scaled, zero_lines
+from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, label_loop
 from historysim.results.report.page import Section, page, page_of, paragraph, picture, table
 from historysim.results.result_files import FILES, FileKind
 
@@ -334,24 +334,20 @@ def _branches(model: ReducedModel) -> tuple[list[Floats], list[Floats]]:
 def _draw_loop(axes: "Axes", model: ReducedModel) -> None:
     ways, exact = _branches(model)
     reduced, band = model.force(np.concatenate(ways)), model.bound * model.friction_limit
-    along, length_unit = scaled(np.concatenate(ways), "m")
-    loads, load_unit = scaled(np.stack([np.concatenate(exact), reduced, np.full(reduced.size, band)]), "N")
-    zero_lines(axes)
+    along, load = np.concatenate(ways), np.concatenate(exact)
+    label_loop(axes)
     # each branch by itself: a band is a function of the displacement there
     for part, name in zip(np.split(np.arange(along.size), 3), ("bound", None, None), strict=True):
-        low, high = loads[0, part] - loads[2, part], loads[0, part] + loads[2, part]
+        low, high = load[part] - band, load[part] + band
         axes.fill_between(along[part], low, high, color=FAINT, alpha=0.3, linewidth=0, label=name, zorder=1)
-    axes.plot(along, loads[0], color=INK, linewidth=0.9, label="contact")
-    axes.plot(along, loads[1], color=SPRINGS, linewidth=0.7, linestyle="--", label=f"{len(model)} springs")
-    axes.set(xlabel=f"tangential displacement $U$ ({length_unit})", ylabel=f"tangential load $T$ ({load_unit})")
+    axes.plot(along, load, color=INK, linewidth=0.9, label="contact")
+    axes.plot(along, reduced, color=SPRINGS, linewidth=0.7, linestyle="--", label=f"{len(model)} springs")
 
 
 def _draw_springs(axes: "Axes", model: ReducedModel) -> None:
-    slip, slip_unit = scaled(model.slip_displacement, "m")
-    force, force_unit = scaled(model.limit, "N")
-    axes.vlines(slip, 0, force, color=SPRINGS, linewidth=0.8)
-    axes.plot(slip, force, "o", color=SPRINGS, markersize=2)
-    axes.set(xlabel=f"slip displacement of a spring ({slip_unit})", ylabel=f"its limit ({force_unit})")
+    axes.vlines(model.slip_displacement, 0, model.limit, color=SPRINGS, linewidth=0.8)
+    axes.plot(model.slip_displacement, model.limit, "o", color=SPRINGS, markersize=2)
+    axes.set(xlabel="slip displacement of a spring (m)", ylabel="its limit (N)")
     axes.set_ylim(bottom=0)
     axes.set_xlim(left=0)
 

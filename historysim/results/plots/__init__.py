@@ -14,7 +14,7 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(name)
     if name in MOVING:
         # who asks for another picture does not import the engine
-        return getattr(importlib.import_module("historysim.results.plots.animation"), name)
+        return getattr(importlib.import_module("historysim.results.plots.contact_maps"), name)
     from historysim.results.plots.pictures import PICTURES, as_function
 
     kinds = {each.replace("-", "_"): each for each in PICTURES}

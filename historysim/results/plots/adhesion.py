@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from historysim.asperities.adhering import AdheringAsperities
+from historysim.basics.units import quantity_text
 from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.canvas import Canvas
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Titled
-from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, scale_of, zero_lines
+from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, zero_lines
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,14 +24,15 @@ Contacts = Mapping[str, tuple[float, float]]
 
 PARAMETERS = 1e-3, 1e2
 LOADS = 1e-2, 1e4
-FINE, GRID = 2_000, 100
+FINE = 2_000
 
+# Names of the zones, and where each stands.
 NAMES = {
-    Regime.HERTZ: "Hertz",
-    Regime.DMT: "DMT",
-    Regime.MAUGIS: "Maugis",
-    Regime.JKR: "JKR",
-    Regime.RIGID: "rigid\n(Bradley)",
+    Regime.HERTZ: ("Hertz", (0.01, 1e3)),
+    Regime.DMT: ("DMT", (0.026, 15.0)),
+    Regime.MAUGIS: ("Maugis", (0.7, 0.1)),
+    Regime.JKR: ("JKR", (22.0, 0.06)),
+    Regime.RIGID: ("rigid\n(Bradley)", (0.004, 0.06)),
 }
 FILLS = {
     Regime.HERTZ: "#ffffff",
@@ -66,10 +68,7 @@ class AdhesionMapPicture(Panel):
     def draw(self, canvas: Canvas, data: AdheringAsperities | Contacts | None) -> None:
         """Draw zones with their names, and contacts, which are named below."""
         contacts = _checked(data.examples() if isinstance(data, AdheringAsperities) else data or {})
-        if self.labels:
-            if len(self.labels) != len(contacts):
-                raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(contacts)} contacts")
-            contacts = dict(zip(self.labels, contacts.values(), strict=True))
+        contacts = dict(zip(self.called_as([*contacts], "contacts"), contacts.values(), strict=True))
         axes = canvas.axes()
         axes.set(
             xscale="log",
@@ -83,14 +82,13 @@ class AdhesionMapPicture(Panel):
         axes.minorticks_off()
         axes.spines[["top", "right"]].set_visible(True)
         _draw_zones(axes)
-        _name_zones(axes, contacts)
+        for name, at in NAMES.values():
+            axes.text(*at, name, ha="center", va="center", color=INK, fontsize=9, in_layout=False)
         for (label, (parameter, load)), (colour, _, marker) in zip(contacts.items(), itertools.cycle(LINES)):
             looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none"}
             at, name = (load, plain(label)) if load > 0 else (axes.get_ylim()[0] * 1.12, f"{plain(label)} ($N$ ≤ 0)")
             looks |= {"marker": marker if load > 0 else "v", "clip_on": False, "zorder": 4}
             axes.plot(parameter, at, label=name, **looks)
-        canvas.legend(handles=[line for line in axes.get_lines() if line.get_linestyle() == "None"])
-        canvas.title(axes, self.title)
 
 
 def _checked(contacts: Contacts) -> dict[str, tuple[float, float]]:
@@ -133,7 +131,7 @@ def _draw_zones(axes: "Axes") -> None:
         Regime.RIGID: (bottom, rigid, dmt),
     }
     for zone, (lower, upper, where) in zones.items():
-        axes.fill_between(x, lower, upper, where=where, color=FILLS[zone], linewidth=0, zorder=0, label=zone)
+        axes.fill_between(x, lower, upper, where=where, color=FILLS[zone], linewidth=0, zorder=0)
     line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
     axes.plot(x, hertz, **line)
     between = dmt & (below_rigid < hertz)
@@ -141,35 +139,6 @@ def _draw_zones(axes: "Axes") -> None:
     axes.plot(x[between], np.maximum(below_rigid, bottom / 10)[between], **line)
     for limit in (DMT_BELOW, JKR_ABOVE):
         axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)
-
-
-def _name_zones(axes: "Axes", contacts: Contacts) -> None:
-    """Name each zone where it has most room beside the contacts."""
-    from scipy import ndimage
-
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    x, y = np.geomspace(left, right, GRID), np.geomspace(bottom, top, GRID)
-    zones = np.asarray(regime(x[:, None], y))
-    marks = [
-        (np.abs(np.log(x / one)).argmin(), np.abs(np.log(y / max(load, bottom))).argmin())
-        for one, load in contacts.values()
-    ]
-    for zone, name in NAMES.items():
-        free = zones == zone
-        free[tuple(np.transpose(marks or np.empty((0, 2), int)))] = False
-        room = ndimage.distance_transform_edt(np.pad(free, 1))[1:-1, 1:-1]
-        at = np.unravel_index(room.argmax(), room.shape)
-        axes.text(
-            float(x[at[0]]),
-            float(y[at[1]]),
-            name,
-            ha="center",
-            va="center",
-            color=INK,
-            fontsize=9,
-            zorder=3,
-            in_layout=False,
-        )
 
 
 @PICTURES.register
@@ -181,22 +150,20 @@ class AdhesionBranchPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Branch) -> None:
         """Draw the equilibria."""
-        (length, length_unit), (force, force_unit) = scale_of("m", data.approach), scale_of("N", data.normal_load)
         axes = canvas.axes()
         zero_lines(axes)
         for name, part, line in _parts(data):
-            axes.plot(data.approach[part] * length, data.normal_load[part] * force, label=name, **line)
+            axes.plot(data.approach[part], data.normal_load[part], label=name, **line)
         for name, point, mark in _jumps(data):
-            x, y = point.approach * length, point.normal_load * force
-            load = f", −{-y:.3g} {force_unit}" if y < 0 else ""
-            axes.plot(x, y, label=name + load, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
+            load = point.normal_load
+            text = f", {quantity_text(load, 'N', 3)}" if load < 0 else ""
+            axes.plot(point.approach, load, label=name + text, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
         axes.margins(0.06)
         axes.set(
             title=plain(self.title or f"Equilibria after {data.model.label}"),
-            xlabel=rf"approach $\delta$ ({length_unit})",
-            ylabel=f"normal load $N$ ({force_unit})",
+            xlabel=r"approach $\delta$ (m)",
+            ylabel="normal load $N$ (N)",
         )
-        canvas.legend(axes)
 
 
 def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, Any]]]":

@@ -1,6 +1,6 @@
 """What a picture is drawn on: a new figure of a size in millimetres, or a figure or axes of the caller."""
 
-import math
+import itertools
 import re
 import textwrap
 import warnings
@@ -12,7 +12,7 @@ import attrs
 
 from historysim.basics.wording import listed
 from historysim.errors import InputError
-from historysim.results.plots.style import STYLE, plain
+from historysim.results.plots.style import STYLE, name_prefix, plain
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -33,14 +33,12 @@ MOST_PANELS = 100  # more than a picture has
 HIGHEST_LEGEND = 0.3  # share of the height that names below a picture may take
 SMALL = 6.5  # size of the letters of labels that do not fit otherwise [pt]
 ROUNDS = 4  # how often labels are fitted: on more lines they take more room, and panels less
-MILLIMETRES_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
+MILLIMETRES_PER_INCH = 25.4
 # Spaces at which no line is broken: before a unit, and beside an equals sign.
 UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?<=\$) (?=\()"
 NO_BREAK = "\N{NO-BREAK SPACE}"
 # A hyphen that stands for a minus sign, and that sign.
 HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
-UNIT = re.compile(r"([fpnµmkMGT]?)(m|N|J|Pa|N/m)")  # A unit that may have another prefix
-PREFIXES = ("f", "p", "n", "µ", "m", "", "k", "M", "G", "T")
 SIDES = {-1: ("right", "top"), 0: ("center", "center"), 1: ("left", "bottom")}
 # Where a label may stand beside its point [pt], and how it is aligned there.
 AROUND = [
@@ -70,13 +68,16 @@ class Canvas:
     panels: int = 1  #: panels that are drawn
     notices: list[str] = attrs.field(factory=list)  #: what is to be known of the picture, and does not stand in it
     labels: "list[Annotation]" = attrs.field(factory=list)
+    caption: str = ""  #: stands below the title
     beside_others: bool = False
+    named: bool = False  #: whether it has a legend
+    before: "Sequence[Axes]" = ()  #: axes of the figure that are not of this picture
 
     @classmethod
     def of(cls, figure: "Figure | SubFigure", ax: "Axes | None" = None) -> "Canvas":
         """Return the canvas of a figure, or of a part of one, as large as it is."""
         width, height = (side / figure.dpi * MILLIMETRES_PER_INCH for side in (figure.bbox.width, figure.bbox.height))
-        return cls(figure, ax, width, height)
+        return cls(figure, ax, width, height, before=[] if ax else list(figure.axes))
 
     @property
     def result(self) -> FigureOrAxes:
@@ -115,6 +116,19 @@ class Canvas:
         upper, lower = figure.subplots(2, 1, height_ratios=(stacked, 1))
         return upper, lower
 
+    def maps(self, count: int, rows: int) -> Any:
+        """Return a grid of axes for some maps of one place (row, column), which keep their shape and stand close."""
+        figure: Any = self.several(count)
+        if figure.figure is figure and figure.get_layout_engine() is not None:
+            figure.set_layout_engine("compressed")
+        columns = -(-count // rows)
+        grid = figure.subplots(-(-count // columns), columns, sharex=True, sharey=True, squeeze=False)
+        for axes in grid[-1]:
+            axes.set_xlabel("$x$ (m)")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("$y$ (m)")
+        return grid
+
     def heading(self, text: str, caption: str = "") -> None:
         """Write a title above the picture, on as many lines as it takes, and a caption below it."""
         size = 9.0 if self.width >= 120.0 else 8.0
@@ -124,53 +138,47 @@ class Canvas:
                 self.given.set_title(plain(broken(text or caption, room, size, 3)))
             return
         # beside a caption, a low picture has room for one line
-        lines = [broken(text, self.width * 0.97, size, 1 if caption and self.height < 90.0 else 2)] if text else []
-        lines += [broken(caption, self.width * 0.97, size, 4)] if caption else []
-        if lines:
+        most = {text: 1 if caption and self.height < 90.0 else 2, caption: 4}
+        if lines := [broken(each, self.width * 0.97, size, most[each]) for each in (text, caption) if each]:
             self.figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontsize=size)
-
-    def title(self, axes: "Axes", text: str, default: str = "") -> None:
-        """Write a title above the picture, or beside others above its axes, where the default is left out."""
-        if not self.beside_others:
-            self.heading(text or default)
-        elif text:
-            axes.set_title(text)
 
     def legend(
         self, *axes: "Axes", extra: str = "", handles: "Sequence[Artist]" = (), title: str | None = None
     ) -> None:
-        """Name what is drawn in some axes below the picture, each name once, where no data can lie.
+        """Name what is drawn, in all axes or in some, below the picture, each name once, where no data can lie.
 
-        There are as many columns as fit the width. In axes that were given names stand where most room is.
+        There are as many columns as fit the width. In axes that were given names stand where most room is. A picture
+        has one legend: once it is made, this does nothing.
         """
         from matplotlib.lines import Line2D
 
+        every = [one for one in self.figure.axes if one not in self.before] if self.given is None else [self.given]
         named: dict[str, Any] = {}
-        for each in axes:
+        for each in axes or every:
             for handle, label in zip(*each.get_legend_handles_labels(), strict=True):
                 named.setdefault(label, handle)
         named |= {str(handle.get_label()): handle for handle in handles}
         if extra:
             named[extra] = Line2D([], [], linestyle="")
-        if not named:
+        if self.named or not named:
             return
+        self.named = True
         if self.given is not None:
             self.given.legend(named.values(), named.keys(), loc="best", title=title)
             return
         looks: dict[str, Any] = {"loc": "outside lower left", "columnspacing": 1.6, "handlelength": 1.8, "title": title}
-        room = self.figure.bbox.width
-        for size in (7.5, 6.5) if self.width >= 120.0 else (7.0, 6.0):
-            for columns in range(min(len(named), 6), 0, -1):
-                looks |= {"fontsize": size, "title_fontsize": size, "ncols": columns}
-                legend = self.figure.legend(named.values(), named.keys(), **looks)
-                box = legend.get_window_extent()
-                if box.width <= 0.95 * room and box.height <= HIGHEST_LEGEND * self.figure.bbox.height:
-                    for line in legend.legend_handles:
-                        # samples are small, and their colour is to be seen
-                        if isinstance(line, Line2D) and line.get_marker() == ".":
-                            line.set_markersize(6.0)
-                    return
-                legend.remove()
+        large = 7.5 if self.width >= 120.0 else 7.0
+        for size, columns in itertools.product((large, large - 1), range(min(len(named), 6), 0, -1)):
+            looks |= {"fontsize": size, "title_fontsize": size, "ncols": columns}
+            legend = self.figure.legend(named.values(), named.keys(), **looks)
+            box, whole = legend.get_window_extent(), self.figure.bbox
+            if box.width <= 0.95 * whole.width and box.height <= HIGHEST_LEGEND * whole.height:
+                for line in legend.legend_handles:
+                    # samples are small, and their colour is to be seen
+                    if isinstance(line, Line2D) and line.get_marker() == ".":
+                        line.set_markersize(6.0)
+                return
+            legend.remove()
         names = [name if "$" in name else broken(name, self.width * 0.8, 6.0, 4) for name in named]
         self.figure.legend(named.values(), names, **looks)
 
@@ -191,18 +199,29 @@ class Canvas:
         return part
 
     def finish(self) -> bool:
-        """Fit labels to the size, once all else is there; return whether all panels can be read."""
+        """Name prefixes and fit labels to the size, once all else is there; return whether all panels can be read."""
         from matplotlib.text import Text
 
         whole: Any = self.figure if self.given is None else self.given
+        name_prefixes(whole, self.before)
         for text in whole.findobj(Text):
             if HYPHEN.search(text.get_text()):
                 text.set_text(HYPHEN.sub(MINUS, text.get_text()))
         own: Any = self.figure
         # what was given is laid out by whoever gave it
-        fits = own.figure is not own or self.given is not None or _fit(own)
+        fits = own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
         _place(self.labels)
         return fits
+
+
+def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
+    """Give what is drawn in SI units readable prefixes."""
+    from matplotlib.axes import Axes
+
+    for axes in whole.findobj(Axes):
+        if axes not in without:
+            name_prefix(axes.xaxis)
+            name_prefix(axes.yaxis)
 
 
 def drawn(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:
@@ -278,17 +297,14 @@ def broken(text: str, width: float, size: float, lines: int) -> str:
     from matplotlib.font_manager import FontProperties
     from matplotlib.textpath import text_to_path
 
-    letters, room = FontProperties(size=size), width / MILLIMETRES_PER_INCH * POINTS_PER_INCH
-    whole = " ".join(text.split())
-
     def width_of(line: str) -> float:
-        return float(text_to_path.get_text_width_height_descent(line, letters, ismath=False)[0])
+        points = text_to_path.get_text_width_height_descent(line, FontProperties(size=size), ismath=False)[0]
+        return float(points) / 72 * MILLIMETRES_PER_INCH
 
-    found = [whole]
-    # no line of the string has letters half as wide as they are on average
-    columns = min(len(whole), 8 + int(2 * len(whole) * room / max(width_of(whole), 1.0)))
-    while columns > 8 and any(width_of(line) > room for line in found):
-        columns -= 1
+    whole = " ".join(text.split())
+    found, columns = [whole], len(whole)
+    while columns > 8 and max(map(width_of, found)) > width:
+        columns = min(columns - 1, int(1.5 * len(whole) * width / width_of(whole)))
         found = _wrapped(whole, columns, max_lines=lines, placeholder=" …")
     return "\n".join(found)
 
@@ -305,9 +321,6 @@ def _fit(figure: "Figure") -> bool:
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>" and axes.get_visible()]
     if not _laid_out(figure):
         return False
-    for axes in figure.axes:
-        _label_offset(axes.xaxis)
-        _label_offset(axes.yaxis)
     for _ in range(ROUNDS):
         if not _laid_out(figure):
             return False
@@ -315,34 +328,6 @@ def _fit(figure: "Figure") -> bool:
         if not sum([_fit_panel(axes) for axes in panels]):
             break
     return all(_readable(axes) for axes in panels)
-
-
-def _label_offset(axis: Any) -> None:
-    """Write what all ticks of an axis have in common, their offset and their power of ten, into its label."""
-    from matplotlib.ticker import ScalarFormatter
-
-    formatter = axis.get_major_formatter()
-    if not (isinstance(formatter, ScalarFormatter) and formatter.get_offset()):
-        return
-    axis.offsetText.set_visible(False)
-    if not any(label.get_visible() and label.get_text() for label in axis.get_ticklabels()):
-        return
-    quantity, _, unit = axis.get_label_text().rpartition(" (")
-    unit, offset = unit.removesuffix(")"), float(formatter.offset)
-    power = 3 * math.floor(math.log10(max(abs(end - offset) for end in axis.get_view_interval())) / 3)
-    scale = UNIT.fullmatch(unit)
-    place = PREFIXES.index(scale[1]) + power // 3 if scale else -1
-    if scale and 0 <= place < len(PREFIXES):
-        ticks = f"{PREFIXES[place]}{scale[2]}"
-    else:
-        ticks = " ".join(filter(None, [f"$10^{{{power}}}$" if power else "", unit]))
-    text = f"{quantity} ({ticks})" if ticks and quantity else quantity or ticks or axis.get_label_text()
-    axis.set_label_text(text + (f", from {offset:.10g} {unit}".rstrip().replace("-", MINUS) if offset else ""))
-    # as many ticks as there may be in another size, they keep what the label says
-    if offset:
-        formatter.set_useOffset(offset)
-    formatter.set_scientific(bool(power))
-    formatter.set_powerlimits((power, power))
 
 
 def _place(labels: "Sequence[Annotation]") -> None:
@@ -386,40 +371,35 @@ def _readable(axes: "Axes") -> bool:
 
 def _fit_panel(axes: "Axes") -> bool:
     """Shorten each label and the title where it is too long; return whether one was."""
-    from matplotlib.text import Text
-
-    box, apart = axes.get_window_extent(), 6.0 / POINTS_PER_INCH * axes.figure.dpi
-    # a map is narrower than its room
+    box, apart = axes.get_window_extent(), axes.figure.dpi / 12
+    # a title may reach over the room beside a map, which is narrower than its room
     whole = axes.figure.bbox
     right = whole.x0 + axes.get_position(original=True).x1 * whole.width
-    title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
-    title = axes.get_title(loc="left")
     rooms = [
         (axes.xaxis.label, axes.xaxis.label.get_window_extent().width, box.width + 2 * apart),
         (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height + 2 * apart),
     ]
-    titles = (each for each in axes.get_children() if isinstance(each, Text) and each.get_text() == title)
-    rooms += [(each, each.get_window_extent().width, title_room) for each in titles]
-    return bool(
-        sum([_shorten(text, room / length) for text, length, room in rooms if text.get_text() and length > room])
-    )
+    title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
+    titles = (axes.title, axes._left_title)  # type: ignore[attr-defined] # noqa: SLF001 - no method gives it
+    rooms += [(title, title.get_window_extent().width, title_room) for title in titles]
+    short = [_shorten(text, room / length) for text, length, room in rooms if text.get_text() and length > room]
+    return any(short)
 
 
 def _shorten(text: "Text", room: float) -> bool:
-    """Take the next shorter form of a string: on more lines, its symbol and unit alone, in smaller letters."""
+    """Take the next shorter form of a string: on two lines, its symbol and unit alone, in smaller letters."""
     whole = text.get_text()
     symbol = re.search(r"\$[^$]*\$ \([^()]*\)$", whole)
     columns = max(int(0.95 * max(map(len, whole.split("\n"))) * room), 8)
     lines = [part for line in whole.split("\n") for part in _wrapped(line, columns, break_long_words=False)]
-    smaller = float(text.get_fontsize()) > SMALL
-    if smaller and "\n" in whole and not symbol:
-        text.set_fontsize(SMALL)
-    elif "\n".join(lines) != whole and (len(lines) == 2 or not symbol):
+    if len(lines) == 2 and "\n" not in whole:
         text.set_text("\n".join(lines))
     elif symbol and symbol[0] != whole:
         text.set_text(symbol[0])
-    elif smaller:
+    elif float(text.get_fontsize()) > SMALL:
         text.set_fontsize(SMALL)
+    elif "\n".join(lines) != whole:
+        text.set_text("\n".join(lines))
     else:
         return False
     return True

@@ -1,6 +1,7 @@
-"""Pictures of the contact at a step: the surface with its summits, or zones of a map with interacting asperities."""
+"""Pictures of the contact at a step: summits, or zones of a map with interacting asperities; and as they move."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -10,25 +11,38 @@ import xarray as xr
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import Floats
+from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text
+from historysim.errors import InputError
 from historysim.replaying import Replay
+from historysim.results.analysis.along_time import friction_loops
+from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.analysis.slips import representative_step, slip_shares
 from historysim.results.origin import Origin
-from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
+from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size, in_style, name_prefixes, new_figure
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import DIVERGING, STATE_COLOURS, Extent, draw_image, patches, scale_of
-from historysim.results.plots.surfaces import contact_at, draw_surface, step_number, surface_of
+from historysim.results.plots.style import DIVERGING, FAINT, INK, STATE_COLOURS, Extent, draw_image, label_loop, thinned
+from historysim.results.plots.surfaces import (
+    caption_at,
+    contact_at,
+    draw_distribution,
+    draw_map,
+    draw_surface,
+    placed,
+    step_number,
+    surface_of,
+)
 from historysim.results.rebuilt import SLIPS, SOLVED, STICKS, answered, maps_of, sides_of
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
+    from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
-    from matplotlib.patches import Patch
 
 NO_CONTACT = "#d9d9d6"
 TWO_ROWS = 85.0  # height from which on there is room for two rows of maps [mm]
 SMALL_TITLE: dict[str, Any] = {"fontsize": 7, "fontweight": "normal"}
-FIELDS = ("the whole map", "independent summits", "pressure", "traction")
+FIELDS = ("whole map", "independent summits", "pressure", "traction")
 
 
 @PICTURES.register
@@ -46,7 +60,7 @@ class ContactMapPicture(Picture):
 
     step: int | str = "partial"
 
-    kind, alone = "contact-map", True
+    kind, alone, headed = "contact-map", True, True
     caption = "The contact at the step where nearest to half of its area slips"
     order = 2
 
@@ -75,25 +89,21 @@ class ContactMapPicture(Picture):
             at = float(data["time"].values[step])
             _draw_solved(canvas, *answered(data, lambda origin: (origin, origin.state(at))), at)
             return
-        draw_surface(canvas, surface, contact_at(surface, data, step), str(data.attrs.get("title", "")))
+        draw_surface(canvas, surface, contact_at(surface, data, step))
 
 
 @attrs.frozen(eq=False)
 class Zones:
-    """Where a contact sticks and slips: maps of `STICKS`, `SLIPS` and NaN at each step, their extent and its unit."""
+    """Where a contact sticks and slips: maps of `STICKS`, `SLIPS` and NaN at each step, and their extent [m]."""
 
     maps: list[Floats]
     extent: Extent
-    unit: str
 
 
 def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
     """Return where the contact sticks and slips at steps; of a history from the file of a result."""
     times = [float(history["time"].values[step]) for step in steps]
-    return answered(
-        history,
-        lambda origin: Zones([_zone(origin, origin.state(at)) for at in times], *_extent(origin)),
-    )
+    return answered(history, lambda origin: Zones([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
 
 
 def _zone(origin: Origin, state: EnsembleState) -> Floats:
@@ -102,49 +112,29 @@ def _zone(origin: Origin, state: EnsembleState) -> Floats:
     return np.where(states == 0, np.nan, states)
 
 
-def _extent(origin: Origin) -> tuple[Extent, str]:
-    """Return the ends of the map in a readable unit, and that unit."""
-    factor, unit = scale_of("m", sides_of(origin))
-    x, y = (side * factor for side in sides_of(origin))
-    return (0.0, x, 0.0, y), unit
+def _extent(origin: Origin) -> Extent:
+    x, y = sides_of(origin)
+    return 0.0, x, 0.0, y
 
 
 def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
-    maps = maps_of(origin, state)
-    extent, unit = _extent(origin)
+    maps, extent = maps_of(origin, state), _extent(origin)
     high = canvas.height >= max(TWO_ROWS, 0.75 * canvas.width) and canvas.most >= len(FIELDS)
     shown = canvas.fitting(FIELDS, len(FIELDS) if high else 2)
-    rows = 2 if len(shown) == len(FIELDS) else 1
-    figure: Any = canvas.several(4)
-    if figure.get_layout_engine() is not None:
-        # maps keep their shape, and stand close
-        figure.set_layout_engine("compressed")
-    axes = figure.subplots(rows, 2, sharex=True, sharey=True, squeeze=False)
-    whole, independent = _zone(origin, state), _independent(origin, at, shape, pixel)
-    for axis, zone, name in zip(axes[0], (whole, independent), ("whole map", "independent summits"), strict=True):
-        draw_zones(axis, zone, extent)
-        axis.set_title(f"{name}\n{zone_shares(zone)}", **SMALL_TITLE)
-    if rows == 2:
+    grid = canvas.maps(len(shown), 2 if len(shown) == len(FIELDS) else 1)
+    for axes, zone, name in zip(
+        grid[0], (_zone(origin, state), _independent(origin, at, shape, pixel)), FIELDS, strict=False
+    ):
+        draw_zones(axes, zone, extent)
+        axes.set_title(f"{name}\n{zone_shares(zone)}", **SMALL_TITLE)
+    if len(shown) == len(FIELDS):
         pressure, traction = (np.where(maps.pressure == 0, np.nan, each) for each in (maps.pressure, maps.traction))
-        _draw_field(axes[1, 0], pressure, extent, "pressure", signed=False)
-        _draw_field(axes[1, 1], traction, extent, "traction", signed=True)
-    for axis in axes[-1]:
-        axis.set_xlabel(f"$x$ ({unit})")
-    for axis in axes[:, 0]:
-        axis.set_ylabel(f"$y$ ({unit})")
-    canvas.legend(handles=zone_handles())
-    caption = (
-        f"t = {at:.6g} s:  N = {quantity_text(state.normal_load, 'N')},  "
-        f"T = {quantity_text(state.tangential_load, 'N')},  U = {quantity_text(state.tangential_displacement, 'm')}"
-    )
-    canvas.heading(str(origin.settings["title"]), caption)
-
-
-def zone_handles() -> "list[Patch]":
-    """Return what a legend shows of the colours of zones."""
-    return patches((STATE_COLOURS[1], STATE_COLOURS[3]), ("sticks", "slips"))
+        _draw_field(grid[1, 0], pressure, extent, "pressure", signed=False)
+        _draw_field(grid[1, 1], traction, extent, "traction", signed=True)
+    loads = f"N = {quantity_text(state.normal_load, 'N')},  T = {quantity_text(state.tangential_load, 'N')}"
+    canvas.caption = f"t = {at:.6g} s:  {loads},  U = {quantity_text(state.tangential_displacement, 'm')}"
 
 
 def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple[float, ...]) -> Floats:
@@ -175,6 +165,8 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
 
     colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
     draw_image(axes, zone, extent, cmap=colours, vmin=0.5, vmax=2.5)
+    for colour, label in zip(colours.colors, ("sticks", "slips"), strict=True):
+        axes.scatter([], [], marker="s", color=colour, edgecolors=INK, linewidths=0.5, label=label)
 
 
 def zone_shares(zone: Floats) -> str:
@@ -187,10 +179,149 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
     """Draw a quantity point by point; of one with a sign zero is white, and what does not touch is grey."""
     import matplotlib as mpl
 
-    factor, unit = scale_of("Pa", values)
-    largest = float(np.nanmax(np.abs(values), initial=0.0)) * factor or 1.0
+    largest = float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
     colours = mpl.colormaps[DIVERGING].with_extremes(bad=NO_CONTACT) if signed else "viridis"
     low = -largest if signed else 0.0
-    image = draw_image(axes, values * factor, extent, cmap=colours, vmin=low, vmax=largest)
+    image = draw_image(axes, values, extent, cmap=colours, vmin=low, vmax=largest)
     axes.set_title(name, **SMALL_TITLE)
-    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} ({unit})")
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} (Pa)")
+
+
+LOOP = ("tangential_displacement", "total_tangential_load")
+MOST_FRAMES = 60
+FRAMES_PER_SECOND = 12
+DOTS_PER_INCH = 110
+WRITERS = {".gif": "pillow", ".mp4": "ffmpeg", ".webm": "ffmpeg"}  # endings of moving pictures, and what writes them
+
+
+def animate_contact_map(
+    history: xr.Dataset, steps: Sequence[int] | None = None, *, size: Size | None = None
+) -> "FuncAnimation":
+    """Return a moving picture of the contact map, beside the friction loop with a dot where it stands.
+
+    Parameters
+    ----------
+    history : xarray.Dataset
+        A history with asperities. Without their positions the asperity distribution takes the place of the map. Of
+        asperities that press on one another, from the file of a result, the map has the zones that stick and slip.
+    steps : sequence of int, optional
+        Positions of the steps that are shown; by default up to 60 of the last friction loop, or of all where there is
+        no whole loop.
+    size : (float, float), optional
+        Width and height [mm].
+
+    Returns
+    -------
+    matplotlib.animation.FuncAnimation
+        180 mm wide, or of that size; see `save_animation`.
+
+    Raises
+    ------
+    InputError
+        A history without asperities, or a step that it does not have.
+    """
+    from matplotlib.animation import FuncAnimation
+
+    check_recorded(history, "slip_state")
+    frames = _last_cycle(history) if steps is None else [position_of(step, history) for step in steps]
+    if not frames:
+        raise InputError("steps is empty; expected one step or more")
+    draw_frame, captions = _frames(history, frames)
+    with new_figure(size, (TWO_COLUMNS, 95.0)) as figure:
+        canvas = Canvas.of(figure)
+        loop, contacts = figure.subplots(1, 2) if canvas.width >= 120.0 else figure.subplots(2, 1)
+        label_loop(loop)
+        thin, now = (each[[*LOOP]].load() for each in (thinned(history), history.isel(step=frames)))
+        loop.plot(*(thin[name] for name in LOOP), color=FAINT, linewidth=0.8)
+        (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
+        loop.margins(0.06)
+        loop.set_title("Friction loop")
+
+    def show(frame: int) -> None:
+        with in_style():
+            contacts.clear()
+            draw_frame(contacts, frame)
+            dot.set_data(*([float(now[name][frame])] for name in LOOP))
+            name_prefixes(figure)
+            canvas.legend()
+            canvas.heading("", captions[frame])
+            # ticks are made when they are first drawn, and that is to be in this style
+            figure.draw_without_rendering()
+
+    # one layout is that of all frames, with room for the longest heading: otherwise the axes would tremble
+    show(max(range(len(frames)), key=lambda frame: len(captions[frame])))
+    figure.set_layout_engine("none")
+    show(0)
+    return FuncAnimation(figure, show, frames=len(frames), interval=1000 / FRAMES_PER_SECOND, init_func=lambda: None)
+
+
+def _frames(history: xr.Dataset, frames: Sequence[int]) -> "tuple[Callable[[Axes, int], None], list[str]]":
+    """Return what draws the contact of a frame, zones or summits, and the captions of all."""
+    surface, captions = surface_of(history), [caption_at(history, step) for step in frames]
+    # asperities that press on one another have no summits, but zones
+    if SOLVED in surface:
+        maps, extent = zones_at(history, frames)
+
+        def draw_zone(axes: "Axes", frame: int) -> None:
+            draw_zones(axes, maps[frame], extent)
+            axes.set(title="Contact map", xlabel="$x$ (m)", ylabel="$y$ (m)")
+
+        return draw_zone, [f"{text}, {zone_shares(zone)}" for text, zone in zip(captions, maps, strict=True)]
+
+    def draw_summits(axes: "Axes", frame: int) -> None:
+        contact = contact_at(surface, history, frames[frame])
+        if placed(surface):
+            draw_map(axes, surface, contact)
+        else:
+            draw_distribution(axes, contact)
+
+    return draw_summits, captions
+
+
+def save_animation(animation: "FuncAnimation", path: str | Path) -> None:
+    """Write a moving picture to a file, which appears when it is complete.
+
+    Parameters
+    ----------
+    animation : matplotlib.animation.FuncAnimation
+    path : path
+        Ending with .gif, or with .mp4 or .webm where the program ffmpeg is installed.
+
+    Raises
+    ------
+    InputError
+        Another ending, or there is no ffmpeg.
+    OSError
+        The file cannot be written.
+    """
+    from matplotlib.animation import writers
+
+    from historysim.results.plots.printed import MADE_BY
+
+    path = Path(path)
+    writer = WRITERS.get(path.suffix.lower())
+    if writer is None:
+        raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {', '.join(WRITERS)}")
+    if not writers.is_available(writer):
+        raise InputError(f"{path}: is written by the program {writer}, which is not installed; expected .gif")
+    options: dict[str, Any] = {"fps": FRAMES_PER_SECOND, "dpi": DOTS_PER_INCH}
+    with replacing(path, path.suffix) as unfinished:
+        animation.save(unfinished, writer=writer, metadata={"comment": MADE_BY}, **options)
+        if writer == "pillow":
+            _sign(unfinished, MADE_BY.encode())
+
+
+def _sign(path: Path, text: bytes) -> None:
+    """Put what has made a GIF into it, as a comment before its end: matplotlib does not pass it on to pillow."""
+    with path.open("r+b") as stream:
+        stream.seek(-1, 2)
+        stream.write(b"\x21\xfe" + bytes([len(text)]) + text + b"\x00\x3b")
+
+
+def _last_cycle(history: xr.Dataset) -> list[int]:
+    """Return the steps of the last friction loop, or all, thinned."""
+    try:
+        first, _, last = friction_loops(history).ends[-1]
+    except InputError:
+        first, last = 0, history.sizes["step"] - 1
+    return [int(step) for step in np.unique(np.linspace(first, last, MOST_FRAMES).round())]

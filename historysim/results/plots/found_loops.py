@@ -16,6 +16,7 @@ from historysim.measured.loops import Loops
 from historysim.results.plots.canvas import TWO_COLUMNS, WIDE, Canvas
 from historysim.results.plots.pictures import PICTURES, Titled
 from historysim.results.plots.style import (
+    DASHED,
     FAINT,
     INK,
     MOST_POINTS,
@@ -23,6 +24,7 @@ from historysim.results.plots.style import (
     STATE_COLOURS,
     label_loop,
     plain,
+    printed,
     scale_of,
     set_beside,
 )
@@ -73,7 +75,6 @@ class MeasuredLoopsPicture(Titled):
         if trends:
             _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
         canvas.legend(axes, handles=_direction_handles() if trends else ())
-        canvas.heading(self.title)
 
 
 def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
@@ -94,9 +95,9 @@ def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
 
 def _draw_loops(canvas: Canvas, axes: "Axes", sets: list[Loops], labels: Sequence[str]) -> None:
     """Draw the loops of one normal load, each set in its colour."""
-    length, force = _frame(axes, sets)
+    _frame(axes)
     for each, colour, label in zip(sets, COLOURS, labels, strict=False):
-        draw = _pen(axes, each, length, force)
+        draw = _pen(axes, each)
         for start, end in each.left_out:
             draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
         if each.left_out_branches.any() or np.any(np.diff(each.number) > 1):
@@ -107,19 +108,19 @@ def _draw_loops(canvas: Canvas, axes: "Axes", sets: list[Loops], labels: Sequenc
         count = counted(len(each), "loop", "loops")
         name = f"{plain(label)}, {count}" if len(sets) > 1 else count
         draw(start, end, color=colour, linewidth=1.3, zorder=3, label=name)
-    _mark_means(canvas, axes, sets[0], length, force)
+    _mark_means(canvas, axes, sets[0])
 
 
 def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str], *, trends: bool) -> None:
     """Draw the loops of several normal loads, each in the colour of its load; a second set is dashed."""
     import matplotlib as mpl
 
-    length, force = _frame(axes, sets)
+    _frame(axes)
     loads = sets[0].by_load()
     # the light end is left out: it is lost on white
     colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
     for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
-        draw = _pen(axes, each, length, force)
+        draw = _pen(axes, each)
         if order == 0:
             draw(0, each.trace.time.size - 1, color=FAINT, linewidth=0.5, alpha=0.6, zorder=1)
         for value, colour in zip(loads.value, colours, strict=True):
@@ -138,23 +139,20 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str], *, tren
             axes.plot([], [], "o", color=colour, ms=3.5, label=f"{plain(label)}, on the right")
 
 
-def _frame(axes: "Axes", sets: list[Loops]) -> tuple[float, float]:
-    """Label the axes, and return what displacement and load are multiplied by."""
-    traces = [each.trace for each in sets]
-    length, force = label_loop(axes, [each.displacement for each in traces], [each.tangential_load for each in traces])
+def _frame(axes: "Axes") -> None:
+    label_loop(axes)
     axes.margins(0.05, 0.09)
     axes.set_title("Friction loops")
-    return length, force
 
 
-def _pen(axes: "Axes", loops: Loops, length: float, force: float) -> Callable[..., None]:
+def _pen(axes: "Axes", loops: Loops) -> Callable[..., None]:
     """Return what draws a record from sample to sample, with no more points than a picture can show."""
     record = loops.trace
     stride = -(-record.time.size // MOST_POINTS)
 
     def draw(start: int, end: int, **line: Any) -> None:
         part = np.union1d(np.arange(start, end + 1, stride), end)
-        x, y = record.displacement[part] * length, record.tangential_load[part] * force
+        x, y = record.displacement[part], record.tangential_load[part]
         axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
 
     return draw
@@ -176,27 +174,26 @@ def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
     return pieces
 
 
-def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops, length: float, force: float) -> None:
+def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
     """Mark the means of the first set, at the forward branch of its typical loop and at both of its plateaus."""
     start, turn, end = loops.ends[_typical(loops)]
-    u, f = loops.trace.displacement * length, loops.trace.tangential_load * force
+    u, f = loops.trace.displacement, loops.trace.tangential_load
     low, high = (start, turn) if u[start] < u[turn] else (turn, end)
     left, right, bottom = u[low], u[high], f[low]
     line: dict[str, Any] = {"color": INK, "linewidth": 0.9, "zorder": 4}
 
-    forward, backward = (loops.statistics("friction_force", direction).mean for direction in DIRECTIONS)
-    if not np.isfinite([forward, backward]).all():
+    top, backward = (loops.statistics("friction_force", direction).mean for direction in DIRECTIONS)
+    if not np.isfinite([top, backward]).all():
         # without sliding there is no friction force to mark
         return
-    top = forward * force
     axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
-    axes.plot([left, right], [-backward * force] * 2, linestyle=(0, (4, 2)), **line)
-    canvas.label(axes, quantity_text(forward, "N", 3), (right, top))
-    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward * force))
+    axes.plot([left, right], [-backward, -backward], linestyle=(0, (4, 2)), **line)
+    canvas.label(axes, quantity_text(top, "N", 3), (right, top))
+    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward))
 
     way = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(way):
-        middle, reached = bottom + 0.3 * (top - bottom), left + way * length
+        middle, reached = bottom + 0.3 * (top - bottom), left + way
         axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
         axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
@@ -206,10 +203,10 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops, length: float, force
         rise = loops.definitions.initial_part * (top - bottom)
         # through the middle of what it was fitted to, and on to where it is seen
         fitted = slice(low, low + max(int((f[low:] >= bottom + rise).argmax()), 1))
-        slope, x, y = stiffness * force / length, u[fitted].mean(), f[fitted].mean()
+        x, y = u[fitted].mean(), f[fitted].mean()
         ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
-        axes.plot(x + (ends - y) / slope, ends, **line)
-        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / slope, ends[1]))
+        axes.plot(x + (ends - y) / stiffness, ends, **line)
+        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]))
 
 
 def _typical(loops: Loops) -> int:
@@ -222,14 +219,13 @@ def _typical(loops: Loops) -> int:
 class LoopTrendsPicture(Titled):
     """Friction force, preliminary displacement, stiffness and energy of each loop, with their means at one load."""
 
-    kind, of, size, alone = "loop-trends", (), (TWO_COLUMNS, 97.0), True
+    kind, of, size, alone, headed = "loop-trends", (), (TWO_COLUMNS, 97.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw what `Loops.to_dataset` gives."""
         grid: Any = canvas.several(len(TRENDS)).subplots(2, 2)
         _draw_trends(grid.ravel(), [data], 2)
         canvas.legend(handles=_direction_handles())
-        canvas.heading(self.title or str(data.attrs.get("title", "")))
 
 
 def _direction_handles() -> "list[Artist]":
@@ -259,7 +255,7 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
     values = [loops[quantity].values.reshape(loops.sizes["loop"], -1) for loops in sets]
     finite = np.concatenate([each[np.isfinite(each)] for each in values])
     label, unit = (sets[0][quantity].attrs[name] for name in ("long_name", "units"))
-    factor, symbol = scale_of(unit.replace(" m-1", "/m"), finite)
+    factor, symbol = scale_of(unit, finite)
     place = -1
     for loops, value, colour in zip(sets, values, COLOURS, strict=False):
         # one marker for each direction, or a dot for the whole loop
@@ -294,7 +290,7 @@ class LoopLevelsPicture(Titled):
     Error bars are the standard deviation of one loop; lines are the laws that were fitted to the means at the loads.
     """
 
-    kind, of, size, alone = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True
+    kind, of, size, alone, headed = "loop-levels", (LoopTable,), (TWO_COLUMNS, 122.0), True, True
 
     def draw(self, canvas: Canvas, data: LoopTable | xr.Dataset) -> None:
         """Draw a table of loops, or what its `to_dataset` gives."""
@@ -306,33 +302,29 @@ class LoopLevelsPicture(Titled):
         grid: Any = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
         for axes, quantity in zip(grid.flat, chosen, strict=True):
             _draw_level(axes, table, quantity)
-        along = next(str(name) for name in ("level", "amplitude_class") if name in table.coords)
-        _, unit = scale_of(table[along].attrs["units"], table[along].values)
+        along = table[next(name for name in ("level", "amplitude_class") if name in table.coords)]
         for axes in grid[-1]:
-            axes.set_xlabel(f"{table[along].attrs['long_name']} ({unit})")
-        canvas.legend(grid[0, 0], extra="bars: standard deviation of one loop")
-        canvas.heading(self.title or str(table.attrs.get("title", "")))
+            axes.set_xlabel(f"{along.attrs['long_name']} ({printed(along.attrs['units'])})")
+        canvas.legend(extra="bars: standard deviation of one loop")
+        if not self.title:
+            canvas.heading(str(table.attrs.get("title", "")))
 
 
 def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
-    along = table[quantity].dims[0]
-    load, (load_factor, _) = table[along].values, scale_of("", table[along].values)
-    label, unit = (table[quantity].attrs[name] for name in ("long_name", "units"))
-    factor, symbol = (1.0, "") if unit == "1" else scale_of(unit, table[quantity].values)
-    by_direction = "direction" in table[quantity].dims
-    for number, (direction, marker, colour) in enumerate(BESIDE):
-        if not by_direction and direction != "both":
-            continue
+    values = table[quantity]
+    factor, unit = scale_of(values.attrs["units"], values.values)
+    by_direction = "direction" in values.dims
+    for number, (direction, marker, colour) in enumerate(BESIDE if by_direction else BESIDE[-1:]):
         own = table.sel(direction=direction) if by_direction else table
-        mean, scatter = (own[name].values for name in (quantity, f"{quantity}_standard_deviation"))
+        mean, scatter = (own[name].values * factor for name in (quantity, f"{quantity}_standard_deviation"))
         style: dict[str, Any] = {"color": colour, "ms": 4, "mec": "white", "mew": 0.4, "elinewidth": 0.8, "capsize": 2}
-        at = load * load_factor
         # one loop has a mean and no scatter
-        bars = axes.errorbar(at, mean * factor, np.nan_to_num(scatter) * factor, fmt=marker, label=direction, **style)
+        at = table[values.dims[0]].values
+        bars = axes.errorbar(at, mean, np.nan_to_num(scatter), fmt=marker, label=direction, **style)
         if by_direction:
             set_beside(bars.get_children(), number, len(BESIDE))
-    law = _draw_law(axes, table, quantity, load_factor, factor)
-    title = f"{label} ({symbol})" if symbol else label
+    law = _draw_law(axes, table, quantity, factor)
+    title = f"{values.attrs['long_name']} ({unit})" if unit else values.attrs["long_name"]
     axes.set_title("\n".join(filter(None, [title, law])), fontsize=7.5, fontweight="normal")
     # from zero, so that heights compare
     low, high = axes.get_ylim()
@@ -340,20 +332,20 @@ def _draw_level(axes: "Axes", table: xr.Dataset, quantity: str) -> None:
     axes.margins(x=0.08)
 
 
-def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, load_factor: float, factor: float) -> str:
+def _draw_law(axes: "Axes", table: xr.Dataset, quantity: str, factor: float) -> str:
     """Draw the law of a quantity, if it has one, and return it."""
     found = table.attrs
     along = table[quantity].dims[0]
     load = np.linspace(float(table[along].min()), float(table[along].max()), 60)
     if quantity == "friction_force" and "friction_line_slope" in found:
-        law = found["friction_line_slope"] * load + found["friction_line_intercept"]
-        offset = found["friction_line_intercept"]
-        sign = "−" if offset < 0 else "+"
-        text = f"$F$ = {found['friction_line_slope']:.3g} $N$ {sign} {quantity_text(abs(offset), 'N', 3)}"
+        slope, offset = found["friction_line_slope"], found["friction_line_intercept"]
+        law = slope * load + offset
+        text = f"$F$ = {slope:.3g} $N$ {'−' if offset < 0 else '+'} {quantity_text(abs(offset), 'N', 3)}"
     elif f"{quantity}_exponent" in found:
-        law = found[f"{quantity}_factor"] * load ** found[f"{quantity}_exponent"]
-        text = f"∝ $N^{{{found[f'{quantity}_exponent']:.2f}}}$"
+        exponent = found[f"{quantity}_exponent"]
+        law = found[f"{quantity}_factor"] * load**exponent
+        text = f"∝ $N^{{{exponent:.2f}}}$"
     else:
         return ""
-    axes.plot(load * load_factor, law * factor, color=FAINT, linewidth=0.9, linestyle=(0, (4, 2)), zorder=0)
+    axes.plot(load, law * factor, zorder=0, **DASHED)
     return text

@@ -27,7 +27,6 @@ from historysim.results.plots.style import (
     SPAN,
     label_loop,
     line_style,
-    scale_of,
     zero_lines,
 )
 from historysim.results.plots.swept import cell_label, selected
@@ -86,7 +85,7 @@ class LoopsPicture(Panel):
     by_load: bool = False
     loads: bool = False
 
-    kind, of, several = "loops", (HISTORY, SWEEP), True
+    kind, of, several, headed = "loops", (HISTORY, SWEEP), True, True
 
     @property
     def beside(self) -> float:
@@ -101,38 +100,32 @@ class LoopsPicture(Panel):
         """Draw the loops, and what is marked on them."""
         loops = cells_of(data, LOOP, self.labels, self.where)
         axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
+        label_loop(axes)
         smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
-        moved = [each for loop in smooth for each in self._displacements(loop.rows)]
-        length, force = label_loop(axes, moved, [loop.rows[LOOP[0]].values for loop in smooth])
         for number, load in enumerate(self.first_loading):
-            u, t = first_loading(loops[0].rows, load)
             dashes: dict[str, Any] = {"linewidth": 0.9, "linestyle": (0, (6, 2) if number == 0 else (1.5, 1.5))}
             name = f"first loading, {quantity_text(load, 'N')}"
-            axes.plot(u * length, t * force, color=FAINT, label=name, zorder=1, **dashes)
+            axes.plot(*first_loading(loops[0].rows, load), color=FAINT, label=name, zorder=1, **dashes)
         parts = [part for loop in smooth for part in (_by_load(loop) if self.by_load else [loop])]
         for number, loop in enumerate(parts):
             looks = line_style(number, len(parts))
             # of a load loops repeat, and lie on one another
-            self._draw_loop(axes, loop, length, force, looks | ({"linestyle": "-"} if self.by_load else {}))
+            self._draw_loop(axes, loop, looks | ({"linestyle": "-"} if self.by_load else {}))
         if self.delta:
             _name_ends(canvas, axes)
         if self.drift:
-            _mark_drift(canvas, axes, smooth, length, force)
+            _mark_drift(canvas, axes, smooth)
         # on several loops letters lie on one another, unless they are asked for
         if len(smooth) == 1 or self.steps is not None:
             # numbers are those of recorded steps
             for loop in loops:
-                _mark_states(canvas, axes, loop.rows, self.steps, length, force)
+                _mark_states(canvas, axes, loop.rows, self.steps)
         axes.margins(0.07, 0.14)
         if beside is not None:
             _draw_loads(*beside, loops[0].rows)
-        if axes.get_legend_handles_labels()[1]:
-            canvas.legend(axes)
-        # of several each has its title below
-        canvas.title(axes, self.title, str(data.attrs.get("title", "")) if isinstance(data, xr.Dataset) else "")
 
-    def _draw_loop(self, axes: "Axes", loop: "Cell", length: float, force: float, style: dict[str, Any]) -> None:
-        work = _shade(axes, loop, length, force, style["color"]) if self.work else ""
+    def _draw_loop(self, axes: "Axes", loop: "Cell", style: dict[str, Any]) -> None:
+        work = _shade(axes, loop, style["color"]) if self.work else ""
         load = loop.rows[LOOP[0]].values
         for row, own in enumerate(self._displacements(loop.rows)):
             looks = style | ({"linestyle": (0, (3, 1.5)), "linewidth": 0.9} if row else {})
@@ -142,9 +135,9 @@ class LoopsPicture(Panel):
             reach = _reach(loop, own, row) if self.delta else None
             far = "" if reach is None else rf"$\delta$ = {quantity_text(reach, 'm', 3)}"
             name = ", ".join(filter(None, (loop.label, work, way, far)))
-            axes.plot(own * length, load * force, label=name or None, **looks)
+            axes.plot(own, load, label=name or None, **looks)
             if reach is not None:
-                axes.plot([reach * length], [load.max() * force], gid=END, color=style["color"], **MARK)
+                axes.plot([reach], [load.max()], gid=END, color=style["color"], **MARK)
 
     def _displacements(self, rows: xr.Dataset) -> list[Floats]:
         """Return the displacements that a loop is drawn over: of the contact, and if asked for of the drive."""
@@ -183,8 +176,7 @@ def _name_ends(canvas: Canvas, axes: "Axes") -> None:
     marks = [line for line in axes.get_lines() if line.get_gid() == END]
     for number, mark in enumerate(marks if len(marks) < 3 else []):
         symbol = r"$\delta$" if len(marks) == 1 else rf"$\delta_{number + 1}$"
-        x, y = (float(each) for each in np.asarray(mark.get_xydata())[0])
-        canvas.label(axes, symbol, (x, y), fontsize=8)
+        canvas.label(axes, symbol, tuple(mark.get_xydata()[0]), fontsize=8)
 
 
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
@@ -273,16 +265,14 @@ def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
     return found
 
 
-def _mark_states(
-    canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None, length: float, force: float
-) -> None:
+def _mark_states(canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None) -> None:
     """Mark states on a loop, each with its name."""
     for state in named_states(rows) if steps is None else steps:
         step = step_of(rows, state)
-        u, t = float(rows[LOOP[1]][step]) * length, float(rows[LOOP[0]][step]) * force
-        axes.plot([u], [t], color=INK, **MARK)
+        at = float(rows[LOOP[1]][step]), float(rows[LOOP[0]][step])
+        axes.plot(*at, color=INK, **MARK)
         label = state_label(rows, step) if isinstance(state, str) else str(state)
-        canvas.label(axes, label, (u, t), fontsize=8, fontstyle="italic")
+        canvas.label(axes, label, at, fontsize=8, fontstyle="italic")
 
 
 def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
@@ -305,51 +295,44 @@ def _branch(loop: Cell) -> tuple[Floats, Floats, float]:
     return np.append(way[inside], 2 * loop.reach), np.append(load[inside], -top), loop.reach
 
 
-def _shade(axes: "Axes", loop: Cell, length: float, force: float, colour: Any) -> str:
+def _shade(axes: "Axes", loop: Cell, colour: Any) -> str:
     """Fill the closed loop between ±δ, which turns where sliding begins, and return its area, the work, as a text."""
     way, load, reach = _branch(loop)
-    upper = (reach - way) * length
-    u, t = np.concatenate([upper, -upper]), np.concatenate([load, -load]) * force
+    u, t = np.concatenate([reach - way, way - reach]), np.concatenate([load, -load])
     axes.fill(u, t, color=colour, alpha=0.22, linewidth=0, zorder=0.5)
     # what is drawn has corners: the exact work is written where it is known
     work = loop.work or abs(2 * float(np.trapezoid(load, way)))
     return f"$W$ = {quantity_text(work, 'J', 3)}"
 
 
-def _mark_drift(canvas: Canvas, axes: "Axes", loops: Sequence[Cell], length: float, force: float) -> None:
+def _mark_drift(canvas: Canvas, axes: "Axes", loops: Sequence[Cell]) -> None:
     """Mark where the first two loops begin to slide in first loading, and the drift between them."""
     if len(loops) < 2 or any(loop.reach is None for loop in loops[:2]):
         raise InputError("drift: expected two loops with their preliminary displacement among the outputs")
     ends = [(float(loop.reach or 0.0), float(loop.rows[LOOP[0]].values.max())) for loop in loops[:2]]
     low = -0.32 * max(top for _, top in ends)
     for number, (reach, top) in enumerate(ends):
-        axes.plot([reach * length] * 2, [top * force, low * force], color=INK, linewidth=0.6, linestyle=":")
-        axes.plot([reach * length], [top * force], color=INK, **MARK)
-        canvas.label(axes, rf"$\delta_{number + 1}$", (reach * length, top * force))
-    first, second = (reach * length for reach, _ in ends)
-    axes.annotate("", xy=(first, low * force), xytext=(second, low * force), arrowprops=SPAN)
-    drift = quantity_text(abs(ends[1][0] - ends[0][0]), "m", 3)
-    canvas.label(axes, f"drift {drift}", ((first + second) / 2, low * force))
+        axes.plot([reach] * 2, [top, low], color=INK, linewidth=0.6, linestyle=":")
+        axes.plot([reach], [top], color=INK, **MARK)
+        canvas.label(axes, rf"$\delta_{number + 1}$", (reach, top))
+    (first, _), (second, _) = ends
+    axes.annotate("", xy=(first, low), xytext=(second, low), arrowprops=SPAN)
+    canvas.label(axes, f"drift {quantity_text(abs(second - first), 'm', 3)}", ((first + second) / 2, low))
 
 
 def _draw_loads(upper: "Axes", lower: "Axes", rows: xr.Dataset) -> None:
     """Draw normal and tangential load along the steps, the named ones as ticks."""
     if "total_normal_load" not in rows:
         raise InputError("loads: there is no total_normal_load; expected a history, or it among the outputs")
-    names = named_states(rows)
-    time = rows["time"].values
+    names, time = named_states(rows), rows["time"].values
     for axes, name, symbol in ((upper, "total_normal_load", "N"), (lower, "total_tangential_load", "T")):
         values = rows[name].values
-        factor, unit = scale_of("N", values)
-        axes.plot(time, values * factor, color=LINES[0][0], linewidth=1.1)
+        axes.plot(time, values, color=LINES[0][0], linewidth=1.1)
         zero_lines(axes, vertical=False)
-        axes.set_ylabel(f"${symbol}$ ({unit})")
-        axes.set_ylim(min(0.0, 1.1 * float(values.min()) * factor), 1.15 * float(values.max()) * factor)
-        for step in names.values():
-            axes.plot([time[step]], [values[step] * factor], color=INK, **(MARK | {"ms": 2.8}))
+        axes.set(ylabel=f"${symbol}$ (N)", ylim=(min(0.0, 1.1 * values.min()), 1.15 * values.max()))
+        steps = list(names.values())
+        axes.plot(time[steps], values[steps], color=INK, **(MARK | {"ms": 2.8}))
     upper.tick_params(labelbottom=False)
     if names:
-        lower.set_xticks([time[step] for step in names.values()], list(names))
-        lower.set_xlabel("state")
-    else:
-        lower.set_xlabel("time (s)")
+        lower.set_xticks(time[list(names.values())], list(names))
+    lower.set_xlabel("state" if names else "time (s)")

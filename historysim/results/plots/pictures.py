@@ -49,20 +49,32 @@ class Picture:
     #: Whether several histories can be in it: `draw` then takes a sequence of them, too.
     several: ClassVar[bool] = False
     alone: ClassVar[bool] = False  #: whether it fills a figure of its own, and cannot stand beside others
-    planar: ClassVar[bool] = False  #: whether it can be drawn of a history with two tangential directions
+    headed: ClassVar[bool] = False  #: whether the title of what is drawn stands above it, if it has no other
+    planar: ClassVar[bool] = False  #: whether it can be drawn of a history with two tangential directions, too
+    only_planar: ClassVar[bool] = False  #: whether it is of a history with two tangential directions alone
 
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw a Dataset, or what else it is of, on a canvas, which is a figure, a part of one, or axes.
 
         ``canvas.axes()`` are those of a picture with one panel, ``canvas.several(count)`` is the figure of one with
-        more; ``canvas.legend(axes)`` names what is drawn, and ``canvas.heading(text)`` is its title.
+        more. What is drawn is in SI units, with them in the labels of axes, "load (N)", which get readable prefixes.
+        What has a label is named below the picture.
         """
         raise NotImplementedError(f"{type(self).__name__} has no draw")
 
     def figure(self, what: Any, place: Place | None = None) -> FigureOrAxes:
         """Return a figure of it alone, or what was given to draw into."""
         data = data_for(what, self)
-        return drawn(place or {}, self.size_of(data), lambda canvas: self.draw(canvas, data))
+        return drawn(place or {}, self.size_of(data), lambda canvas: self.draw_named(canvas, data))
+
+    def draw_named(self, canvas: Canvas, data: Any) -> None:
+        """Draw it, with its title and a legend of what has a label."""
+        self.draw(canvas, data)
+        canvas.legend()
+        title = str(getattr(self, "title", ""))
+        if self.headed and not canvas.beside_others:
+            title = title or str(getattr(data, "attrs", {}).get("title", ""))
+        canvas.heading(title, canvas.caption)
 
     def size_of(self, data: Any) -> Size:  # noqa: ARG002 - what others go by
         """Return width and height [mm] where no other is asked for."""
@@ -86,7 +98,8 @@ class Picture:
     @classmethod
     def reported(cls, history: xr.Dataset) -> bool:
         """Return whether the report of a history shows it."""
-        return bool(cls.caption) and cls.needs in history and (cls.planar or DIRECTION not in history.sizes)
+        fits = cls.planar or cls.only_planar == (DIRECTION in history.sizes)
+        return bool(cls.caption) and cls.needs in history and fits
 
 
 @attrs.frozen(kw_only=True)
@@ -119,12 +132,23 @@ class Panel(Titled):
     labels: tuple[str, ...] = ()
     where: dict[str, Any] | None = None
 
+    def called_as(self, names: Sequence[str], what: str) -> list[str]:
+        """Return the labels of some lines, or else their own names."""
+        if self.labels and len(self.labels) != len(names):
+            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(names)} {what}")
+        return list(self.labels or names)
+
 
 def data_for(what: Any, picture: Picture) -> Any:
     """Return what a picture draws of a thing: the thing itself; of a scenario its surface, summits or record."""
     made = getattr(what, "picture_data", None)
     for each in what if isinstance(what, list | tuple) else (what,):
-        if not picture.planar:
+        if picture.only_planar and DIRECTION not in getattr(each, "sizes", ()):
+            raise InputError(
+                "the history has one tangential direction; expected loads or displacements in x and y, such as "
+                'tangential_displacement = ["10 nm", "5 nm"]'
+            )
+        if not (picture.planar or picture.only_planar):
             check_direction(each, f"the picture {picture.kind}")
     return what if made is None else made(picture.kind)
 
@@ -303,7 +327,7 @@ def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: 
         # also of one picture: what stands below it, and the line above all, then differ
         parts: Any = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
         for part, picture in zip(parts, fitting, strict=False):
-            picture.draw(canvas.part(part), data_for(what, picture))
+            picture.draw_named(canvas.part(part), data_for(what, picture))
         canvas.heading(title)
         canvas.notice(_beyond(what) if isinstance(what, xr.Dataset) else "")
 
@@ -332,12 +356,9 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
 
     first, *where, _ = inspect.signature(function).parameters.values()
     own = [
-        inspect.Parameter(
-            field.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.needed else field.default,
-        )
+        inspect.Parameter(each.name, each.KEYWORD_ONLY, default=each.empty if field.needed else field.default)
         for field in fields_of(kind)
+        for each in [first.replace(name=field.name)]
     ]
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
     function.__signature__ = inspect.Signature([first, *own, *where])  # type: ignore[attr-defined] # as help() reads it

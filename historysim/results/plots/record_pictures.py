@@ -25,8 +25,7 @@ from historysim.results.plots.style import (
     label_loop,
     line_style,
     note_instead,
-    scale_of,
-    scaled,
+    printed,
 )
 from historysim.results.tables import WrittenTable
 
@@ -37,6 +36,8 @@ if TYPE_CHECKING:
 
 MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # points of a comparison, and samples of a channel, that are drawn
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
+AS_READ: dict[str, Any] = {"color": FAINT, "linewidth": 0.7, "label": "as read"}
+AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "label": "as used"}
 
 
 @PICTURES.register
@@ -48,19 +49,15 @@ class ComparisonPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
-        canvas.several(len(COMPARED))
-        wide, room = canvas.width >= WIDE, 1
-        if wide:
-            room = 5 if canvas.height >= 95.0 else 2
-        elif canvas.height >= 105.0:
-            room = 4
-        count, rows, *heights = next(each for each in LAYOUTS[wide] if min(room, canvas.most) >= each[0])
+        figure: Any = canvas.several(len(COMPARED))
+        count, rows, heights = next(
+            (count, rows, heights)
+            for count, width, height, rows, heights in LAYOUTS
+            if count <= canvas.most and canvas.width >= width and canvas.height >= height
+        )
         canvas.fitting([called for called, _ in COMPARED.values()], count)
-        panels = canvas.figure.subplot_mosaic(rows, height_ratios=heights)
-        for name, axes in panels.items():
+        for name, axes in figure.subplot_mosaic(rows, height_ratios=heights).items():
             COMPARED[name][1](axes, data)
-        canvas.legend(*(axes for name, axes in panels.items() if name in "LR"))
-        canvas.heading(self.title)
 
 
 def _thin(comparison: Comparison) -> Integers:
@@ -73,13 +70,11 @@ def _thin(comparison: Comparison) -> Integers:
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     observation, response = comparison.observation, comparison.response
     shown = _thin(comparison)
-    length, force = label_loop(
-        axes, [observation.displacement], [observation.tangential_load, response.tangential_load]
-    )
+    label_loop(axes)
     dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
     dots |= {"rasterized": True, "zorder": 2}
     load, modelled = observation.tangential_load, response.tangential_load
-    axes.plot(observation.displacement[shown] * length, load[shown] * force, color=MEASURED, label="measured", **dots)
+    axes.plot(observation.displacement[shown], load[shown], color=MEASURED, label="measured", **dots)
     # along a branch the model passes the displacements in their order, not in that of time
     branches = zip(observation.turns[:-1], observation.turns[1:], strict=True)
     rises = [
@@ -92,48 +87,45 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
     # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
-    axes.plot(response.displacement[order] * length, modelled[order] * force, label="model", **line)
+    axes.plot(response.displacement[order], modelled[order], label="model", **line)
     if not comparison.instrument.rigid:
         stiffness = comparison.instrument.stiffness
         contact = observation.displacement - load / stiffness
         dots["color"] = CORRECTED
-        axes.plot(contact[shown] * length, load[shown] * force, label="measured, of the contact", **dots)
+        axes.plot(contact[shown], load[shown], label="measured, of the contact", **dots)
         contact = response.displacement - modelled / stiffness
         line["linestyle"] = (0, (4, 1.5))
-        axes.plot(contact[order] * length, modelled[order] * force, label="model, of the contact", **line)
+        axes.plot(contact[order], modelled[order], label="model, of the contact", **line)
     axes.margins(0.06)
     axes.set_title("Friction loops")
 
 
 def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
-    observation = comparison.observation
     shown = _thin(comparison)
-    time, loads = observation.time[shown], [each.tangential_load[shown] for each in (observation, comparison.response)]
-    force, unit = scale_of("N", *loads)
-    for load, colour, width in zip(loads, (MEASURED, MODEL), (0.9, 0.6), strict=True):
-        axes.plot(time, load * force, color=colour, linewidth=width, rasterized=True)
+    time = comparison.observation.time[shown]
+    for each, colour, width in ((comparison.observation, MEASURED, 0.9), (comparison.response, MODEL, 0.6)):
+        axes.plot(time, each.tangential_load[shown], color=colour, linewidth=width, rasterized=True)
     axes.margins(x=0.01)
-    axes.set(title="Tangential load", ylabel=f"$T$ ({unit})", xlabel="time (s)")
+    axes.set(title="Tangential load", ylabel="$T$ (N)", xlabel="time (s)")
 
 
 def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
-    observation, (off, unit) = comparison.observation, scaled(comparison.difference, "N")
+    observation, off = comparison.observation, comparison.difference
     stride = -(-off.size // MOST_POINTS)
     time = observation.time[observation.first :][::stride]
     axes.axhline(0, color=FAINT, linewidth=0.6)
     axes.plot(time, off[::stride], ".", color=INK, markersize=1.2, markeredgewidth=0, rasterized=True)
-    axes.set(title="Measured less model", ylabel=f"$ΔT$ ({unit})", xlabel="time (s)")
+    axes.set(title="Measured less model", ylabel="$ΔT$ (N)", xlabel="time (s)")
 
 
 def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
     """Draw residuals over the branches, in the mean of those that rise, and of those that fall."""
     left = comparison.left
-    factor, unit = scale_of("N", left.mean)
     axes.axhline(0, color=FAINT, linewidth=0.6)
     for way, mean, colour, label in zip(left.place, left.mean, (INK, CORRECTED), ("forward", "backward"), strict=True):
-        axes.plot(100 * way, mean * factor, color=colour, linewidth=1.0, label=label)
+        axes.plot(100 * way, mean, color=colour, linewidth=1.0, label=label)
     axes.margins(y=0.12)
-    axes.set(title="Residuals over the branch", ylabel=f"mean $ΔT$ ({unit})", xlabel="way from reversal (%)")
+    axes.set(title="Residuals over the branch", ylabel="mean $ΔT$ (N)", xlabel="way from reversal (%)")
 
 
 def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
@@ -143,19 +135,14 @@ def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     if comparison.measured is None or comparison.model is None:
         note_instead(axes, "no whole loop")
         return
-    energies = [loops.dissipated_energy for loops in (comparison.measured, comparison.model)]
-    known = np.concatenate(energies)
-    # a loop in which the normal load steps has no energy
-    known = known[np.isfinite(known)] if np.isfinite(known).any() else np.zeros(1)
-    factor, unit = scale_of("J", known)
     sets = ("measured", comparison.measured, "o", MEASURED), ("model", comparison.model, "x", MODEL)
-    for (name, loops, marker, colour), energy in zip(sets, energies, strict=True):
-        axes.plot(loops.number + 1, energy * factor, marker, color=colour, markersize=4, mfc="none", label=name)
+    for name, loops, marker, colour in sets:
+        looks: dict[str, Any] = {"color": colour, "markersize": 4, "mfc": "none", "label": name}
+        axes.plot(loops.number + 1, loops.dissipated_energy, marker, **looks)
     # from zero, so that heights compare; a record with mixed-up signs has energies below it
-    lowest, highest = (factor * float(at(known)) for at in (np.min, np.max))
-    axes.set_ylim(min(0.0, 1.15 * lowest), max(0.0, 1.15 * highest) or None)
+    axes.axhline(0, linewidth=0)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(f"$∮T\\,dU$ ({unit})")
+    axes.set_ylabel("$∮T\\,dU$ (J)")
 
 
 # Panels of a comparison by their letters in the layout: what each is called, and what draws it.
@@ -167,11 +154,14 @@ COMPARED: "dict[str, tuple[str, Callable[[Axes, Comparison], None]]]" = {
     "R": ("residuals", _draw_residuals),
 }
 
-# How many panels, where they stand, and heights of their rows, in a wide figure and in a narrow one.
-LAYOUTS: dict[bool, list[tuple[Any, ...]]] = {
-    True: [(5, "LLLTTT;EEDDRR", 1.25, 1.0), (2, "LT", 1.0), (1, "L", 1.0)],
-    False: [(4, "LL;TT;ED", 2.2, 1.1, 1.1), (2, "L;T", 2.0, 1.1), (1, "L", 1.0)],
-}
+# How many panels, least width and height [mm], where they stand, and heights of their rows.
+LAYOUTS = (
+    (5, WIDE, 95.0, "LLLTTT;EEDDRR", (1.25, 1.0)),
+    (2, WIDE, 0.0, "LT", (1.0,)),
+    (4, 0.0, 105.0, "LL;TT;ED", (2.2, 1.1, 1.1)),
+    (2, 0.0, 105.0, "L;T", (2.0, 1.1)),
+    (1, 0.0, 0.0, "L", (1.0,)),
+)
 
 DETAIL, PIECE = 200, 8192  # samples that the detail of a channel, and a piece of its spectrum, take
 LEAST_ROW = 24.0  # height of a channel [mm]
@@ -191,37 +181,29 @@ class RecordPicture(Titled):
     def draw(self, canvas: Canvas, data: Measurement) -> None:
         """Draw channels over time, a detail, and amplitudes over the frequency; without an even clock no spectrum."""
         channels = _changing(data)
-        try:
-            rate = sampling_rate(data.time)
-        except InputError:
-            rate = None
         # at the width of one column there is no room for more than the whole of each
         columns = 3 if canvas.width >= WIDE else 1
         names = [name.replace("_", " ") for name in channels]
         rows = len(canvas.fitting(names, int((canvas.height - 18.0) / LEAST_ROW)))
         if columns == 1:
             canvas.notice("at the width of one column there is no room for details and spectra")
-        figure = canvas.several(rows * columns) if rows * columns > 1 else canvas.figure
-        grid = figure.add_gridspec(rows, columns, width_ratios=(1.4, 1, 1)[:columns])
-        for row, (name, values) in enumerate([*channels.items()][:rows]):
+        if rows * columns == 1:
+            grid = np.array([[canvas.axes()]])
+        else:
+            figure: Any = canvas.several(rows * columns)
+            grid = figure.subplots(rows, columns, width_ratios=(1.4, 1, 1)[:columns], squeeze=False)
+        for (name, values), (whole, *others) in zip(channels.items(), grid, strict=False):
             read = values + data.removed[name] if name in data.removed else None
-            factor, unit = scale_of(load_kind(name).unit, values)
-            whole = canvas.given or figure.add_subplot(grid[row, 0])
-            evenly = np.unique(np.linspace(0, values.size - 1, min(values.size, MOST_SAMPLES)).astype(int))
-            _draw_channel(whole, data.time, values, read, evenly, factor)
+            unit = load_kind(name).unit
+            _draw_channel(whole, data.time, values, read, slice(None))
             whole.set(title=name.replace("_", " ").capitalize(), ylabel=f"({unit})")
-            panels = [(whole, "time (s)")]
-            if columns == 3:
-                detail, spectrum = (figure.add_subplot(grid[row, column]) for column in (1, 2))
-                _draw_channel(detail, data.time, values, read, _detail(values), factor)
-                detail.set(title="Detail")
-                detail.ticklabel_format(axis="x", useOffset=False)
-                _draw_spectrum(spectrum, values, read, rate, factor, unit)
-                panels += [(detail, "time (s)"), (spectrum, "frequency (Hz)")]
-            for axes, label in panels if row == rows - 1 else []:
-                axes.set(xlabel=label)
-        canvas.legend(*([canvas.given] if canvas.given is not None else figure.axes))
-        canvas.heading(self.title)
+            if others:
+                _draw_channel(others[0], data.time, values, read, _detail(values))
+                others[0].set(title="Detail", ylabel=f"({unit})")
+                others[0].ticklabel_format(axis="x", useOffset=False)
+                _draw_spectrum(others[1], values, read, data.time, unit)
+        for axes, label in zip(grid[-1], ("time (s)", "time (s)", "frequency (Hz)"), strict=False):
+            axes.set_xlabel(label)
 
 
 def _changing(measurement: Measurement) -> dict[str, Floats]:
@@ -233,38 +215,35 @@ def _changing(measurement: Measurement) -> dict[str, Floats]:
     return found
 
 
-def _draw_channel(
-    axes: "Axes", time: Floats, values: Floats, read: Floats | None, shown: Integers, factor: float
-) -> None:
-    line: dict[str, Any] = {"rasterized": True, "solid_joinstyle": "round"}
-    if read is not None:
-        axes.plot(time[shown], read[shown] * factor, color=FAINT, linewidth=0.7, label="as read", **line)
-    axes.plot(time[shown], values[shown] * factor, color=MARK, linewidth=0.8, label="as used", **line)
+def _draw_channel(axes: "Axes", time: Floats, values: Floats, read: Floats | None, shown: slice) -> None:
+    for channel, looks in ((read, AS_READ), (values, AS_USED)):
+        if channel is not None:
+            axes.plot(time[shown], channel[shown], rasterized=True, solid_joinstyle="round", **looks)
     axes.margins(x=0.01)
 
 
-def _detail(values: Floats) -> Integers:
+def _detail(values: Floats) -> slice:
     """Return samples around the last greatest value, where a channel turns or slides."""
     count = min(DETAIL, values.size)
     start = int(np.clip(int(values.argmax()) - count // 2, 0, values.size - count))
-    return np.arange(start, start + count)
+    return slice(start, start + count)
 
 
-def _draw_spectrum(
-    axes: "Axes", values: Floats, read: Floats | None, rate: float | None, factor: float, unit: str
-) -> None:
+def _draw_spectrum(axes: "Axes", values: Floats, read: Floats | None, time: Floats, unit: str) -> None:
     axes.set(title="Amplitude", ylabel=f"({unit})")
-    if rate is None:
+    try:
+        rate = sampling_rate(time)
+    except InputError:
         note_instead(axes, "no even clock")
         return
     from scipy import signal
 
-    for channel, colour, width in ((read, FAINT, 0.8), (values, MARK, 0.8)):
+    for channel, looks in ((read, AS_READ), (values, AS_USED)):
         if channel is not None:
             length = min(PIECE, channel.size)
             frequency, power = signal.welch(channel, rate, nperseg=length, scaling="spectrum", detrend="linear")
             # of a sine, its amplitude; the first bins hold what is left of the mean
-            axes.semilogy(frequency[2:], np.sqrt(2 * power[2:]) * factor, color=colour, linewidth=width)
+            axes.semilogy(frequency[2:], np.sqrt(2 * power[2:]), **looks)
     axes.margins(x=0.01)
 
 
@@ -278,26 +257,20 @@ class SlidingPicture(Titled):
     def draw(self, canvas: Canvas, data: Sliding) -> None:
         """Draw them."""
         axes = canvas.axes()
-        factor, unit = scale_of("m", data.place) if data.over == "distance" else (1.0, UNITS[data.over])
         stride = -(-data.place.size // MOST_SAMPLES)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        at, friction = data.place[::stride] * factor, data.coefficient[::stride]
+        friction = data.coefficient[::stride]
         if np.isfinite(friction).any():
-            axes.plot(at, friction, rasterized=True, label="samples", zorder=1, **dots)
-        windows = data.window_place * factor, data.window_mean
-        axes.plot(*windows, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
+            axes.plot(data.place[::stride], friction, rasterized=True, label="samples", zorder=1, **dots)
+        axes.plot(data.window_place, data.window_mean, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if data.approach is not None:
             way = np.linspace(data.approach.origin, data.place[-1], 200)
             line: dict[str, Any] = {"color": STATE_COLOURS[2], "linewidth": 1.2, "zorder": 3}
-            axes.plot(way * factor, data.approach.at(way), label="approach", **line)
-            steady = line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0}
-            axes.axhline(data.approach.steady, **steady)
+            axes.plot(way, data.approach.at(way), label="approach", **line)
+            axes.axhline(data.approach.steady, **line | {"linewidth": 0.7, "linestyle": (0, (4, 2)), "zorder": 0})
         if data.peak is not None:
-            peak = data.peak.place * factor, data.peak.coefficient
-            axes.plot(*peak, "^", color=INK, ms=5, label="static peak", zorder=4)
-        axes.set(title="Friction coefficient", xlabel=f"{data.over} ({unit})", ylabel="$μ = T/N$")
-        canvas.legend(axes)
-        canvas.heading(self.title)
+            axes.plot(data.peak.place, data.peak.coefficient, "^", color=INK, ms=5, label="static peak", zorder=4)
+        axes.set(title="Friction coefficient", xlabel=f"{data.over} ({UNITS[data.over]})", ylabel="$μ = T/N$")
 
 
 MOST_PANELS, MOST_LINES = 4, 6
@@ -320,27 +293,24 @@ class TablePicture(Titled):
         first, numbers, by_unit = _by_unit(written)
         panels = list(by_unit.items())
         panels = panels[: len(canvas.fitting([_called(names) for _, names in panels], MOST_PANELS))]
-        if len(panels) == 1:
-            all_axes = [canvas.axes()]
-        else:
-            all_axes = list(canvas.several(len(panels)).subplots(len(panels), 1, sharex=True))
-        unit = str(numbers[first].attrs.get("units", "1"))
-        factor, unit = _scale(numbers[first].values, unit)
-        at = numbers[first].values * factor
+        figure: Any = canvas.several(len(panels)) if len(panels) > 1 else None
+        all_axes = [canvas.axes()] if figure is None else figure.subplots(len(panels), 1, sharex=True)
         left_out: list[str] = []
-        for axes, (its_unit, names) in zip(all_axes, panels, strict=True):
+        for axes, (unit, names) in zip(all_axes, panels, strict=True):
             left_out += names[MOST_LINES:]
-            _draw_columns(axes, at, {name: numbers[name].values for name in names[:MOST_LINES]}, its_unit)
-        all_axes[-1].set_xlabel(first.replace("_", " ") + ("" if unit == "1" else f" ({unit})"))
-        if len(panels) == 1:
-            canvas.legend(*all_axes)
-        else:
-            # lines of two panels look alike
-            for axes in all_axes:
-                axes.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
+            for number, name in enumerate(names[:MOST_LINES]):
+                looks = line_style(number, MOST_LINES)
+                axes.plot(numbers[first], numbers[name], label=name.replace("_", " "), **looks)
+            axes.set_ylabel(_label(names[0] if len(names) == 1 else "value", unit))
+        all_axes[-1].set_xlabel(_label(first, numbers[first].attrs.get("units", "1")))
+        canvas.named = len(panels) > 1
+        # lines of two panels look alike
+        for axes in all_axes if canvas.named else ():
+            axes.legend(fontsize=6.5, loc="center left", bbox_to_anchor=(1.0, 0.5))
         if left_out:
             canvas.notice(f"there is no room for {listed([name.replace('_', ' ') for name in left_out])}")
-        canvas.heading(self.title or written.name)
+        if not self.title:
+            canvas.heading(written.name)
 
 
 def _table(data: WrittenTable | xr.Dataset) -> WrittenTable:
@@ -365,17 +335,9 @@ def _called(names: "Sequence[str]") -> str:
     return " and ".join(name.replace("_", " ") for name in names[:2]) + (" and others" if len(names) > 2 else "")
 
 
-def _draw_columns(axes: "Axes", at: Floats, columns: dict[str, Floats], unit: str) -> None:
-    factor, unit = _scale(np.concatenate([*columns.values()]), unit)
-    for number, (name, values) in enumerate(columns.items()):
-        axes.plot(at, values * factor, label=name.replace("_", " "), **line_style(number, MOST_LINES))
-    label = next(iter(columns)).replace("_", " ") if len(columns) == 1 else "value"
-    axes.set_ylabel(f"{label} ({unit})" if unit != "1" else label)
-
-
-def _scale(values: Any, unit: str) -> tuple[float, str]:
-    """Return the factor and the unit for a column; units of several factors, powers and seconds have no prefix."""
-    return scale_of(unit, values) if unit in {"N", "m", "J", "Pa"} else (1.0, unit)
+def _label(name: str, unit: str) -> str:
+    words, text = name.replace("_", " "), printed(unit)
+    return f"{words} ({text})" if text else words
 
 
 @PICTURES.register
@@ -404,10 +366,7 @@ class CreepPicture(Titled):
         )
         if beside is not None:
             _draw_parts(beside, data)
-        canvas.legend(*(each for each in (axes, beside) if each is not None))
-        canvas.heading(
-            self.title, "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
-        )
+        canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label == "relaxation")
 
 
 def _draw_parts(axes: "Axes", data: Creep) -> None:
@@ -417,14 +376,13 @@ def _draw_parts(axes: "Axes", data: Creep) -> None:
     sense = np.sign([hold.tangential_load for hold in data.holds])
     parts = {name: sense * [getattr(hold, name) for hold in data.holds] for name in ("memory", "relaxation", "sensor")}
     change = sense * [hold.change for hold in data.holds]
-    factor, unit = scale_of("N", change, *parts.values())
     number, low, high = np.arange(1, sense.size + 1), np.zeros(sense.size), np.zeros(sense.size)
     for (name, values), colour in zip(parts.items(), (MODEL, CORRECTED, FAINT), strict=True):
-        known = np.nan_to_num(values) * factor
+        known = np.nan_to_num(values)
         below = np.where(known < 0, low, high)
         axes.bar(number, known, 0.7, bottom=below, color=colour, label=name)
         low, high = low + np.minimum(known, 0), high + np.maximum(known, 0)
-    axes.plot(number, change * factor, "_", color=INK, ms=9, mew=1.2, label="measured")
+    axes.plot(number, change, "_", color=INK, ms=9, mew=1.2, label="measured")
     axes.axhline(0, color=FAINT, linewidth=0.6)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set(title="Parts of the change", xlabel="hold", ylabel=f"$ΔT$ along $T$ ({unit})")
+    axes.set(title="Parts of the change", xlabel="hold", ylabel="$ΔT$ along $T$ (N)")

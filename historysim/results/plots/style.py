@@ -4,7 +4,9 @@ Colours differ for readers with any colour vision and in grey print: lightness r
 """
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+import math
+import re
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -62,10 +64,13 @@ LINES = (
     ("#33864f", (0, (3, 1, 1, 1)), "*"),
 )
 MOST_LINES = 12
+DASHED: dict[str, Any] = {"color": FAINT, "linewidth": 0.9, "linestyle": (0, (4, 2))}  # a limit, or a law
 
 # An arrow from one end to another.
 SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 7}
 
+# SI units that have a readable prefix in labels.
+WITH_PREFIX = {"m", "m²", "m³", "N", "N/m", "J", "J/m²", "Pa"}
 MOST_POINTS = 100_000  # points of a line: more than a picture can show
 APART = 5.0  # how far marks with error bars stand from those of the next line [pt]
 MOST_PIECES = 256  # pieces of one colour in a coloured line
@@ -75,23 +80,68 @@ FEW_DECADES = 30.0
 
 def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:
     """Return the factor of a readable SI prefix for the greatest of some values, and the unit with that prefix."""
+    text = printed(unit)
+    if text not in WITH_PREFIX:
+        return 1.0, text
     known = (each[np.isfinite(each)] for each in map(np.asarray, values))
-    factor, prefix = prefixed(max(float(np.abs(each).max(initial=0.0)) for each in known))
-    return factor, prefix + unit
+    greatest = max(float(np.abs(each).max(initial=0.0)) for each in known)
+    # the prefix of an area is squared with the metre
+    order = {"m²": 2, "m³": 3}.get(text, 1)
+    factor, prefix = prefixed(greatest ** (1 / order))
+    return factor**order, prefix + text
 
 
-def scaled(values: Floats, unit: str) -> tuple[Floats, str]:
-    """Return values times the factor of a readable SI prefix, and the unit with that prefix."""
-    factor, readable = scale_of(unit, values)
-    return values * factor, readable
+def printed(unit: str) -> str:
+    """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m², and ``"1"`` as nothing."""
+    first, *below = "" if unit == "1" else unit, *unit.split()[1:]
+    if below and all("-" in part for part in below):
+        first = f"{unit.split(maxsplit=1)[0]}/{'·'.join(part.replace('-1', '').replace('-', '') for part in below)}"
+    return first.translate(str.maketrans("23", "²³"))
 
 
-def label_loop(axes: "Axes", displacements: Sequence[Floats], loads: Sequence[Floats]) -> tuple[float, float]:
-    """Label the axes of friction loops, and return the factors of displacement [m] and load [N]."""
-    (length, unit), (force, force_unit) = scale_of("m", *displacements), scale_of("N", *loads)
+def parted(label: str) -> tuple[str, str]:
+    """Return the quantity and the unit of a label, "load (N)"."""
+    found = re.fullmatch(r"(.*?) ?\(([^()]*)\)", label, re.DOTALL)
+    return (found[1], found[2]) if found else (label, "")
+
+
+def name_prefix(axis: Any) -> None:
+    """Give an axis that is labelled in SI units, "load (N)", a prefix; what its ticks share goes into the label."""
+    from matplotlib.ticker import ScalarFormatter
+
+    quantity, unit = parted(axis.get_label_text())
+    formatter, seen = axis.get_major_formatter(), axis.offsetText.get_visible()
+    axis.offsetText.set_visible(False)
+    if not isinstance(formatter, ScalarFormatter) or not (unit in WITH_PREFIX or seen):
+        return
+    formatter.format_ticks(axis.get_majorticklocs())
+    if not any(label.get_visible() for label in axis.get_ticklabels()):
+        return
+    offset = float(formatter.offset)
+    far = axis.get_view_interval() - offset
+    if unit in WITH_PREFIX:
+        factor, ticks = scale_of(unit, far)
+        power = -round(math.log10(factor))
+    elif formatter.get_offset():
+        power = 3 * math.floor(math.log10(np.abs(far).max()) / 3)
+        ticks = f"$10^{{{power}}}$ {unit}".rstrip() if power else unit
+    else:
+        return
+    text = f"{quantity} ({ticks})".strip() if ticks else quantity
+    if offset:
+        factor, its_unit = scale_of(unit, offset)
+        text += f", from {factor * offset:.10g} {its_unit}".rstrip()
+        # as many ticks as there may be in another size, they keep what the label says
+        formatter.set_useOffset(offset)
+    formatter.set_scientific(bool(power))
+    formatter.set_powerlimits((power, power))
+    axis.set_label_text(text)
+
+
+def label_loop(axes: "Axes") -> None:
+    """Label the axes of friction loops [m, N]."""
     zero_lines(axes)
-    axes.set(xlabel=f"tangential displacement $U$ ({unit})", ylabel=f"tangential load $T$ ({force_unit})")
-    return length, force
+    axes.set(xlabel="tangential displacement $U$ (m)", ylabel="tangential load $T$ (N)")
 
 
 def draw_image(axes: "Axes", values: Floats, extent: Extent, **colours: Any) -> "AxesImage":
@@ -114,15 +164,18 @@ def patches(colours: Iterable[str], names: Iterable[str]) -> "list[Patch]":
 
 
 def by_factors(axis: Any) -> None:
-    """Make an axis logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
+    """Make an axis, once its data are drawn, logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
     low, high = axis.get_data_interval()
-    few = high < FEW_DECADES * low
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if few else (1,)))
+    quantity, unit = parted(axis.get_label_text())
+    factor, ticks = scale_of(unit, high)
+    if unit in WITH_PREFIX:
+        axis.set_label_text(f"{quantity} ({ticks})")
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < FEW_DECADES * low else (1,)))
     axis.set_minor_formatter("")
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:g}"))
 
 
 def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:

@@ -1,5 +1,6 @@
-"""Pictures of a surface: its height map, its summits, and which of them stick or slip at a step of a history."""
+"""Pictures of surfaces: height map and summits, at a step of a history too, and what a place has lost."""
 
+import math
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -19,22 +20,25 @@ from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
 from historysim.results.plots.style import (
+    DASHED,
+    DIVERGING,
     FAINT,
     INK,
     LINES,
+    MARK,
     STATE_COLOURS,
     STATES,
     Extent,
     by_factors,
     draw_image,
-    patches,
+    note_instead,
     scale_of,
 )
 from historysim.surfaces.heights import Surface
+from historysim.surfaces.registration import LOST, LOWERED, Registration
 from historysim.surfaces.summits import Summits
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 MOST_MARKS = 20_000  # summits without contact that are marked; of more, so many taken by lot
@@ -43,7 +47,7 @@ SEPARATED, TOUCHING = 0, -1
 NO_CONTACT = "#4aa8e0"  # summits without contact: a colour that neither grey heights nor the slip states have
 MISSING = "#efdcc3"
 DARKEST = 0.55  # darkest grey of heights under summits in contact
-FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))}
+FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2)), "label": "rigid flat"}
 
 
 @PICTURES.register
@@ -51,7 +55,7 @@ FLAT: dict[str, Any] = {"color": INK, "linewidth": 0.8, "linestyle": (0, (4, 2))
 class SurfacePicture(Titled):
     """The surface with its summits, and the asperity distribution: radius over height."""
 
-    kind, of, size, alone = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True
+    kind, of, size, alone, headed = "surface", (Surface, SCENARIO), (TWO_COLUMNS, 97.0), True, True
 
     def draw(self, canvas: Canvas, data: xr.Dataset | Surface) -> None:
         """Draw the map, or the profile, and the distribution; without positions the distribution alone."""
@@ -60,7 +64,7 @@ class SurfacePicture(Titled):
             with representable():
                 summits = data.summits(3 if 1 in data.shape else 9)
             data = surface_group.dataset(summits, data)
-        draw_surface(canvas, data, contact_at(data), self.title or str(data.attrs.get("title", "")))
+        draw_surface(canvas, data, contact_at(data))
 
 
 @PICTURES.register
@@ -80,11 +84,9 @@ class DistributionPicture(Picture):
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw the summits, and the rigid flat."""
-        surface = surface_of(data)
-        contact = contact_at(surface, data, step_number(self.step, data))
+        contact = contact_at(surface_of(data), data, step_number(self.step, data))
         draw_distribution(canvas.axes(), contact)
-        canvas.legend(handles=legend_handles(surface, contact))
-        canvas.heading("", contact.caption)
+        canvas.caption = contact.caption
 
 
 @attrs.frozen(eq=False)
@@ -103,30 +105,31 @@ class ContactAtStep:
         return [] if self.separation is None else [self.separation]
 
 
-def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep, title: str) -> None:
+def draw_surface(canvas: Canvas, surface: xr.Dataset, contact: ContactAtStep) -> None:
     """Draw a surface with its summits, those in contact in the colour of their state, and their distribution."""
     count = surface.sizes["summit"]
-    has_map = "height" in surface
-    placed = {"summit_x", "summit_y"} <= set(surface.variables) and (has_map or count > 0)
-    axes: Axes | None = None
-    beside: Axes | None = None
-    if not placed:
-        beside = canvas.axes()
-    elif count <= 1 or canvas.given is not None:
-        # one summit has no distribution
-        axes = canvas.axes()
+    canvas.caption = contact.caption
+    if not placed(surface):
+        draw_distribution(canvas.axes(), contact)
+        return
+    if count <= 1 or canvas.given is not None:
+        axes, beside = canvas.axes(), None
     else:
         axes, beside = canvas.two(("surface", "asperity distribution"), 1.25, stacked=1.6)
-    if axes is not None and has_map and 1 in surface["height"].shape:
+    if "height" in surface and 1 in surface["height"].shape:
         _draw_profile(axes, surface, contact)
-    elif axes is not None:
+    else:
         draw_map(axes, surface, contact)
     if beside is not None:
         draw_distribution(beside, contact)
     elif count <= 1:
         canvas.notice(f"no asperity distribution: {counted(count, 'summit', 'summits')}")
-    canvas.legend(handles=legend_handles(surface, contact, flat=beside is not None))
-    canvas.heading(title, contact.caption)
+
+
+def placed(surface: xr.Dataset) -> bool:
+    """Return whether it is known where its summits are, or its heights."""
+    positions = {"summit_x", "summit_y"} <= set(surface.variables)
+    return positions and ("height" in surface or surface.sizes["summit"] > 0)
 
 
 def surface_of(history: xr.Dataset) -> xr.Dataset:
@@ -210,22 +213,18 @@ def draw_map(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
     """Draw heights and summits from above, those in contact in the colour of their state."""
     x, y = (_ends(surface, axis) for axis in "xy")
     sides = (x[1] - x[0], y[1] - y[0])
-    # a single summit has no sides, but a radius
-    lone = max(sides) == 0
-    reach = float(surface["summit_radius"].values.max()) if lone else 0.0
-    factor, unit = scale_of("m", reach, sides)
     if "height" in surface:
-        extent = (x[0] * factor, x[1] * factor, y[0] * factor, y[1] * factor)
         # pale where the colours of the states must differ from them, in grey print, too
-        _draw_heights(axes, surface, extent, darkest=DARKEST if contact.flat else 0.0)
-    _draw_marks(axes, surface["summit_x"].values * factor, surface["summit_y"].values * factor, contact.state)
-    if lone:
-        axes.set_xlim((x[0] - reach) * factor, (x[0] + reach) * factor)
-        axes.set_ylim((y[0] - reach) * factor, (y[0] + reach) * factor)
+        _draw_heights(axes, surface, (*x, *y), darkest=DARKEST if contact.flat else 0.0)
+    _draw_marks(axes, surface["summit_x"].values, surface["summit_y"].values, contact)
+    if max(sides) == 0:
+        # a single summit has no sides, but a radius
+        reach = float(surface["summit_radius"].values.max())
+        axes.set(xlim=(x[0] - reach, x[0] + reach), ylim=(y[0] - reach, y[0] + reach))
     # a long strip would leave no room for its labels
     axes.set_aspect("equal", adjustable="box" if max(sides) <= LONGEST * min(sides) else "datalim")
     axes.spines[["top", "right"]].set_visible(True)
-    axes.set(title="Surface and summits", xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
+    axes.set(title="Surface and summits", xlabel="$x$ (m)", ylabel="$y$ (m)")
 
 
 def _ends(surface: xr.Dataset, axis: str) -> tuple[float, float]:
@@ -241,14 +240,15 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest:
     import matplotlib as mpl
     from matplotlib.colors import ListedColormap
 
-    factor, unit = scale_of("m", surface["height"].values)
-    heights = surface["height"].values * factor
+    heights = surface["height"].values
     known = heights[np.isfinite(heights)]
+    if known.size < heights.size:
+        axes.scatter([], [], marker="s", color=MISSING, label="missing height")
     # a few spikes would leave all else in one grey
     low, high = np.percentile(known, (0.5, 99.5)) if known.size else (0.0, 0.0)
     greys = ListedColormap(mpl.colormaps["gray"](np.linspace(darkest, 1.0, 256))).with_extremes(bad=MISSING)
     if high <= low:
-        draw_image(axes, heights, extent, cmap=greys, vmin=low - 1, vmax=high + 1)
+        draw_image(axes, heights, extent, cmap=greys, vmin=low - 1e-9, vmax=high + 1e-9)
         return
     image = draw_image(axes, heights, extent, cmap=greys, vmin=low, vmax=high)
     left, right, bottom, top = extent
@@ -258,78 +258,55 @@ def _draw_heights(axes: "Axes", surface: xr.Dataset, extent: Extent, *, darkest:
         image,
         cax=axes.inset_axes((1.03, 0, 0.045 * (height_over_width if 1 < height_over_width <= LONGEST else 1), 1)),
         extend="both" if below and above else "min" if below else "max" if above else "neither",
-        label=f"height $z$ ({unit})",
+        label="height $z$ (m)",
     )
 
 
 def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> None:
     axis = "x" if surface.sizes["x"] > 1 else "y"
-    points, heights = surface[axis].values, surface["height"].values.ravel()
-    (along, unit), (up, height_unit) = scale_of("m", points), scale_of("m", heights, contact.flat)
-    axes.plot(points * along, heights * up, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
-    _draw_marks(axes, surface[f"summit_{axis}"].values * along, contact.height * up, contact.state)
+    heights = surface["height"].values.ravel()
+    axes.plot(surface[axis].values, heights, color=FAINT, linewidth=0.7, rasterized=True, zorder=1)
+    _draw_marks(axes, surface[f"summit_{axis}"].values, contact.height, contact)
     for separation in contact.flat:
-        axes.axhline(separation * up, **FLAT)
+        axes.axhline(separation, **FLAT)
     axes.margins(x=0.01)
-    axes.set(title="Profile and summits", xlabel=f"${axis}$ ({unit})", ylabel=f"height $z$ ({height_unit})")
+    axes.set(title="Profile and summits", xlabel=f"${axis}$ (m)", ylabel="height $z$ (m)")
 
 
 def draw_distribution(axes: "Axes", contact: ContactAtStep) -> None:
     """Draw the radius of each summit against its height."""
     radii = contact.radius
-    (along, height_unit), (up, radius_unit) = scale_of("m", contact.height, contact.flat), scale_of("m", radii)
-    _draw_marks(axes, contact.height * along, radii * up, contact.state)
+    _draw_marks(axes, contact.height, radii, contact)
     for separation in contact.flat:
-        axes.axvline(separation * along, **FLAT)
+        axes.axvline(separation, **FLAT)
+    axes.set(title="Asperity distribution", xlabel="summit height $z$ (m)", ylabel="summit radius $R$ (m)")
     if not radii.size:
-        axes.text(0.5, 0.5, "no summits", transform=axes.transAxes, ha="center", color=FAINT)
+        note_instead(axes, "no summits")
     # radii of rough surfaces reach over decades
     elif radii.max() > 20 * radii.min():
         by_factors(axes.yaxis)
     elif np.ptp(radii) <= 1e-12 * radii.max():
-        axes.set_ylim(0, 2 * radii.max() * up)
-    axes.set(
-        title="Asperity distribution",
-        xlabel=f"summit height $z$ ({height_unit})",
-        ylabel=f"summit radius $R$ ({radius_unit})",
-    )
+        axes.set_ylim(0, 2 * radii.max())
 
 
-def _draw_marks(axes: "Axes", x: Floats, y: Floats, state: npt.NDArray[np.int8]) -> None:
+def _draw_marks(axes: "Axes", x: Floats, y: Floats, contact: ContactAtStep) -> None:
+    """Mark summits by their state; of a surface alone they are all alike."""
+    state, names = contact.state, STATES if contact.flat else ("",) * 4
     separated = np.flatnonzero(state == SEPARATED)
-    if separated.size > MOST_MARKS:
+    label, count = names[SEPARATED], separated.size
+    if count > MOST_MARKS:
         # by lot, since every so many-th one of a regular array would be another array
         separated = np.random.default_rng(0).choice(separated, MOST_MARKS, replace=False)
-    size = float(np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0))
-    axes.plot(x[separated], y[separated], ".", color=NO_CONTACT, ms=size, markeredgewidth=0, rasterized=True)
-    area = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
-    for value, fill in (*enumerate(STATE_COLOURS[1:], 1), (TOUCHING, "none")):
+        label = f"{label or 'summit'} ({MOST_MARKS:,} of {count:,} drawn)"
+    dots: dict[str, Any] = {"color": NO_CONTACT, "markeredgewidth": 0, "label": label, "rasterized": True}
+    axes.plot(x[separated], y[separated], ".", ms=np.clip(120 / np.sqrt(max(separated.size, 1)), 0.9, 7.0), **dots)
+    marks: dict[str, Any] = {"edgecolors": INK, "linewidths": 0.35, "rasterized": True, "zorder": 3}
+    marks["s"] = 16 if np.count_nonzero(state != SEPARATED) <= 500 else 7
+    for value, fill in enumerate(STATE_COLOURS[1:], 1):
         here = state == value
-        axes.scatter(x[here], y[here], s=area, c=fill, edgecolors=INK, linewidths=0.35, rasterized=True, zorder=3)
-
-
-def legend_handles(surface: xr.Dataset, contact: ContactAtStep, *, flat: bool = True) -> "list[Artist]":
-    """Return what a legend shows of marks; the rigid flat only where it is drawn."""
-    from matplotlib.lines import Line2D
-
-    handles: list[Artist] = []
-    count = np.count_nonzero(contact.state == SEPARATED)
-    if contact.flat or count > MOST_MARKS:
-        name = STATES[SEPARATED] if contact.flat else "summit"
-        part = f" ({MOST_MARKS:,} of {count:,} drawn)" if count > MOST_MARKS else ""
-        handles.append(Line2D([], [], marker=".", linestyle="", color=NO_CONTACT, ms=5, label=name + part))
-    if contact.flat:
-        entries = [*zip(STATES[1:], STATE_COLOURS[1:], strict=True)]
-        entries += [("touching, not recorded", "none")] * bool((contact.state == TOUCHING).any())
-        handles += [
-            Line2D([], [], marker="o", linestyle="", mfc=colour, mec=INK, mew=0.4, ms=4.5, label=name)
-            for name, colour in entries
-        ]
-        if flat:
-            handles.append(Line2D([], [], label="rigid flat", **FLAT))
-    if "height" in surface and 1 not in surface["height"].shape and surface["height"].isnull().any():
-        handles += patches([MISSING], ["missing height"])
-    return handles
+        axes.scatter(x[here], y[here], c=fill, label=names[value], **marks)
+    if (here := state == TOUCHING).any():
+        axes.scatter(x[here], y[here], c="none", label="touching, not recorded", **marks)
 
 
 # Percentile of the radii up to which the axis reaches: a few flat summits would leave all others at its foot.
@@ -372,35 +349,27 @@ class SummitsPicture(Panel):
         """Draw summits of one surface, or of several by their names."""
         found: Any = {"summits": data} if isinstance(data, Summits) else data
         summits: list[Summits] = list(found.values() if isinstance(found, dict) else found)
-        unnamed = [f"surface {number + 1}" for number in range(len(summits))]
-        labels = self.labels or tuple(found if isinstance(found, dict) else unnamed)
-        if not 1 <= len(summits) <= len(LINES) or len(labels) != len(summits):
-            raise InputError(
-                f"{counted(len(summits), 'surface', 'surfaces')} and {counted(len(labels), 'label', 'labels')}; "
-                f"expected 1 to {len(LINES)} surfaces, with a label each"
-            )
+        names = found if isinstance(found, dict) else [f"surface {number + 1}" for number in range(len(summits))]
+        if not 1 <= len(summits) <= len(LINES):
+            raise InputError(f"{counted(len(summits), 'surface', 'surfaces')}; expected 1 to {len(LINES)}")
+        labels = self.called_as([*names], "surfaces")
         top = max(float(np.percentile(each.radius, HIGHEST)) for each in summits)
-        (up, radius_unit), (along, height_unit) = scale_of("m", top), scale_of("m", *(each.height for each in summits))
+        units = scale_of("m", top), scale_of("m", *(each.height for each in summits))
         grid = _grid(canvas, len(summits), apart=self.apart)
         size = float(np.clip(120 / np.sqrt(max(each.height.size for each in summits)), 1.3, 5.0))
         for axes, each, label, (colour, *_) in zip(grid, summits, labels, LINES, strict=False):
-            means = f"$R$ {_mean(each.radius, up)} {radius_unit}, $z$ {_mean(each.height, along)} {height_unit}"
-            _draw_scatter(
-                axes, each.height * along, each.radius * up, size, colour, f"{label}: {means} ({len(each):,})"
-            )
+            means = f"$R$ {_mean(each.radius, *units[0])}, $z$ {_mean(each.height, *units[1])}"
+            _draw_scatter(axes, each, size, colour, f"{label}: {means} ({len(each):,})")
             if self.apart:
                 axes.set_title(label)
             spec = axes.get_subplotspec()
             if spec is None or spec.is_last_row():
-                axes.set_xlabel(f"summit height $z$ ({height_unit})", color=INK)
-        grid[0].set_ylim(0, 1.05 * top * up)
-        grid[0].set_ylabel(f"summit radius $R$ ({radius_unit})")
+                axes.set_xlabel("summit height $z$ (m)")
+        grid[0].set(ylim=(0, 1.05 * top), ylabel="summit radius $R$ (m)")
         beyond = sum(int(np.count_nonzero(each.radius > 1.05 * top)) for each in summits)
         if beyond:
             canvas.notice(f"{counted(beyond, 'summit', 'summits')} with a larger radius lie above the axis")
-        canvas.legend(*grid, extra="mean ± standard deviation (number of summits)")
-        if not (self.apart and canvas.beside_others):
-            canvas.title(grid[0], self.title)
+        canvas.legend(extra="mean ± standard deviation (number of summits)")
 
 
 def _grid(canvas: Canvas, count: int, *, apart: bool) -> "list[Axes]":
@@ -414,30 +383,20 @@ def _grid(canvas: Canvas, count: int, *, apart: bool) -> "list[Axes]":
     return list(grid.ravel()[:count])
 
 
-def _draw_scatter(axes: "Axes", height: Floats, radius: Floats, size: float, colour: str, name: str) -> None:
+def _draw_scatter(axes: "Axes", summits: Summits, size: float, colour: str, name: str) -> None:
+    height, radius = summits.height, summits.radius
     dots: dict[str, Any] = {"marker": ".", "linestyle": "", "ms": size, "mew": 0, "rasterized": True}
     axes.plot(height, radius, color=colour, alpha=0.7, **dots)
     several = height.size > 1
-    axes.errorbar(
-        height.mean(),
-        radius.mean(),
-        xerr=height.std(ddof=1) if several else None,
-        yerr=radius.std(ddof=1) if several else None,
-        color=colour,
-        mec="white",
-        marker="s",
-        ms=4.5,
-        mew=0.5,
-        capsize=2,
-        linewidth=0.8,
-        label=name,
-        zorder=4,
-    )
+    deviations = {"xerr": height.std(ddof=1), "yerr": radius.std(ddof=1)} if several else {}
+    looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.5, "marker": "s", "ms": 4.5}
+    looks |= {"capsize": 2, "linewidth": 0.8, "label": name, "zorder": 4}
+    axes.errorbar(height.mean(), radius.mean(), **deviations, **looks)
 
 
-def _mean(values: Floats, factor: float) -> str:
+def _mean(values: Floats, factor: float, unit: str) -> str:
     deviation = f" ± {values.std(ddof=1) * factor:.2f}" if values.size > 1 else ""
-    return f"{values.mean() * factor:.2f}{deviation}"
+    return f"{values.mean() * factor:.2f}{deviation} {unit}"
 
 
 @PICTURES.register
@@ -449,12 +408,63 @@ class MapPicture(Panel):
 
     def draw(self, canvas: Canvas, data: Surface) -> None:
         """Draw the heights, seen from above."""
-        (factor, height_unit), (along, unit) = scale_of("m", data.heights), scale_of("m", data.size)
         axes = canvas.axes()
-        extent = (0.0, data.size[0] * along, 0.0, data.size[1] * along)
-        image = draw_image(axes, data.heights * factor, extent, cmap="viridis")
+        image = draw_image(axes, data.heights, (0.0, data.size[0], 0.0, data.size[1]), cmap="viridis")
         # as high as the map, whatever room there is
-        axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)), label=f"height $z$ ({height_unit})")
+        axes.figure.colorbar(image, cax=axes.inset_axes((1.03, 0, 0.045, 1)), label="height $z$ (m)")
         axes.spines[["top", "right"]].set_visible(True)
-        axes.set(xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
-        canvas.title(axes, self.title)
+        axes.set(xlabel="$x$ (m)", ylabel="$y$ (m)")
+
+
+DEEPEST = 99.8  # percentile of the heights lost up to which colours reach: a single spike would hide the rest
+NOT_THERE = "#d9d9d6"
+SHOWN = ("worn volume", "summits")  # lines of the summary that stand above the picture
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class BeforeAfterPicture(Titled):
+    """What a place has lost between two height maps, with its worn points and summits, and a section through both."""
+
+    kind, of, size, alone = "before-after", (Registration,), (TWO_COLUMNS, 97.0), True
+
+    def draw(self, canvas: Canvas, data: Registration) -> None:
+        """Draw the difference of the maps, and the section along x where the most is lost."""
+        axes, beside = canvas.two(("height lost", "section"), 1.1, stacked=1.6)
+        _draw_difference(axes, data)
+        if beside is not None:
+            _draw_section(axes, beside, data)
+        canvas.caption = "; ".join(f"{label} {text}" for label, text in data.summary() if label in SHOWN)
+
+
+def _draw_difference(axes: "Axes", found: Registration) -> None:
+    import matplotlib as mpl
+
+    lost, size, pixel = found.difference.heights, found.difference.size, np.array(found.difference.pixel_size)
+    most = max(float(np.nanpercentile(np.abs(lost), DEEPEST)), 3 * found.noise) or 1e-9
+    colours = mpl.colormaps[DIVERGING].with_extremes(bad=NOT_THERE)
+    image = draw_image(axes, lost, (0.0, size[0], 0.0, size[1]), cmap=colours, vmin=-most, vmax=most)
+    axes.figure.colorbar(image, ax=axes, shrink=0.8, extend="both", label="height lost (m)")
+    if found.worn.any():
+        x, y = ((np.arange(count) + 0.5) * side for count, side in zip(lost.shape, pixel, strict=True))
+        axes.contour(x, y, found.worn.T, levels=[0.5], colors=[INK], linewidths=0.5)
+    for fate, marker, name in ((LOWERED, "v", "summit flattened"), (LOST, "x", "summit lost")):
+        there = found.summit_place[found.fate == fate] + 0.5 * pixel
+        looks: dict[str, Any] = {"color": INK, "linestyle": "", "marker": marker, "ms": 3.5, "mfc": "none", "mew": 0.7}
+        axes.plot(*there.T, label=name if there.size else None, **looks)
+    axes.spines[["top", "right"]].set_visible(True)
+    axes.set(title="Height lost", xlabel="$x$ (m)", ylabel="$y$ (m)")
+
+
+def _draw_section(map_axes: "Axes", axes: "Axes", found: Registration) -> None:
+    lost = np.where(found.worn, found.difference.heights, -math.inf)
+    row = int(np.unravel_index(np.argmax(lost), lost.shape)[1]) if found.worn.any() else lost.shape[1] // 2
+    after = found.after.heights[:, row]
+    before = after + found.difference.heights[:, row]
+    pixel = found.difference.pixel_size
+    x, y = (np.arange(after.size) + 0.5) * pixel[0], (row + 0.5) * pixel[1]
+    axes.fill_between(x, after, before, where=found.worn[:, row], color=FAINT, alpha=0.35, lw=0)
+    axes.plot(x, before, color=MARK, linewidth=0.9, label="before")
+    axes.plot(x, after, color=STATE_COLOURS[2], linewidth=0.9, linestyle=(0, (4, 1.5)), label="after")
+    map_axes.axhline(y, **DASHED | {"linewidth": 0.7})
+    axes.set(title=f"Section at $y$ = {quantity_text(y, 'm', 3)}", xlabel="$x$ (m)", ylabel="height (m)")

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -10,20 +10,19 @@ import numpy as np
 import xarray as xr
 
 from historysim.basics.arguments import Floats
-from historysim.basics.units import prefixed, quantity
+from historysim.basics.fields import one_of
+from historysim.basics.units import quantity, quantity_text
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, by_factors, set_beside
+from historysim.results.plots.style import FAINT, INK, LINES, by_factors, printed, scale_of, set_beside
 
 if TYPE_CHECKING:
-    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
 SPREADS = {"deviation": "mean ± standard deviation", "quantiles": "median, 10 to 90 %", "none": "mean"}
 QUANTILES = (0.1, 0.9)
-FITS = ("straight", "power")
 BARS_APART = 3.0  # how far error bars stand from those of the next line [pt]
 LEAST_FACTOR = 30.0  # greatest over smallest number of an axis, from which on it may be logarithmic
 
@@ -66,8 +65,8 @@ class CurvePicture(Panel):
     quantity: str
     over: str | None = None
     each: str | None = None
-    spread: str = "deviation"
-    fit: str | None = None
+    spread: str = attrs.field(default="deviation", validator=one_of(*SPREADS))
+    fit: str | None = attrs.field(default=None, validator=attrs.validators.optional(one_of("straight", "power")))
     logarithmic: bool | None = None
     from_zero: bool = False
     unit: str = ""
@@ -82,52 +81,88 @@ class CurvePicture(Panel):
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw a line for each member of a dimension; points of seeds, or that repeat, are not joined."""
-        for name, value, known in (("spread", self.spread, SPREADS), ("fit", self.fit, (None, *FITS))):
-            if value not in known:
-                raise InputError(f"{name} is {value!r}; expected one of {', '.join(filter(None, known))}")
         if self.from_zero and self.logarithmic:
             raise InputError("from_zero: a logarithmic axis has no zero; expected logarithmic = false")
-        sweep, quantity, ends = _spread_out(selected(data, self.where), self.quantity, self.ends or {})
+        sweep, quantity = _without_mean(selected(data, self.where), self.quantity)
         over, points, each = self._axes_of(sweep, quantity)
         members = [None] if each is None else list(range(sweep.sizes[each]))
-        if self.labels and len(self.labels) != len(members):
-            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(members)} lines")
+        names = ["" if member is None else cell_name(sweep, str(each), member) for member in members]
+        labels = self.called_as(names, "lines")
         numeric = over in sweep and _is_number(sweep, over)
-        factor, unit = _in_unit(sweep[quantity], self.unit, "unit")
-        along_factor, along_unit = _in_unit(sweep[over], self.over_unit, "over_unit") if numeric else (1.0, "")
-        axes, lines = canvas.axes(), []
+        axes = canvas.axes()
+        scales = {"x": (1.0, "") if not numeric else _in_unit(sweep[over], self.over_unit, "over_unit")}
+        scales["y"] = _in_unit(sweep[quantity], self.unit, "unit")
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             own = sweep if member is None else sweep.isel({each: member})
-            line = _line(own, points, over if numeric else "", quantity, ends)
-            line["along"] *= along_factor
-            for end in ends:
-                line[[f"{end}_low", f"{end}_high"]] *= along_factor if end == "x" else factor
-            line[["mean", *STATISTICS]] *= factor
-            joined = "seed" not in over and line["along"].is_monotonic_increasing and line["along"].is_unique
+            line = self._line(own, points, over if numeric else "", quantity)
+            for column in line:
+                line[column] *= scales[column[0]][0]
+            joined = "seed" not in over and line["x"].is_monotonic_increasing and line["x"].is_unique
             # lines may lie on one another: those below are the larger ones
             size = max(5.0 - 0.6 * number, 2.0) if len(members) > 1 else 3.5
             looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
-            name = "" if member is None else cell_name(sweep, str(each), member)
-            looks["label"] = (self.labels[number] if self.labels else name) or None
-            bars = _draw(axes, line, "none" if "y" in ends else self.spread, ends, looks)
-            set_beside(bars, number, len(members), BARS_APART)
-            if self.fit is not None:
-                _draw_fit(axes, line, self.fit, colour)
-            lines.append(line["along"])
-        names = [] if numeric or points not in sweep.coords else [str(value) for value in sweep[points].values]
-        _set_scales(axes, np.unique(np.concatenate(lines)), names, self.logarithmic)
-        for axis, name, its_unit in ((axes.xaxis, over, along_unit), (axes.yaxis, quantity, unit)):
-            axis.set_label_text(name_of(sweep, name) + (f" ({its_unit})" if its_unit else ""))
+            looks |= {"label": labels[number] or None, "linewidth": 1.0}
+            # cells that have failed are gaps
+            self._draw_line(axes, line.dropna(subset="y"), looks, number, len(members))
+        for axis, name in ((axes.xaxis, over), (axes.yaxis, quantity)):
+            unit = scales[axis.axis_name][1]
+            axis.set_label_text(name_of(sweep, name) + (f" ({unit})" if unit else ""))
         axes.margins(0.06, 0.08)
         if self.from_zero:
             axes.set_ylim(0.0, 1.08 * axes.dataLim.y1)
-        if axes.get_legend_handles_labels()[1]:
-            numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
-            # beside the axes: inside, it might lie on a line
-            canvas.legend(axes, title=name_of(sweep, str(each)) if numbered else None)
-        caption = SPREADS["deviation"] if ends and not self.ends else ""
-        caption = caption if ends else _caption(sweep, quantity, {points, each}, self.spread)
-        _write_titles(canvas, axes, self.title, caption)
+        low, high = axes.xaxis.get_data_interval()
+        if not numeric and points in sweep.coords:
+            axes.set_xticks(range(sweep.sizes[points]), [str(value) for value in sweep[points].values])
+        elif self.logarithmic or (self.logarithmic is None and 0 < LEAST_FACTOR * low < high):
+            by_factors(axes.xaxis)
+        if self.logarithmic:
+            by_factors(axes.yaxis)
+        numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
+        canvas.legend(title=name_of(sweep, str(each)) if numbered else None)
+        if not self.ends:
+            _write_caption(axes, sweep, quantity, {points, each}, self.spread)
+
+    def _line(self, own: xr.Dataset, points: str, over: str, quantity: str) -> Any:
+        """Return a row for each point: where it is, what its cells are, and ends of error bars (DataFrame)."""
+        sides = [(axis, *names) for axis, names in (self.ends or {}).items()]
+        ends = {f"{axis}_low": low for axis, low, _ in sides} | {f"{axis}_high": high for axis, _, high in sides}
+        names = {quantity, over, *ends.values()} - {"", points}
+        for name in names:
+            if points not in own[name].dims:
+                raise InputError(f"{name} does not go over {points!r}; expected a number that does")
+        # a value may repeat, and is another point
+        cells = own.reset_coords()[[*names]].drop_vars(points, errors="ignore")
+        by_point = cells.to_dataframe().groupby(level=points)
+        line = by_point[quantity].agg(y="median" if self.spread == "quantiles" else "mean")
+        if self.spread == "quantiles":
+            line["y_low"], line["y_high"] = (by_point[quantity].quantile(part) for part in QUANTILES)
+        elif self.spread == "deviation":
+            deviation = own["deviation"].to_series() if "deviation" in own else by_point[quantity].std()
+            line["y_low"], line["y_high"] = line["y"] - deviation, line["y"] + deviation
+        for end, name in ends.items():
+            line[end] = by_point[name].mean()
+        along = own[over].values if over == points else by_point[over].mean() if over else range(own.sizes[points])
+        return line.assign(x=np.asarray(along, dtype=float)).sort_values("x", kind="stable")
+
+    def _draw_line(self, axes: "Axes", line: Any, looks: dict[str, Any], number: int, count: int) -> None:
+        """Draw one of some lines with its spread, and what is fitted to it."""
+        if line.empty:
+            return
+        x, y = line["x"].to_numpy(), line["y"].to_numpy()
+        if self.spread == "quantiles" and not self.ends:
+            axes.fill_between(x, line["y_low"], line["y_high"], color=looks["color"], alpha=0.2, linewidth=0)
+            axes.plot(x, y, **looks)
+        else:
+            lengths = {}
+            for axis in "xy":
+                if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
+                    low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
+                    lengths[f"{axis}err"] = np.maximum([low, high], 0.0)
+            bars = axes.errorbar(x, y, **lengths, **looks, capsize=2, elinewidth=0.8)
+            if "yerr" in lengths:
+                set_beside(bars.get_children(), number, count, BARS_APART)
+        if self.fit is not None:
+            _draw_fit(axes, x, y, self.fit, looks["color"])
 
     def _axes_of(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
         """Return what is on the axis, the dimension of the points, and that of the lines."""
@@ -154,39 +189,17 @@ class CurvePicture(Panel):
         return over or points, points, each
 
 
-def _write_titles(canvas: Canvas, axes: "Axes", title: str, caption: str) -> None:
-    """Write the title, and what points and bars are above the axes."""
-    if canvas.beside_others and title:
-        axes.set_title(title, pad=6 + 9 * bool(caption))
-        above: dict[str, Any] = {"xytext": (0, 4), "textcoords": "offset points", "fontsize": 7, "color": FAINT}
-        axes.annotate(caption, (0, 1), xycoords="axes fraction", **above)
-        return
-    axes.set_title(caption, fontsize=7, fontweight="normal")
-    canvas.title(axes, title)
-
-
-Table = Any  # A DataFrame of pandas
-Ends = dict[str, tuple[str, str]]
-
-
-def _spread_out(sweep: xr.Dataset, quantity: str, ends: Mapping[str, Sequence[str]]) -> tuple[xr.Dataset, str, Ends]:
-    """Return a sweep with the variables of error bars: those given, or of `historysim.spread` its deviation."""
+def _without_mean(sweep: xr.Dataset, quantity: str) -> tuple[xr.Dataset, str]:
+    """Return a sweep and a number of it; of `historysim.spread` the mean under the name of what it is of."""
     known = [str(name) for name, values in sweep.data_vars.items() if values.dtype.kind in "fiu" and values.dims]
     if quantity not in known:
         raise InputError(f"quantity is {quantity!r}; expected one of {', '.join(known)}")
     name = quantity.removesuffix("_mean")
-    deviation = f"{name}_standard_deviation"
-    if ends or name == quantity or deviation not in sweep:
-        return sweep, quantity, {axis: (low, high) for axis, (low, high) in ends.items()}
-    # under the name of what it is the mean of, which has words for its axis
-    mean = sweep[quantity]
-    text = str(mean.attrs.get("long_name", name)).removeprefix("mean of: ")
-    found = {
-        name: mean.assign_attrs(long_name=text),
-        "lower": mean - sweep[deviation],
-        "upper": mean + sweep[deviation],
-    }
-    return sweep.assign(found), name, {"y": ("lower", "upper")}
+    if name == quantity or f"{name}_standard_deviation" not in sweep:
+        return sweep, quantity
+    text = str(sweep[quantity].attrs.get("long_name", name)).removeprefix("mean of: ")
+    mean = sweep[quantity].assign_attrs(long_name=text)
+    return sweep.assign({name: mean, "deviation": sweep[f"{name}_standard_deviation"]}), name
 
 
 def _numbers_over(sweep: xr.Dataset, quantity: str) -> list[str]:
@@ -202,108 +215,33 @@ def _is_number(sweep: xr.Dataset, name: str) -> bool:
     return name not in sweep or sweep[name].dtype.kind in "fiu"
 
 
-# Statistics beside the mean of the cells of each point, of their groups of pandas.
-STATISTICS: dict[str, Callable[[Any], Any]] = {
-    "deviation": lambda cells: cells.std(),
-    "low": lambda cells: cells.quantile(QUANTILES[0]),
-    "median": lambda cells: cells.median(),
-    "high": lambda cells: cells.quantile(QUANTILES[1]),
-}
-
-
-def _line(own: xr.Dataset, points: str, over: str, quantity: str, ends: "Ends") -> Table:
-    """Return a row for each point in the order of the axis: where it is, what its cells are, and ends of error bars."""
-    names = {quantity, over, *sum(ends.values(), ())} - {"", points}
-    for name in names:
-        if points not in own[name].dims:
-            raise InputError(f"{name} does not go over {points!r}; expected a number that does")
-    count = own.sizes[points]
-    # a value may repeat, and is another point
-    cells = own.reset_coords()[[*names]].drop_vars(points, errors="ignore")
-    by_point = cells.to_dataframe().groupby(level=points)
-    along = np.arange(count) if not over else own[over].values if over == points else by_point[over].mean()
-    columns = {name: of(by_point[quantity]) for name, of in STATISTICS.items()}
-    for axis, (low, high) in ends.items():
-        columns |= {f"{axis}_low": by_point[low].mean(), f"{axis}_high": by_point[high].mean()}
-    found = by_point[[quantity]].mean().set_axis(["mean"], axis=1)
-    return found.assign(**columns, along=np.asarray(along, dtype=float)).sort_values("along", kind="stable")
-
-
-def _draw(axes: "Axes", line: Table, spread: str, ends: "Ends", looks: dict[str, Any]) -> "list[Artist]":
-    """Draw a line, and return what has error bars, which may lie on those of other lines."""
-    # cells that have failed are gaps
-    line = line.dropna(subset="mean")
-    if line.empty:
-        return []
-    looks |= {"linewidth": 1.0}
-    if spread == "quantiles":
-        axes.fill_between(line["along"], line["low"], line["high"], color=looks["color"], alpha=0.2, linewidth=0)
-        axes.plot(line["along"], line["median"], **looks)
-        return []
-    lengths: dict[str, Any] = {}
-    for axis in ends:
-        middle, low, high = (line[name] for name in ("mean" if axis == "y" else "along", f"{axis}_low", f"{axis}_high"))
-        lengths[f"{axis}err"] = [np.maximum(middle - low, 0.0), np.maximum(high - middle, 0.0)]
-    if spread == "deviation" and line["deviation"].notna().any():
-        lengths["yerr"] = line["deviation"]
-    looks |= {"capsize": 2, "elinewidth": 0.8}
-    drawn = axes.errorbar(line["along"].to_numpy(), line["mean"].to_numpy(), **lengths, **looks)
-    return drawn.get_children() if "yerr" in lengths else []
-
-
-def _draw_fit(axes: "Axes", line: Table, fit: str, colour: Any) -> None:
-    """Draw a straight line or a power law through means, by least squares, with R² or the exponent."""
-    known = line.dropna(subset="mean")
-    x, y = known["along"].values, known["mean"].values
+def _draw_fit(axes: "Axes", x: Floats, y: Floats, fit: str, colour: Any) -> None:
+    """Draw a straight line or a power law through points, by least squares, with R² or the exponent."""
     if fit == "power":
         x, y = x[(x > 0) & (y > 0)], y[(x > 0) & (y > 0)]
     if x.size < 2:
         return
-    dashes: dict[str, Any] = {"color": colour, "linewidth": 0.7, "linestyle": (0, (1, 1.5)), "zorder": 1}
     if fit == "power":
         exponent, constant = np.polyfit(np.log(x), np.log(y), 1)
-        fine = np.geomspace(x.min(), x.max(), 60)
-        axes.plot(fine, np.exp(constant) * fine**exponent, label=f"exponent {exponent:.2f}", **dashes)
-        return
-    slope, offset = np.polyfit(x, y, 1)
-    share = np.corrcoef(x, y)[0, 1] ** 2
-    ends = np.array([x.min(), x.max()])
-    axes.plot(ends, slope * ends + offset, label=f"straight line, $R^2$ = {share:.3f}", **dashes)
+        at = np.geomspace(x.min(), x.max(), 60)
+        law, label = np.exp(constant) * at**exponent, f"exponent {exponent:.2f}"
+    else:
+        slope, offset = np.polyfit(x, y, 1)
+        at = np.array([x.min(), x.max()])
+        law, label = slope * at + offset, f"straight line, $R^2$ = {np.corrcoef(x, y)[0, 1] ** 2:.3f}"
+    axes.plot(at, law, color=colour, linewidth=0.7, linestyle=(0, (1, 1.5)), zorder=1, label=label)
 
 
-def _set_scales(axes: "Axes", along: Floats, names: Sequence[str], logarithmic: bool | None) -> None:
-    """Set names as ticks, and logarithmic axes where that is asked for, or numbers go by factors."""
-    if names:
-        axes.set_xticks(along, names)
-    elif logarithmic:
-        by_factors(axes.xaxis)
-        by_factors(axes.yaxis)
-    elif logarithmic is None and _goes_by_factors(along):
-        by_factors(axes.xaxis)
-    elif logarithmic is None and along.size > 3 and along[0] == 0 and _goes_by_factors(along[1:]):
-        # a zero beside values that go by factors stands apart from the least of them
-        axes.set_xscale("symlog", linthresh=along[1])
-        axes.set_xticks(along, [f"{value:g}" for value in along])
-
-
-def _goes_by_factors(along: Floats) -> bool:
-    """Return whether ascending numbers span so much, and so evenly by their factors, that a linear axis crowds them."""
-    if along.size < 3 or along[0] <= 0 or along[-1] < LEAST_FACTOR * along[0]:
-        return False
-    factors = np.diff(np.log(along))
-    return bool(factors.max() < 4 * max(factors.min(), 1e-12))
-
-
-def _caption(sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> str:
-    """Return what a point stands for, where it is of several cells."""
+def _write_caption(axes: "Axes", sweep: xr.Dataset, quantity: str, drawn_over: set[str | None], spread: str) -> None:
+    """Write above the axes what a point stands for, where it is of several cells."""
     rest = [str(name) for name in sweep[quantity].dims if name not in drawn_over]
     cells = math.prod(sweep.sizes[name] for name in rest)
-    if cells == 1:
-        return ""
-    over = ", ".join(words_of(sweep, name)[0] for name in rest)
-    return f"{SPREADS[spread]} " + (
-        f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
-    )
+    if cells > 1:
+        over = ", ".join(words_of(sweep, name)[0] for name in rest)
+        of = f"of {cells} surfaces" if all("seed" in name for name in rest) else f"over {cells} cells ({over})"
+        axes.set_title(f"{SPREADS[spread]} {of}", fontsize=7, fontweight="normal")
+    elif "deviation" in sweep:
+        axes.set_title(SPREADS[spread], fontsize=7, fontweight="normal")
 
 
 @PICTURES.register
@@ -340,31 +278,30 @@ class BarsPicture(Panel):
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw a bar for each cell; error bars are the standard deviation over seeds."""
         sweep = selected(data, self.where)
-        dimension = self._dimension(sweep)
-        (factor, unit), line = readable(sweep[self.quantity]), _line(sweep, dimension, "", self.quantity, {})
-        mean, deviation = line["mean"].values * factor, line["deviation"].fillna(0.0).values * factor
+        dimension, values = self._dimension(sweep), sweep[self.quantity]
+        cells = values.to_series().groupby(level=dimension, sort=False)
+        mean, deviation = cells.mean().to_numpy(), cells.std().fillna(0.0).to_numpy()
+        unit = str(values.attrs.get("units", ""))
         kinds = list(dict.fromkeys(name for names in self.groups.values() for name in names))
         axes, top = canvas.axes(), float((mean + deviation).max())
         width, first = 0.8 / len(kinds), 0
         for number, (group, names) in enumerate(self.groups.items()):
             own = slice(first, first := first + len(names))
             lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
-            for name, left, height, bar in zip(names, lefts, mean[own], deviation[own], strict=True):
-                colour = LINES[kinds.index(name)][0]
-                axes.bar(left, height, 0.92 * width, color=colour, alpha=0.85, label=name if number == 0 else None)
-                if bar:
-                    axes.errorbar(left, height, yerr=bar, color=FAINT, capsize=2, elinewidth=0.8)
-                _write(axes, f"{height:.3g}", (left, 0), 2, "white")
+            for name, left, height, error in zip(names, lefts, mean[own], deviation[own], strict=True):
+                looks = {"color": LINES[kinds.index(name)][0], "alpha": 0.85, "ecolor": FAINT, "capsize": 2}
+                bar = axes.bar(left, height, 0.92 * width, yerr=error or None, **looks)
+                bar.set_label(name if number == 0 else "")
+                _write(axes, quantity_text(height, unit, 3).partition(" ")[0], (left, 0), 2, "white")
             if len(names) == 2:
                 low, high = mean[own]
                 ends = (lefts[0], 1.06 * top), (lefts[1], 1.06 * top)
                 axes.annotate("", *ends, arrowprops={"arrowstyle": "|-|", "mutation_scale": 2.5})
-                _write(axes, f"{group}: drift {abs(high - low):.3g} {unit}", (number, 1.06 * top), 4, INK)
+                drift = quantity_text(abs(high - low), unit, 3)
+                _write(axes, f"{group}: drift {drift}", (number, 1.06 * top), 4, INK)
         axes.set_xticks(range(len(self.groups)), list(self.groups))
-        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({unit})", ylim=(0, 1.2 * top))
-        seeds = sweep[self.quantity].size // mean.size
-        canvas.legend(axes)
-        _write_titles(canvas, axes, self.title, f"{SPREADS['deviation']} of {seeds} surfaces" if seeds > 1 else "")
+        axes.set(ylabel=f"{name_of(sweep, self.quantity)} ({printed(unit)})", ylim=(0, 1.2 * top))
+        _write_caption(axes, sweep, self.quantity, {dimension}, "deviation")
 
     def _dimension(self, sweep: xr.Dataset) -> str:
         """Return the dimension with a cell for each bar."""
@@ -440,35 +377,13 @@ def name_of(found: xr.Dataset, name: str) -> str:
     return " ".join(filter(None, words_of(found, name)))
 
 
-def _printed(unit: str) -> str:
-    """Return a unit as it is printed: ``"N m-1"`` as N/m, ``"m2"`` as m²."""
-    first, *rest = unit.translate(str.maketrans("23", "²³")).split()
-    if not rest or not all("-" in part for part in rest):
-        return " ".join([first, *rest])
-    return f"{first}/{'·'.join(part.replace('-1', '').replace('-', '') for part in rest)}"
-
-
-def readable(values: xr.DataArray) -> tuple[float, str]:
-    """Return the factor of a readable prefix for the greatest of some values, and the unit with it, maybe empty."""
-    unit = str(values.attrs.get("units", ""))
-    if unit in {"", "1"}:
-        return 1.0, ""
-    greatest = float(np.nanmax(np.abs(values.values), initial=0.0))
-    if unit == "m2":
-        # the prefix is squared with the metre
-        factor, prefix = prefixed(math.sqrt(greatest))
-        return factor**2, f"{prefix}m²"
-    # other prefixes of squares and cubes would be misread; behind the first part of a unit they do not count
-    factor, prefix = (1.0, "") if any(map(str.isdigit, unit.split(maxsplit=1)[0])) else prefixed(greatest)
-    return factor, prefix + _printed(unit)
-
-
 def _in_unit(values: xr.DataArray, unit: str, option: str) -> tuple[float, str]:
-    """Return the factor of a unit that is asked for, or of a readable one, and the unit."""
+    """Return the factor of a unit that is asked for, and the unit, or the SI unit, which gets a prefix."""
+    units = str(values.attrs.get("units", "1"))
     if not unit:
-        return readable(values)
+        return 1.0, printed(units)
     try:
-        return 1 / quantity(f"1 {unit}", str(values.attrs.get("units", "1"))), unit
+        return 1 / quantity(f"1 {unit}", units), unit
     except InputError as error:
         raise InputError(f"{option}: {error}") from None
 
@@ -480,9 +395,8 @@ def member_text(found: xr.Dataset, name: str, member: int) -> str:
     value = found[name][member]
     if value.dtype.kind not in "fiu":
         return str(value.values)
-    # zero is zero in any unit
-    factor, unit = readable(value) if value else (1.0, "")
-    return f"{float(value) * factor:.4g} {unit}".strip()
+    factor, unit = scale_of(str(value.attrs.get("units", "")), value.values)
+    return f"{float(value) * factor:.4g} {unit if value else ''}".strip()
 
 
 def selected(sweep: xr.Dataset, where: Mapping[str, Any] | None) -> xr.Dataset:

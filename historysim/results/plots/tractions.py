@@ -1,11 +1,10 @@
-"""Pictures of the traction over the radius of an asperity: several states in one, its slip fronts, and its memory."""
+"""Pictures of the traction of an asperity: states over its radius, slip fronts, its memory, and arrows over a plane."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 import xarray as xr
 
 from historysim.asperities.asperity import Asperity
@@ -17,16 +16,16 @@ from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.slips import representative_step
 from historysim.results.origin import named_states, state_label, step_of
-from historysim.results.plots.canvas import COLUMN, Canvas
+from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
 from historysim.results.plots.style import (
+    DASHED,
     FAINT,
     INK,
     SPAN,
     STATE_COLOURS,
     line_colours,
-    scale_of,
-    scaled,
+    patches,
     swings,
     zero_lines,
 )
@@ -42,7 +41,6 @@ POINTS = 401
 # Dashes of the limits of one friction coefficient, and of the next.
 DASHES = (4, 2), (1, 1.5), (6, 2, 1, 2), (2, 2), (8, 3)
 GREY = "#7a7a7a"
-LIMIT = "friction limit"  # the group of limits among the lines
 
 
 @PICTURES.register
@@ -87,7 +85,7 @@ class TractionPicture(Panel):
     )
     change_from: str | None = None
 
-    kind, size, several = "traction", (COLUMN, 85.0), True
+    kind, size, several, headed = "traction", (COLUMN, 85.0), True, True
     caption = "The traction over the radius of the asperity that carries most, step by step from a reversal"
     # a patch has no radius to draw over
     order, needs = 5, "stick_radius"
@@ -107,35 +105,28 @@ class TractionPicture(Panel):
         states = [state for history in histories for state in self._states(history, alone=len(histories) == 1)]
         if len(states) > MOST_IN_ONE:
             raise InputError(f"{len(states)} steps given; at most {MOST_IN_ONE} fit in one figure")
-        if self.labels and len(self.labels) != len(states):
-            raise InputError(f"labels has {len(self.labels)}; expected one for each of {len(states)} states")
-        profiles = [state.profile for state in states]
-        factor, stress_unit = scale_of("Pa", *(part["friction_limit"].values for part in profiles))
-        along, unit = scale_of("m", *(part["radius"].values for part in profiles))
+        labels = self.called_as([state.label for state in states], "states")
         axes = canvas.axes()
         zero_lines(axes, vertical=False)
-        frictions = list(dict.fromkeys(f"{_friction(part):.3g}" for part in profiles if _friction(part) > 0))
+        if self.limit:
+            self._draw_limits(axes, states)
         shades: Any = line_colours()(np.linspace(0, 1, len(states)))
         # states with names are no course: each has a colour of its own, but grey, which limits have
         own = [colour for colour, *_ in STYLES if colour != GREY]
         if len(states) <= len(own) and all(state.named for state in states):
             shades = own[: len(states)]
-        for colour, label, state in zip(shades, self.labels or [each.label for each in states], states, strict=True):
-            self._draw_state(axes, state, label, colour, along, factor, frictions)
+        for colour, label, state in zip(shades, labels, states, strict=True):
+            self._draw_state(axes, state, label, colour)
         if self.fronts and self.letters:
-            self._name_fronts(axes, states, along)
-        end = max(float(part["radius"][-1]) for part in profiles) * along or 1.0
+            self._name_fronts(axes, states)
+        end = max(float(state.profile["radius"][-1]) for state in states) or 1.0
         if self.ellipse_at is not None:
-            end = max(end, self._draw_ellipse(axes, states, along, factor))
+            end = max(end, self._draw_ellipse(axes, states, self.ellipse_at))
         axes.set_xlim(-end if self.across == "diameter" else 0, end)
-        axes.set(
-            xlabel=rf"{'distance from the centre' if self.across == 'diameter' else 'radius'} $r$ ({unit})",
-            ylabel=rf"traction $\tau$ ({stress_unit})",
-        )
+        along = "distance from the centre" if self.across == "diameter" else "radius"
+        axes.set(xlabel=f"{along} $r$ (m)", ylabel=r"traction $\tau$ (Pa)")
         if any(history.sizes["asperity"] > 1 for history in histories):
             axes.set_title(f"Traction of asperity {states[0].asperity}")
-        canvas.legend(axes)
-        canvas.title(axes, self.title, str(histories[0].attrs.get("title", "")) if len(histories) == 1 else "")
 
     def _states(self, history: xr.Dataset, *, alone: bool) -> "list[_State]":
         asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
@@ -155,42 +146,41 @@ class TractionPicture(Panel):
             for row, step in enumerate(steps)
         ]
 
-    def _draw_state(
-        self,
-        axes: "Axes",
-        state: "_State",
-        label: str,
-        colour: Any,
-        along: float,
-        factor: float,
-        frictions: Sequence[str],
-    ) -> None:
+    def _draw_state(self, axes: "Axes", state: "_State", label: str, colour: Any) -> None:
         part = state.profile
-        # a traction ends at the edge of the contact; what lies beyond is no part of it
-        edge = float(part["contact_radius"])
-        radius = self._both_sides(np.append(np.minimum(part["radius"].values, edge), edge) * along, odd=True)
-        if self.limit:
-            bound = self._both_sides(_to_edge(part, "friction_limit") * factor)
-            _draw_limit(axes, radius, bound, f"{_friction(part):.3g}", frictions)
-        traction = self._both_sides(_to_edge(part, "traction") * factor)
+        radius, traction = self._line(part, "traction")
         axes.plot(radius, traction, color=colour, linewidth=1.2, label=label)
         if state.base is not None:
-            change = traction - self._both_sides(_at_radii_of(part, state.base) * factor)
+            # both contacts are as large where the normal load is held; elsewhere the radii differ
+            at, base = part["radius"].values, state.base
+            before = np.append(np.interp(at, base["radius"].values, base["traction"].values, right=0.0), 0.0)
             thin: dict[str, Any] = {"color": colour, "linewidth": 0.8, "linestyle": (0, (3, 1.5))}
-            axes.plot(radius, change, label=f"change from {self.change_from}", **thin)
-        stick = float(part["stick_radius"]) * along
+            axes.plot(radius, traction - self._both_sides(before), label=f"change from {self.change_from}", **thin)
+        stick = float(part["stick_radius"])
         if self.fronts and stick > 0:
             for side in (stick, -stick) if self.across == "diameter" else (stick,):
                 axes.plot([side], [0], "|", color=colour, ms=9, mew=1.6, zorder=4)
 
-    def _name_fronts(self, axes: "Axes", states: "Sequence[_State]", along: float) -> None:
+    def _draw_limits(self, axes: "Axes", states: "Sequence[_State]") -> None:
+        """Draw ±μp of each state, its dashes those of its friction; once where states have the same."""
+        frictions = list(dict.fromkeys(state.friction for state in states if state.friction))
+        seen: list[Floats] = []
+        for state in states:
+            line = np.stack(self._line(state.profile, "friction_limit"))
+            if not state.friction or any(np.allclose(each, line, rtol=1e-9, atol=0.0) for each in seen):
+                continue
+            seen.append(line)
+            pattern = (0, DASHES[frictions.index(state.friction) % len(DASHES)])
+            name = r"$\pm\mu p$" + (rf", $\mu$ = {state.friction}" if len(frictions) > 1 else "")
+            for sign, label in ((1, name), (-1, None)):
+                looks = DASHED | {"linewidth": 0.8, "linestyle": pattern, "zorder": 1}
+                axes.plot(line[0], sign * line[1], label=label, **looks)
+
+    def _name_fronts(self, axes: "Axes", states: "Sequence[_State]") -> None:
         """Name the slip fronts above the axis, and below it the annulus of slip of a single one."""
         looks: dict[str, Any] = {"ha": "center", "fontstyle": "italic", "textcoords": "offset points", "zorder": 6}
-        ends = [
-            (float(state.profile["stick_radius"]) * along, float(state.profile["contact_radius"]) * along)
-            for state in states
-            if float(state.profile["stick_radius"]) > 0
-        ]
+        parts = [state.profile for state in states if float(state.profile["stick_radius"]) > 0]
+        ends = [(float(part["stick_radius"]), float(part["contact_radius"])) for part in parts]
         if len(self.letters) != len(ends):
             raise InputError(f"letters has {len(self.letters)}; expected one for each of {len(ends)} slip fronts")
         for letter, (stick, _) in zip(self.letters, ends, strict=True):
@@ -201,19 +191,24 @@ class TractionPicture(Panel):
             axes.annotate("", (stick, 0.42), (edge, 0.42), xycoords=below, textcoords=below, arrowprops=SPAN)
             axes.annotate(f"a - {letter}", ((stick + edge) / 2, 0.42), (0, -10), xycoords=below, **looks)
 
-    def _draw_ellipse(self, axes: "Axes", states: "Sequence[_State]", along: float, factor: float) -> float:
+    def _draw_ellipse(self, axes: "Axes", states: "Sequence[_State]", load: float) -> float:
         """Draw the friction limit of a sphere at another load, where μ goes as N^(-1/3), and return its radius."""
         one = max(states, key=lambda state: float(state.profile["friction_limit"].max()))
-        if one.normal_load <= 0 or (self.ellipse_at or 0.0) <= 0:
+        if one.normal_load <= 0 or load <= 0:
             raise InputError("ellipse_at: expected a load above 0, and a state in contact")
-        wider = ((self.ellipse_at or 0.0) / one.normal_load) ** (1 / 3)
-        radius = np.append(one.profile["radius"].values, float(one.profile["contact_radius"])) * wider * along
-        bound = self._both_sides(_to_edge(one.profile, "friction_limit") * factor)
+        radius, bound = self._line(one.profile, "friction_limit")
+        radius = radius * (load / one.normal_load) ** (1 / 3)
         dots: dict[str, Any] = {"color": INK, "linewidth": 1.0, "linestyle": (0, (1, 1.5))}
-        name = rf"slides at {quantity_text(self.ellipse_at or 0.0, 'N')}, $\mu \propto N^{{-1/3}}$"
+        name = rf"slides at {quantity_text(load, 'N')}, $\mu \propto N^{{-1/3}}$"
         for sign, label in ((1, name), (-1, None)):
-            axes.plot(self._both_sides(radius, odd=True), sign * bound, label=label, **dots)
+            axes.plot(radius, sign * bound, label=label, **dots)
         return float(radius[-1])
+
+    def _line(self, part: xr.Dataset, name: str) -> tuple[Floats, Floats]:
+        """Return the radii of a profile and its values, up to the edge of the contact, where they are 0."""
+        edge, radius = float(part["contact_radius"]), part["radius"].values
+        values = np.append(np.where(radius < edge, part[name].values, 0.0), 0.0)
+        return self._both_sides(np.append(np.minimum(radius, edge), edge), odd=True), self._both_sides(values)
 
     def _both_sides(self, values: Floats, *, odd: bool = False) -> Floats:
         """Return values along the radius, or mirrored along the diameter; a radius itself is negative there."""
@@ -231,36 +226,11 @@ class _State:
     named: bool
     normal_load: float
 
-
-def _draw_limit(axes: "Axes", radius: Floats, bound: Floats, friction: str, frictions: Sequence[str]) -> None:
-    """Draw ±μp of a state with its own friction, its dashes those of this friction; once where states have the same."""
-    limits = [line.get_xydata() for line in axes.get_lines() if line.get_gid() == LIMIT]
-    same = any(np.allclose(each, np.column_stack([radius, bound]), rtol=1e-9, atol=0.0) for each in limits)
-    if friction not in frictions or same:
-        return
-    pattern = (0, DASHES[frictions.index(friction) % len(DASHES)])
-    dashes: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "linestyle": pattern, "zorder": 1}
-    name = r"$\pm\mu p$" + (rf", $\mu$ = {friction}" if len(frictions) > 1 else "")
-    axes.plot(radius, bound, label=name, gid=LIMIT, **dashes)
-    axes.plot(radius, -bound, **dashes)
-
-
-def _friction(part: xr.Dataset) -> float:
-    """Return the friction coefficient of a state; 0 where nothing touches."""
-    pressure = float(part["pressure"].max())
-    return float(part["friction_limit"].max()) / pressure if pressure > 0 else 0.0
-
-
-def _at_radii_of(part: xr.Dataset, base: xr.Dataset) -> Floats:
-    """Return the traction of one state at the radii of another, and 0 at its edge."""
-    # both contacts are as large where the normal load is held; elsewhere the radii differ
-    return np.append(np.interp(part["radius"].values, base["radius"].values, base["traction"].values, right=0.0), 0.0)
-
-
-def _to_edge(part: xr.Dataset, name: str) -> Floats:
-    """Return a profile with one more point, the edge, where it is 0; what is beyond the edge lies there."""
-    values = np.where(part["radius"].values < float(part["contact_radius"]), part[name].values, 0.0)
-    return np.append(values, 0.0)
+    @property
+    def friction(self) -> str:
+        """Its friction coefficient; empty where nothing touches, or without friction."""
+        limit, pressure = (float(self.profile[name].max()) for name in ("friction_limit", "pressure"))
+        return f"{limit / pressure:.3g}" if limit > 0 else ""
 
 
 def _mirrored(values: Floats, *, odd: bool = False) -> Floats:
@@ -298,28 +268,28 @@ class SlipFrontsPicture(Picture):
         if len(chosen) > MOST_LINES:
             raise InputError(f"{len(chosen)} steps given; at most {MOST_LINES} fit in one figure")
         found = rebuilt.profiles(data, asperity, chosen, POINTS)
-        factor, radius_unit = scale_of("m", found["radius"].values)
-        across = _mirrored(found["radius"].values, odd=True) * factor
+        across = _mirrored(found["radius"].values, odd=True)
         largest = float(found["friction_limit"].values.max(initial=0.0)) or 1.0
         # each change is seen, and no line crosses the one before: from step to step a traction may turn round
         step_up = np.diff(found["traction"].values, axis=0).min(initial=0.0) / largest
         height = min(HIGHEST, CLOSEST / -step_up) if step_up else HIGHEST
-        looks: dict[str, dict[str, Any]] = {
-            "slips": {"color": STATE_COLOURS[2], "linewidth": 0.8},
-            "sticks": {"color": STATE_COLOURS[1], "linewidth": 1.6},
-        }
         axes = canvas.axes()
         for row in range(len(chosen)):
             line = row + _mirrored(found["traction"].values[row] / largest * height)
-            for name, radius in (("slips", "contact_radius"), ("sticks", "stick_radius")):
-                inside = np.abs(across) <= float(found[radius].values[row]) * factor
-                if found[radius].values[row] > 0:
-                    axes.plot(across[inside], line[inside], solid_capstyle="butt", label=name, **looks[name])
+            for name, end, colour, width in (
+                ("slips", "contact_radius", STATE_COLOURS[2], 0.8),
+                ("sticks", "stick_radius", STATE_COLOURS[1], 1.6),
+            ):
+                radius = float(found[end].values[row])
+                if radius > 0:
+                    inside = np.abs(across) <= radius
+                    looks: dict[str, Any] = {"color": colour, "linewidth": width, "solid_capstyle": "butt"}
+                    axes.plot(across[inside], line[inside], label=name, **looks)
         ticks = np.arange(0, len(chosen), -(-len(chosen) // MOST_TICKS))
         labels = [f"{found['step'].values[row]},  {found['time'].values[row]:.4g} s" for row in ticks]
         axes.set_yticks(ticks, labels)
-        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel=f"$r$ ({radius_unit})", ylabel="step, time")
-        canvas.legend(axes, extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
+        axes.set(title=f"Slip fronts of asperity {asperity}", xlabel="$r$ (m)", ylabel="step, time")
+        canvas.legend(extra=f"{quantity_text(largest / height, 'Pa', 3)} from line to line")
 
 
 def _chosen(
@@ -330,23 +300,23 @@ def _chosen(
     check_any(history)
     if steps is not None and not len(steps):
         raise InputError("steps is empty; expected one step or more")
-    telling = representative_step(history)
+    middle = representative_step(history)
     if asperity is None:
-        heaviest = int(history["normal_load"].isel(step=telling).values.argmax())
+        heaviest = int(history["normal_load"].isel(step=middle).values.argmax())
         asperity = int(history["asperity"].values[heaviest])
     column = column_of(asperity, history)
     if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE and count == STATES_IN_ONE:
         steps = list(named_states(history))
     if steps is not None:
         return asperity, [step_of(history, step) for step in steps]
-    return asperity, _of_swing(history, column, telling, count)
+    return asperity, _of_swing(history, column, middle, count)
 
 
-def _of_swing(history: xr.Dataset, column: int, telling: int, count: int) -> list[int]:
+def _of_swing(history: xr.Dataset, column: int, middle: int, count: int) -> list[int]:
     """Return steps of the swing around a step, up to where an asperity slides."""
     parts = list(swings(history["tangential_displacement"].values))
-    first, last = next((part for part in parts if part[0] <= telling <= part[1]), (0, history.sizes["step"] - 1))
-    states: npt.NDArray[np.int8] = history["slip_state"].isel(step=slice(first, last + 1), asperity=column).values
+    first, last = next((part for part in parts if part[0] <= middle <= part[1]), (0, history.sizes["step"] - 1))
+    states = history["slip_state"].isel(step=slice(first, last + 1), asperity=column).values
     # it slides until it turns round: where the swing begins that may still be the case
     begun = int((states != GROSS_SLIP).argmax())
     slides = np.flatnonzero(states[begun:] == GROSS_SLIP)
@@ -365,16 +335,108 @@ class AsperityPicture(Picture):
         """Draw it over the radius."""
         extent = 1.1 * data.contact_radius or 1.0
         radius = np.linspace(0.0, extent, 801)
-        limit = data.friction * data.pressure(radius)
-        lengths, length_unit = scaled(radius, "m")
-        stresses, stress_unit = scaled(np.stack([data.traction(radius), limit, -limit]), "Pa")
         axes = canvas.axes()
-        for bound, label in ((stresses[1], "± friction × pressure"), (stresses[2], None)):
-            axes.plot(lengths, bound, color=FAINT, linewidth=0.8, linestyle="--", label=label)
-        axes.plot(lengths, stresses[0], color=STATE_COLOURS[1], linewidth=1.2, label="traction")
+        for sign, label in ((1, "± friction × pressure"), (-1, None)):
+            bound = sign * data.friction * data.pressure(radius)
+            axes.plot(radius, bound, color=FAINT, linewidth=0.8, linestyle="--", label=label)
+        axes.plot(radius, data.traction(radius), color=STATE_COLOURS[1], linewidth=1.2, label="traction")
         for reversal in data.reversal_points.radius:
-            axes.axvline(reversal * lengths[-1] / extent, color=INK, linewidth=0.5, linestyle=":")
-        axes.set_xlim(0.0, lengths[-1])
-        axes.set(xlabel=f"radius ({length_unit})", ylabel=f"tangential traction ({stress_unit})")
+            axes.axvline(reversal, color=INK, linewidth=0.5, linestyle=":")
+        axes.set(xlim=(0.0, extent), xlabel="radius (m)", ylabel="tangential traction (Pa)")
         axes.set_title(f"asperity {data.index}, {data.slip_state.name.lower().replace('_', ' ')}")
-        canvas.legend(axes)
+
+
+RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)  # radii of the rings that have arrows, over the contact radius
+MOST_CIRCLES, CIRCLES = 12, 6
+SLIPPING, STICKING = "#c9c9c9", "#ffffff"
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class SlipAnnulusPicture(Picture):
+    """The tractions over the contact of an asperity at several steps, as arrows; where it slips is grey.
+
+    From the middle to the dashed circle it sticks; the annulus around that slips in the direction of its traction,
+    which is the friction limit. Arrows are in scale with one another, and circles, too.
+
+    Attributes
+    ----------
+    asperity
+        Which; by default the one that carries most.
+    steps
+        Up to 12 states, by number or name; by default all that have a name, or else 6 after the first move.
+    """
+
+    asperity: int | None = None
+    steps: tuple[int | str, ...] | None = None
+
+    kind, size, alone, order, only_planar = "slip-annulus", (TWO_COLUMNS, 125.0), True, 5, True
+    needs = "stick_radius"
+    caption = "Tractions over the contact of the asperity that carries most; where it slips is grey."
+
+    def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
+        """Draw a circle for each step."""
+        check_recorded(data, "slip_state", "normal_load", "contact_radius")
+        check_any(data)
+        steps = self._chosen(data)
+        label = self.asperity
+        if label is None:
+            label = int(data["asperity"].values[data["normal_load"].isel(step=steps).values.max(axis=0).argmax()])
+        found = rebuilt.asperities_at(data, label, steps)
+        edge = max(each.contact_radius for each in found)
+        if edge == 0:
+            raise InputError(f"asperity {label} does not touch at any of the steps; expected one at which it does")
+        rings = [_ring_arrows(each) for each in found]
+        most = max(float(np.hypot(*arrows[:, 2:].T).max(initial=0.0)) for arrows in rings)
+        # the longest arrow is as long as rings stand apart
+        arrow: dict[str, Any] = {"angles": "xy", "scale_units": "xy", "scale": (most or 1.0) / (0.25 * edge)}
+        arrow |= {"color": INK, "pivot": "mid", "width": 0.006, "minlength": 0.3, "zorder": 3}
+        grid = canvas.maps(len(steps), max(1, round((len(steps) * canvas.height / canvas.width) ** 0.5)))
+        for axes, one, arrows, step in zip(grid.flat, found, rings, steps, strict=False):
+            _draw_circles(axes, one)
+            axes.quiver(*arrows.T, **arrow)
+            axes.set_title(state_label(data, step))
+            axes.set_aspect("equal")
+        for axes in grid.flat[len(steps) :]:
+            axes.set_visible(False)
+        grid[0, 0].set(xlim=(-1.08 * edge, 1.08 * edge), ylim=(-1.08 * edge, 1.08 * edge))
+        handles = patches((STICKING, SLIPPING), ("sticks", "slips"))
+        canvas.legend(extra=f"longest arrow: {quantity_text(most, 'Pa', 3)}", handles=handles)
+        title = str(data.attrs.get("title", ""))
+        canvas.heading(f"{title}: asperity {label}" if title else f"Asperity {label}")
+
+    def _chosen(self, data: xr.Dataset) -> list[int]:
+        if self.steps is not None and not 0 < len(self.steps) <= MOST_CIRCLES:
+            raise InputError(f"steps has {len(self.steps)}; expected 1 to {MOST_CIRCLES}")
+        if self.steps is not None:
+            return [step_of(data, each) for each in self.steps]
+        named = list(named_states(data).values())
+        if 0 < len(named) <= MOST_CIRCLES:
+            return named
+        moved = np.flatnonzero(data["total_tangential_load"].values.any(axis=1))
+        first = int(moved[0]) if moved.size else 0
+        return [int(each) for each in np.unique(np.linspace(first, data.sizes["step"] - 1, CIRCLES + 1)[1:].round())]
+
+
+def _ring_arrows(one: Any) -> Floats:
+    """Return places [m] and tractions [Pa] on the rings of an asperity (arrow, 4)."""
+    if one.contact_radius == 0:
+        return np.empty((0, 4))
+    found = []
+    for share, traction in zip(RINGS, one.traction(np.array(RINGS) * one.contact_radius), strict=True):
+        count = max(1, round(16 * share))
+        around = np.arange(count) / count * 2 * np.pi
+        at = share * one.contact_radius * np.stack([np.cos(around), np.sin(around)], axis=1)
+        found.append(np.column_stack([at, np.broadcast_to(traction, at.shape)]))
+    return np.concatenate(found)
+
+
+def _draw_circles(axes: "Axes", one: Any) -> None:
+    """Draw the contact of an asperity, and what sticks of it."""
+    from matplotlib.patches import Circle
+
+    if one.contact_radius > 0:
+        axes.add_patch(Circle((0, 0), one.contact_radius, facecolor=SLIPPING, edgecolor=INK, linewidth=0.9))
+    if one.stick_radius > 0:
+        looks: dict[str, Any] = {"facecolor": STICKING, "edgecolor": INK, "linewidth": 0.7, "linestyle": (0, (3, 2))}
+        axes.add_patch(Circle((0, 0), one.stick_radius, **looks))

@@ -15,7 +15,7 @@ from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import CHANGING_HEIGHT, check_any, present_friction
 from historysim.results.analysis.slips import representative_step
-from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES, scale_of, scaled
+from historysim.results.plots.style import FAINT, INK, MARK, STATE_COLOURS, STATES, scale_of
 
 # Steps of the slider, asperities on the map, points of the loop, and friction coefficients with tractions.
 MOST_STEPS, MOST_ASPERITIES, MOST_POINTS, MOST_GROUPS = 300, 200, 4000, 12
@@ -256,8 +256,8 @@ def _marks(history: xr.Dataset, part: Excerpt) -> dict[str, Any]:
     x, y = (own[name].values if name in own.coords else np.zeros_like(height) for name in (across, up))
     return {
         "asperity": own["asperity"].values.astype(np.int32),
-        "x": scaled(x, "m")[0],
-        "y": scaled(y, "m")[0],
+        "x": x * scale_of("m", x)[0],
+        "y": y * scale_of("m", y)[0],
         "fill": [STATE_COLOURS[0]] * height.size,
         "height": height,
         "radius": radius,

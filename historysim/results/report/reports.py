@@ -19,7 +19,8 @@ from historysim.results.asking import check_direction
 from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
-from historysim.results.plots.swept import CurvePicture, readable
+from historysim.results.plots.style import scale_of
+from historysim.results.plots.swept import CurvePicture
 from historysim.results.report.page import (
     EXPECTED,
     Section,
@@ -280,7 +281,7 @@ def sweep_pictures(sweep: xr.Dataset) -> list[str]:
         # a label is no number
         known = values.dtype.kind == "f" and name not in LABELS
         if known and values.dims and set(values.dims) <= swept and float(values.min()) < float(values.max()):
-            factor, unit = readable(values)
+            factor, unit = scale_of(str(values.attrs.get("units", "")), values.values)
             ends = " to ".join(f"{float(end) * factor:.3g}" for end in (values.min(), values.max()))
             label = f"{values.attrs.get('long_name', name)}: {ends} {unit}".rstrip()
             pictures.append(picture(CurvePicture(quantity=str(name)).figure(sweep), label))
