@@ -24,19 +24,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
     from historysim.log.event_log import EventLog
-    from historysim.measured.loop_table import LoopTable
-    from historysim.measured.loops import Loops
     from historysim.measured.sliding import Sliding
     from historysim.results.plots.canvas import FigureOrAxes, Place, Size
     from historysim.results.tables import WrittenTable
-    from historysim.scenario.fit import Fit
     from historysim.scenario.scenario import Scenario
     from historysim.surfaces.heights import Surface
     from historysim.surfaces.registration import Registration
 
     Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
-    Showable = str | Path | xr.Dataset | Scenario | EventLog | Surface | Sequence[str | Path | Surface]
-    Reportable = str | Path | xr.Dataset | Scenario | Fit | Loops | LoopTable | Sliding
 
 MOST_CHANNELS = 40  # columns of a record; a height map has as many as points
 MAP_ALONE = "expected with the path of a height map alone, which is read with them"
@@ -166,7 +161,7 @@ def _no_map(path: Path) -> str:
     return ""
 
 
-def show(what: "Showable", *, form: str | None = None, attributes: bool = False, **reading: Unpack[Reading]) -> Lines:
+def show(what: object, *, form: str | None = None, attributes: bool = False, **reading: Unpack[Reading]) -> Lines:
     """Summarise a scenario, result, log or height map (object or path).
 
     Parameters
@@ -336,9 +331,7 @@ def plot(
         if isinstance(what, str | Path):
             fields, what = {"name": str(what)} | fields, files.enter_context(opened(what, **reading))
         elif isinstance(what, list | tuple):
-            what = [
-                files.enter_context(opened(each, **reading)) if isinstance(each, str | Path) else each for each in what
-            ]
+            what = [files.enter_context(opened(one, **reading)) if isinstance(one, str | Path) else one for one in what]
             if any(isinstance(each, Surface) for each in what):
                 what = _registration(what)
         elif reading:
@@ -360,7 +353,7 @@ def _own_picture(content: object, place: "Place") -> "FigureOrAxes | None":
     return None
 
 
-def report(what: "Reportable", output: str | Path | None = None) -> str:
+def report(what: object, output: str | Path | None = None) -> str:
     """Return a result as one self-contained HTML page, which opens without a network.
 
     Parameters
@@ -406,7 +399,8 @@ def _page(what: object, name: str) -> str:
 
     from historysim.log.event_log import EventLog
     from historysim.results.report.page import EXPECTED, page_of, paragraph, picture
-    from historysim.results.report.reports import dataset_page
+    from historysim.results.report.reports import comparison_page, dataset_page
+    from historysim.scenario.fit import compare, fit
     from historysim.scenario.scenario import Scenario
 
     if isinstance(what, xr.Dataset):
@@ -416,28 +410,19 @@ def _page(what: object, name: str) -> str:
         except InputError as error:
             figures = [paragraph(f"No picture of the scenario: {error}", "note")]
         return dataset_page(what, figures)
+    if isinstance(what, Scenario) and what.sections.fit is not None:
+        return page_of(fit(what))
     if isinstance(what, Scenario):
-        return _page_of_scenario(what)
+        try:
+            _ = what.measured_files
+        except InputError as error:
+            raise InputError(f"{error}, and then historysim report of its result") from error
+        return comparison_page(compare(what), what.title or what.path.stem, what.text)
     if isinstance(what, EventLog):
         raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
     if page_of.dispatch(type(what)) is page_of.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
     return page_of(what)
-
-
-def _page_of_scenario(scenario: "Scenario") -> str:
-    from historysim.results.report.page import page_of
-    from historysim.results.report.reports import comparison_page
-    from historysim.scenario.fit import compare, fit
-
-    if scenario.sections.fit is not None:
-        return page_of(fit(scenario))
-    try:
-        _ = scenario.measured_files
-    except InputError as error:
-        raise InputError(f"{error}, and then historysim report of its result") from error
-    comparison = compare(scenario)
-    return comparison_page(comparison, scenario.title or scenario.path.stem, scenario.text)
 
 
 @attrs.frozen

@@ -39,13 +39,6 @@ UNBROKEN = r"(?<=\d) (?=[nµm]?[mN]\b|[kMG]?Pa\b)|(?<==) (?=\S)|(?<=\w) (?==)|(?
 NO_BREAK = "\N{NO-BREAK SPACE}"
 # A hyphen that stands for a minus sign, and that sign.
 HYPHEN, MINUS = re.compile(r"(?<![\w.-])-(?=\.?\d)"), "\N{MINUS SIGN}"
-SIDES = {-1: ("right", "top"), 0: ("center", "center"), 1: ("left", "bottom")}
-# Where a label may stand beside its point [pt], and how it is aligned there.
-AROUND = [
-    (x * far, y * far, SIDES[x][0], SIDES[y][1])
-    for far in (4.0, 10.0)
-    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
-]
 
 
 class Place(TypedDict, total=False):
@@ -67,7 +60,7 @@ class Canvas:
     most: int = MOST_PANELS  #: panels that there is room for
     panels: int = 1  #: panels that are drawn
     notices: list[str] = attrs.field(factory=list)  #: what is to be known of the picture, and does not stand in it
-    labels: "list[Annotation]" = attrs.field(factory=list)
+    labels: "list[tuple[Annotation, bool]]" = attrs.field(factory=list)
     caption: str = ""  #: stands below the title
     beside_others: bool = False
     named: bool = False  #: whether it has a legend
@@ -79,16 +72,11 @@ class Canvas:
         width, height = (side / figure.dpi * MILLIMETRES_PER_INCH for side in (figure.bbox.width, figure.bbox.height))
         return cls(figure, ax, width, height, before=[] if ax else list(figure.axes))
 
-    @property
-    def result(self) -> FigureOrAxes:
-        """What the function that draws returns."""
-        return self.figure if self.given is None else self.given
-
     def axes(self) -> "Axes":
         """Return the axes of a picture with one panel."""
         return self.figure.add_subplot() if self.given is None else self.given
 
-    def several(self, count: int = 2) -> "Figure | SubFigure":
+    def several(self, count: int = 2) -> Any:
         """Return the figure of a picture with several panels; InputError where axes were given, which are one."""
         if self.given is not None:
             raise InputError(f"ax: this picture has {count} panels; expected figure= in place of ax=")
@@ -107,18 +95,16 @@ class Canvas:
 
         `ratio` is the width over that of the second side by side, `stacked` the height over it below one another.
         """
-        figure: Any = self.several()
-        if len(self.fitting(panels, 2 if self.width >= WIDE or self.height >= 100.0 else 1)) == 1:
+        figure, wide = self.several(), self.width >= WIDE
+        if len(self.fitting(panels, 2 if wide or self.height >= 100.0 else 1)) == 1:
             return figure.subplots(), None
-        if self.width >= WIDE:
-            left, right = figure.subplots(1, 2, width_ratios=(ratio, 1))
-            return left, right
-        upper, lower = figure.subplots(2, 1, height_ratios=(stacked, 1))
-        return upper, lower
+        if wide:
+            return tuple(figure.subplots(1, 2, width_ratios=(ratio, 1)))
+        return tuple(figure.subplots(2, 1, height_ratios=(stacked, 1)))
 
     def maps(self, count: int, rows: int) -> Any:
         """Return a grid of axes for some maps of one place (row, column), which keep their shape and stand close."""
-        figure: Any = self.several(count)
+        figure = self.several(count)
         if figure.figure is figure and figure.get_layout_engine() is not None:
             figure.set_layout_engine("compressed")
         columns = -(-count // rows)
@@ -140,7 +126,8 @@ class Canvas:
         # beside a caption, a low picture has room for one line
         most = {text: 1 if caption and self.height < 90.0 else 2, caption: 4}
         if lines := [broken(each, self.width * 0.97, size, most[each]) for each in (text, caption) if each]:
-            self.figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontsize=size)
+            weight = "bold" if self.beside_others else "normal"
+            self.figure.suptitle(plain("\n".join(lines)), x=0.01, ha="left", fontsize=size, fontweight=weight)
 
     def legend(
         self, *axes: "Axes", extra: str = "", handles: "Sequence[Artist]" = (), title: str | None = None
@@ -182,10 +169,10 @@ class Canvas:
         names = [name if "$" in name else broken(name, self.width * 0.8, 6.0, 4) for name in named]
         self.figure.legend(named.values(), names, **looks)
 
-    def label(self, axes: "Axes", text: str, at: tuple[float, float], **looks: Any) -> None:
-        """Write a string beside a point, where it lies on no line; to the right where it may stand anywhere."""
-        looks = {"fontsize": 7.5, "zorder": 6} | looks
-        self.labels.append(axes.annotate(text, at, AROUND[0][:2], textcoords="offset points", **looks))
+    def label(self, axes: "Axes", text: str, at: tuple[float, float], *, inwards: bool = False, **looks: Any) -> None:
+        """Write a string beside a point, on the side that is away from the middle of the axes, or towards it."""
+        looks = {"fontsize": 7.5, "zorder": 6, "textcoords": "offset points"} | looks
+        self.labels.append((axes.annotate(text, at, (0, 0), **looks), inwards))
 
     def notice(self, text: str) -> None:
         """Say something of the picture that does not stand in it."""
@@ -202,16 +189,16 @@ class Canvas:
         """Name prefixes and fit labels to the size, once all else is there; return whether all panels can be read."""
         from matplotlib.text import Text
 
-        whole: Any = self.figure if self.given is None else self.given
+        whole: Any = self.given or self.figure
         name_prefixes(whole, self.before)
+        for label, inwards in self.labels:
+            _place(label, inwards=inwards)
         for text in whole.findobj(Text):
             if HYPHEN.search(text.get_text()):
                 text.set_text(HYPHEN.sub(MINUS, text.get_text()))
         own: Any = self.figure
         # what was given is laid out by whoever gave it
-        fits = own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
-        _place(self.labels)
-        return fits
+        return own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
 
 
 def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
@@ -246,7 +233,7 @@ def drawn(place: Place, default: Size, draw: Callable[[Canvas], None]) -> Figure
         canvas = Canvas.of(target, ax)  # type: ignore[arg-type] # likewise
         draw(canvas)
         canvas.finish()
-    return canvas.result
+    return canvas.given or canvas.figure
 
 
 def _drawn_anew(size: Size | None, default: Size, draw: Callable[[Canvas], None]) -> "Figure":
@@ -319,8 +306,6 @@ def _wrapped(text: str, columns: int, **options: Any) -> list[str]:
 def _fit(figure: "Figure") -> bool:
     """Break and shorten labels and titles that are longer than their axes; return whether all panels can be read."""
     panels = [axes for axes in figure.axes if axes.get_label() != "<colorbar>" and axes.get_visible()]
-    if not _laid_out(figure):
-        return False
     for _ in range(ROUNDS):
         if not _laid_out(figure):
             return False
@@ -330,25 +315,12 @@ def _fit(figure: "Figure") -> bool:
     return all(_readable(axes) for axes in panels)
 
 
-def _place(labels: "Sequence[Annotation]") -> None:
-    """Move labels to where they lie on no line and on no other label."""
-    taken: list[Any] = []
-    for label in labels:
-        axes: Any = label.axes
-        paths = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
-
-        def boxed(side: tuple[float, float, str, str], label: Any = label) -> Any:
-            label.xyann = side[:2]
-            label.set(ha=side[2], va=side[3])
-            return label.get_window_extent().padded(1.0)
-
-        def crossed(side: tuple[float, float, str, str], axes: Any = axes, paths: Any = paths) -> int:
-            box = boxed(side)
-            lines = sum(bool(path.intersects_bbox(box, filled=False)) for path in paths)
-            inside = axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)
-            return lines + sum(bool(box.overlaps(other)) for other in taken) + (0 if inside else 2)
-
-        taken.append(boxed(min(AROUND, key=crossed)))
+def _place(label: "Annotation", *, inwards: bool) -> None:
+    """Move a label to the side of its point that is away from the middle of the axes, or towards it."""
+    axes: Any = label.axes
+    right, up = (axes.transLimits.transform(axes.transScale.transform(label.xy)) > 0.5) != inwards
+    label.xyann = (4.0 if right else -4.0, 3.0 if up else -3.0)
+    label.set(ha="left" if right else "right", va="bottom" if up else "top")
 
 
 def _laid_out(figure: "Figure") -> bool:

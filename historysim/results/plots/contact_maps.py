@@ -92,18 +92,10 @@ class ContactMapPicture(Picture):
         draw_surface(canvas, surface, contact_at(surface, data, step))
 
 
-@attrs.frozen(eq=False)
-class Zones:
-    """Where a contact sticks and slips: maps of `STICKS`, `SLIPS` and NaN at each step, and their extent [m]."""
-
-    maps: list[Floats]
-    extent: Extent
-
-
-def zones_at(history: xr.Dataset, steps: Sequence[int]) -> Zones:
-    """Return where the contact sticks and slips at steps; of a history from the file of a result."""
+def zones_at(history: xr.Dataset, steps: Sequence[int]) -> tuple[list[Floats], Extent]:
+    """Return maps of `STICKS`, `SLIPS` and NaN at steps, and their extent [m]; of a history from its file."""
     times = [float(history["time"].values[step]) for step in steps]
-    return answered(history, lambda origin: Zones([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
+    return answered(history, lambda origin: ([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
 
 
 def _zone(origin: Origin, state: EnsembleState) -> Floats:

@@ -58,7 +58,7 @@ class LoadCurvePicture(Picture):
         names = [name for name in CURVES if name in curve]
         called = [str(curve[name].attrs["long_name"]) for name in names]
         shown = canvas.fitting(called, int((canvas.height - AROUND) / PANEL_HEIGHT))
-        figure: Any = canvas.several()
+        figure = canvas.several()
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=False):
             axes.plot(curve["approach"], curve[name], color=LINES[0][0], label="this contact")

@@ -1,6 +1,7 @@
 """Pictures of friction loops that were found: the loops, their values from loop to loop, and over their loads."""
 
-from collections.abc import Callable, Sequence
+import functools
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -19,7 +20,6 @@ from historysim.results.plots.style import (
     DASHED,
     FAINT,
     INK,
-    MOST_POINTS,
     SPAN,
     STATE_COLOURS,
     label_loop,
@@ -97,7 +97,7 @@ def _draw_loops(canvas: Canvas, axes: "Axes", sets: list[Loops], labels: Sequenc
     """Draw the loops of one normal load, each set in its colour."""
     _frame(axes)
     for each, colour, label in zip(sets, COLOURS, labels, strict=False):
-        draw = _pen(axes, each)
+        draw = functools.partial(_draw_part, axes, each)
         for start, end in each.left_out:
             draw(start, end, color=FAINT, linewidth=0.6, alpha=0.7, zorder=1)
         if each.left_out_branches.any() or np.any(np.diff(each.number) > 1):
@@ -120,7 +120,7 @@ def _draw_levels(axes: "Axes", sets: list[Loops], labels: Sequence[str], *, tren
     # the light end is left out: it is lost on white
     colours = mpl.colormaps["viridis_r"](np.linspace(0.15, 1.0, len(loads)))
     for order, (each, label) in enumerate(zip(sets, labels, strict=False)):
-        draw = _pen(axes, each)
+        draw = functools.partial(_draw_part, axes, each)
         if order == 0:
             draw(0, each.trace.time.size - 1, color=FAINT, linewidth=0.5, alpha=0.6, zorder=1)
         for value, colour in zip(loads.value, colours, strict=True):
@@ -145,17 +145,10 @@ def _frame(axes: "Axes") -> None:
     axes.set_title("Friction loops")
 
 
-def _pen(axes: "Axes", loops: Loops) -> Callable[..., None]:
-    """Return what draws a record from sample to sample, with no more points than a picture can show."""
-    record = loops.trace
-    stride = -(-record.time.size // MOST_POINTS)
-
-    def draw(start: int, end: int, **line: Any) -> None:
-        part = np.union1d(np.arange(start, end + 1, stride), end)
-        x, y = record.displacement[part], record.tangential_load[part]
-        axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
-
-    return draw
+def _draw_part(axes: "Axes", loops: Loops, start: int, end: int, **line: Any) -> None:
+    """Draw a record from one sample to another."""
+    x, y = (values[start : end + 1] for values in (loops.trace.displacement, loops.trace.tangential_load))
+    axes.plot(x, y, rasterized=True, solid_joinstyle="round", **line)
 
 
 def _branches(loops: Loops, which: Integers | None = None) -> list[list[int]]:
@@ -188,8 +181,8 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         return
     axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
     axes.plot([left, right], [-backward, -backward], linestyle=(0, (4, 2)), **line)
-    canvas.label(axes, quantity_text(top, "N", 3), (right, top))
-    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward))
+    canvas.label(axes, quantity_text(top, "N", 3), (right, top), inwards=True)
+    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward), inwards=True)
 
     way = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(way):
@@ -197,7 +190,7 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
         axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
-        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle))
+        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle), inwards=True)
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):
         rise = loops.definitions.initial_part * (top - bottom)
@@ -206,7 +199,7 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         x, y = u[fitted].mean(), f[fitted].mean()
         ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
         axes.plot(x + (ends - y) / stiffness, ends, **line)
-        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]))
+        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]), inwards=True)
 
 
 def _typical(loops: Loops) -> int:
@@ -223,7 +216,7 @@ class LoopTrendsPicture(Titled):
 
     def draw(self, canvas: Canvas, data: xr.Dataset) -> None:
         """Draw what `Loops.to_dataset` gives."""
-        grid: Any = canvas.several(len(TRENDS)).subplots(2, 2)
+        grid = canvas.several(len(TRENDS)).subplots(2, 2)
         _draw_trends(grid.ravel(), [data], 2)
         canvas.legend(handles=_direction_handles())
 
@@ -299,7 +292,7 @@ class LoopLevelsPicture(Titled):
         rows = 1 if canvas.height < HIGH or canvas.most < len(LEVELS) else 2
         names = [name.replace("_", " ") for name in LEVELS]
         chosen = LEVELS[: len(canvas.fitting(names, 2 * rows))]
-        grid: Any = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
+        grid = canvas.several(len(LEVELS)).subplots(rows, 2, sharex=True, squeeze=False)
         for axes, quantity in zip(grid.flat, chosen, strict=True):
             _draw_level(axes, table, quantity)
         along = table[next(name for name in ("level", "amplitude_class") if name in table.coords)]

@@ -1,7 +1,8 @@
 """Friction loops of several histories, or of the cells of a sweep, in one picture, with what is marked on them."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import attrs
@@ -11,14 +12,13 @@ import xarray as xr
 from historysim.basics.arguments import Floats
 from historysim.basics.fields import Quantity
 from historysim.basics.units import newtons, quantity_text
-from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import SLOPE, is_complete
 from historysim.results.origin import dense, named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
-from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of, sources
+from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of
 from historysim.results.plots.style import (
     FAINT,
     INK,
@@ -98,7 +98,7 @@ class LoopsPicture(Panel):
 
     def draw(self, canvas: Canvas, data: "xr.Dataset | Sequence[xr.Dataset]") -> None:
         """Draw the loops, and what is marked on them."""
-        loops = cells_of(data, LOOP, self.labels, self.where)
+        loops = self._cells(data)
         axes, beside = _panels(canvas) if self.loads else (canvas.axes(), None)
         label_loop(axes)
         smooth = [attrs.evolve(loop, rows=dense(loop.rows)) for loop in loops]
@@ -111,8 +111,11 @@ class LoopsPicture(Panel):
             looks = line_style(number, len(parts))
             # of a load loops repeat, and lie on one another
             self._draw_loop(axes, loop, looks | ({"linestyle": "-"} if self.by_load else {}))
-        if self.delta:
-            _name_ends(canvas, axes)
+        # of more than two marks of δ the legend alone names them
+        ends = [line for line in axes.get_lines() if line.get_gid() == END]
+        for number, mark in enumerate(ends if len(ends) < 3 else []):
+            symbol = r"$\delta$" if len(ends) == 1 else rf"$\delta_{number + 1}$"
+            canvas.label(axes, symbol, tuple(mark.get_xydata()[0]), fontsize=8)
         if self.drift:
             _mark_drift(canvas, axes, smooth)
         # on several loops letters lie on one another, unless they are asked for
@@ -123,6 +126,33 @@ class LoopsPicture(Panel):
         axes.margins(0.07, 0.14)
         if beside is not None:
             _draw_loads(*beside, loops[0].rows)
+
+    def _cells(self, what: "xr.Dataset | Sequence[xr.Dataset]") -> "list[Cell]":
+        """Return histories, or the cells of a sweep, as lines."""
+        several = several_of(what)
+        found: list[Cell] = []
+        for each in several:
+            for name in LOOP:
+                if name not in each or "step" not in each[name].dims:
+                    raise InputError(
+                        f"there is no {name} along step; expected histories, or a sweep with {' and '.join(LOOP)} "
+                        "among its outputs"
+                    )
+            found += [_of_history(each)] if each[LOOP[0]].ndim == 1 else _of_sweep(selected(each, self.where))
+        if not 1 <= len(found) <= MOST_LINES:
+            raise InputError(
+                f"{len(found)} lines in one picture; expected 1 to {MOST_LINES}: choose some (where), or sweep fewer"
+            )
+        names = [cell.label for cell in found]
+        if len(several) > 1 and len({*names}) < len(names):
+            # results of one title are named by their files
+            files = [Path(str(each.encoding.get("source", ""))).name for each in several]
+            names = [name or f"result {number + 1}" for number, name in enumerate(files)]
+        elif len(several) == len(found) == 1:
+            # one line alone needs no name
+            names = [""]
+        names = self.called_as(names, "lines")
+        return [attrs.evolve(cell, label=name) for cell, name in zip(found, names, strict=False)]
 
     def _draw_loop(self, axes: "Axes", loop: "Cell", style: dict[str, Any]) -> None:
         work = _shade(axes, loop, style["color"]) if self.work else ""
@@ -171,17 +201,9 @@ def _reach(loop: "Cell", own: Floats, row: int) -> float:
     return loop.reach + (float(own[top] - loop.rows[LOOP[1]].values[top]) if row else 0.0)
 
 
-def _name_ends(canvas: Canvas, axes: "Axes") -> None:
-    """Name the marks of δ where they are one or two; of more the legend alone does."""
-    marks = [line for line in axes.get_lines() if line.get_gid() == END]
-    for number, mark in enumerate(marks if len(marks) < 3 else []):
-        symbol = r"$\delta$" if len(marks) == 1 else rf"$\delta_{number + 1}$"
-        canvas.label(axes, symbol, tuple(mark.get_xydata()[0]), fontsize=8)
-
-
 def _panels(canvas: Canvas) -> "tuple[Axes, tuple[Axes, Axes] | None]":
     """Return the axes of the loop, and those of the normal and the tangential load beside or below it, if they fit."""
-    figure: Any = canvas.several(3)
+    figure = canvas.several(3)
     if len(canvas.fitting(("loop", "loads"), 2 if max(canvas.width, canvas.height) >= 110.0 else 1)) == 1:
         return figure.add_subplot(), None
     if canvas.width >= 110.0:
@@ -202,40 +224,6 @@ class Cell:
     work: float | None = None
 
 
-def cells_of(
-    what: xr.Dataset | Sequence[xr.Dataset],
-    names: Sequence[str],
-    labels: Sequence[str] = (),
-    where: Mapping[str, Any] | None = None,
-) -> list[Cell]:
-    """Return histories, or the cells of a sweep, as lines; each has to have the variables along ``step``."""
-    several = several_of(what)
-    found: list[Cell] = []
-    for each in several:
-        missing = [name for name in names if name not in each or "step" not in each[name].dims]
-        if missing:
-            raise InputError(
-                f"there is no {missing[0]} along step; expected histories, or a sweep with {' and '.join(names)} among "
-                "its outputs"
-            )
-        found += _of_sweep(selected(each, where), names[0]) if len(each[names[0]].dims) > 1 else [_of_history(each)]
-    if len(several) > 1 and len({cell.label for cell in found}) < len(found):
-        # results of one title are named by their files
-        found = [attrs.evolve(cell, label=name) for cell, name in zip(found, sources(several), strict=False)]
-    if labels and len(labels) != len(found):
-        raise InputError(f"labels has {len(labels)}; expected one for each of {counted(len(found), 'line', 'lines')}")
-    if len(several) == len(found) == 1:
-        # one line alone needs no name
-        found = [attrs.evolve(found[0], label="")]
-    if labels:
-        found = [attrs.evolve(cell, label=label) for cell, label in zip(found, labels, strict=True)]
-    if not 1 <= len(found) <= MOST_LINES:
-        raise InputError(
-            f"{len(found)} lines in one picture; expected 1 to {MOST_LINES}: choose some (where), or sweep fewer"
-        )
-    return found
-
-
 def _of_history(history: xr.Dataset) -> Cell:
     label = str(history.attrs.get("title", ""))
     if not is_complete(history) or SLOPE in history:
@@ -245,8 +233,8 @@ def _of_history(history: xr.Dataset) -> Cell:
     return Cell(history, label, float(reach[0]), float(work[0]))
 
 
-def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
-    dims = [str(dim) for dim in sweep[name].dims if dim != "step"]
+def _of_sweep(sweep: xr.Dataset) -> list[Cell]:
+    dims = [str(dim) for dim in sweep[LOOP[0]].dims if dim != "step"]
     several = [dim for dim in dims if sweep.sizes[dim] > 1]
     found = []
     for members in itertools.product(*(range(sweep.sizes[dim]) for dim in dims)):
@@ -254,7 +242,7 @@ def _of_sweep(sweep: xr.Dataset, name: str) -> list[Cell]:
         rows = sweep.isel(at)
         own = rows[[each for each in rows.data_vars if rows[each].dims == ("step",)]]
         # cells of fewer steps end with NaN, and those that have failed are nothing else
-        there = np.isfinite(own[name].values)
+        there = np.isfinite(own[LOOP[0]].values)
         if not there.any():
             continue
         own = own.isel(step=there)

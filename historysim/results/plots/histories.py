@@ -126,7 +126,7 @@ def _draw_panels(canvas: Canvas, history: xr.Dataset, panels: list[str], *, wide
     if len(rows) == 1:
         axes = {rows[0][0]: canvas.axes()}
     else:
-        figure: Any = canvas.several(len(rows))
+        figure = canvas.several(len(rows))
         axes = figure.subplot_mosaic(rows, height_ratios=heights)
     thin = thinned(history)
     for name, each in axes.items():
@@ -340,7 +340,7 @@ class StiffnessPicture(Picture):
         """Draw both."""
         check_recorded(data, "tangential_stiffness")
         thin = thinned(data)
-        figure: Any = canvas.several()
+        figure = canvas.several()
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
         for axes, name in ((upper, "total_tangential_load"), (lower, "tangential_stiffness")):
             zero_lines(axes, vertical=axes is upper)

@@ -26,6 +26,7 @@ PICTURES: Registry[type["Picture"]] = Registry(
 )
 register = PICTURES.register
 
+PLACES = ("size", "figure", "ax")  # arguments that say where a picture is drawn
 HISTORY, SWEEP, SCENARIO = "history", "sweep", "scenario"  # what a picture of ``[picture]`` is drawn of
 
 
@@ -167,17 +168,10 @@ def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = H
 def made(kind: type[Picture], options: Mapping[str, Any], others: Mapping[str, type[Picture]]) -> Picture:
     """Return a picture with options; errors name which other pictures take an option."""
     own = [field.name for field in fields_of(kind)]
-    for option, value in options.items():
-        if option in own:
-            continue
+    for option in (each for each in options if each not in own):
         takers = [name for name, other in others.items() if option in attrs.fields_dict(other)]
-        if takers and f"{option}s" in own:
-            raise InputError(f"{option} {value}: the picture {kind.kind} takes several; expected {option}s")
-        known = [*own, "picture", *Place.__annotations__]
-        raise InputError(
-            f"{option} does not apply to the picture {kind.kind}; "
-            + (f"it applies to {', '.join(takers)}" if takers else nearest(option, known))
-        )
+        mend = f"it applies to {', '.join(takers)}" if takers else nearest(option, [*own, "picture", *PLACES])
+        raise InputError(f"{option} does not apply to the picture {kind.kind}; {mend}")
     if needed := [field.name for field in fields_of(kind) if field.needed and field.name not in options]:
         raise InputError(f"the picture {kind.kind} needs {', '.join(needed)}")
     attrs.resolve_types(kind)
@@ -225,11 +219,23 @@ def figure_of(
         )
     # the one that is of this type first of all goes before those of other things, too
     first = picture or min(known, key=lambda each: [isinstance(of, str) for of in known[each].of])
-    if first not in known:
+    return _of_one(what, first, known, called, place, options, name)
+
+
+def _of_one(
+    what: Any,
+    picture: str,
+    known: Mapping[str, type[Picture]],
+    called: str,
+    place: Place | None,
+    options: Mapping[str, Any],
+    name: str,
+) -> FigureOrAxes:
+    """Draw one of the pictures of a thing, below the name of its file, if it has one."""
+    if picture not in known:
         raise InputError(f"picture {picture}: {called} has no such picture; expected {', '.join(known)}")
-    kind = known[first]
-    given = {"title": Path(name).name} if name and "title" in attrs.fields_dict(kind) else {}
-    return made(kind, given | options, known).figure(what, place)
+    titled = {"title": Path(name).name} if name and "title" in attrs.fields_dict(known[picture]) else {}
+    return made(known[picture], titled | dict(options), known).figure(what, place)
 
 
 @figure_of.register(list)
@@ -249,15 +255,10 @@ def _of_several(
 
 @figure_of.register(xr.Dataset)
 def _of_dataset(
-    what: xr.Dataset,
-    *,
-    picture: str | None = None,
-    name: str = "",
-    place: Place | None = None,
-    **options: Any,
+    what: xr.Dataset, *, picture: str | None = None, name: str = "", place: Place | None = None, **options: Any
 ) -> FigureOrAxes:
     """Draw a history, a sweep, a surface, a table, or loops that were written to a file."""
-    content = what.attrs.get("content")
+    content, called = what.attrs.get("content"), name or "this Dataset"
     # the rows of a sweep may be loads, too
     if content == SWEEP:
         return _of_sweep(what, picture, place, options)
@@ -265,15 +266,11 @@ def _of_dataset(
         return draw(what, picture or ("contact-map" if "step" in options else "history"), place, **options)
     kinds = {"table": content in TABLES, "surface": "summit_height" in what}
     kinds |= {"loop-trends": "loop" in what.dims, "loop-levels": "loops" in what.coords}
-    kind = next((kind for kind, found in kinds.items() if found), "")
-    if not kind:
-        raise InputError(
-            f"{name or 'this Dataset'} is no history; expected a Dataset from historysim, with its variables"
-        )
-    if picture not in {None, kind}:
-        raise InputError(f"picture {picture}: {name or 'this Dataset'} has the picture {kind} alone")
-    titled = {"title": Path(name).name} if name and kind == "table" else {}
-    return made(PICTURES[kind], titled | options, {}).figure(what, place)
+    for kind, found in kinds.items():
+        if found:
+            titled = name if kind == "table" else ""
+            return _of_one(what, picture or kind, {kind: PICTURES[kind]}, called, place, options, titled)
+    raise InputError(f"{called} is no history; expected a Dataset from historysim, with its variables")
 
 
 TABLES = ("table", "history over time")  # contents of files that are tables
@@ -285,22 +282,21 @@ def _is_history(what: Any) -> bool:
 
 def _of_sweep(what: xr.Dataset, picture: str | None, place: Place | None, options: dict[str, Any]) -> FigureOrAxes:
     """Draw loops of the cells where these have rows and no numbers; else a number, by its name or the first one."""
-    rows = ("total_tangential_load", "tangential_displacement")
-    loops = all(each in what and "step" in what[each].dims for each in rows)
     numbers = [str(each) for each in what.data_vars if not {"step", "asperity"} & set(what[each].dims)]
-    if picture is None and (loops and not numbers):
+    if picture is None and not numbers:
         picture = "loops"
     if picture is not None and picture not in what.data_vars and picture in PICTURES:
         return draw(what, picture, place, of=SWEEP, **options)
     # what was asked for first, else what a sweep is mostly about; of others, such as a design, the first number
     asked = [*str(what.attrs.get("outputs", "")).split(), "preliminary_displacement"]
     known = [each for name in asked for each in (name, f"{name}_mean") if each in numbers]
-    quantity = picture or (known or [str(next(iter(what.data_vars)))])[0]
-    return draw(what, "curve", place, of=SWEEP, quantity=quantity, **options)
+    return draw(what, "curve", place, of=SWEEP, quantity=picture or [*known, *numbers][0], **options)
 
 
 ACROSS, NARROWEST = 3, 55.0  # panels in a row, and the width that each has at least [mm]
 PANEL, HEIGHT, TITLE = 90.0, 78.0, 8.0  # width and height of a panel, height of the title [mm]
+
+
 # What the findings of the checks are called in a line.
 BEYOND = {
     "steep": "steep asperities",
@@ -325,19 +321,16 @@ def draw_figure(what: Any, pictures: Sequence[Picture], title: str = "", place: 
         fitting = pictures[: len(canvas.fitting([each.called for each in pictures]))]
         across = min(len(fitting), ACROSS, max(int(canvas.width / NARROWEST), 1))
         # also of one picture: what stands below it, and the line above all, then differ
-        parts: Any = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
+        parts = figure.subfigures(-(-len(fitting) // across), across, squeeze=False).ravel()
         for part, picture in zip(parts, fitting, strict=False):
             picture.draw_named(canvas.part(part), data_for(what, picture))
         canvas.heading(title)
-        canvas.notice(_beyond(what) if isinstance(what, xr.Dataset) else "")
+        if isinstance(what, xr.Dataset):
+            found = [each.name for each in read_findings(str(what.attrs.get("validity", "[]")))]
+            if names := [BEYOND[name] for name in found if name in BEYOND]:
+                canvas.notice(f"beyond the model's assumptions: {', '.join(names)}")
 
     return drawn(place, (width, HEIGHT * -(-len(pictures) // across) + TITLE), draw)
-
-
-def _beyond(what: xr.Dataset) -> str:
-    """Return in a line which of the model's assumptions do not hold, empty where all do."""
-    names = [each.name for each in read_findings(str(what.attrs.get("validity", "[]"))) if each.name in BEYOND]
-    return f"beyond the model's assumptions: {', '.join(BEYOND[name] for name in names)}" if names else ""
 
 
 DRAWN_IN = """size : (float, float), optional
@@ -355,11 +348,10 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
         return made(kind, options, {}).figure(data, {"size": size, "figure": figure, "ax": ax})
 
     first, *where, _ = inspect.signature(function).parameters.values()
-    own = [
-        inspect.Parameter(each.name, each.KEYWORD_ONLY, default=each.empty if field.needed else field.default)
-        for field in fields_of(kind)
-        for each in [first.replace(name=field.name)]
-    ]
+    own = []
+    for field in fields_of(kind):
+        default = inspect.Parameter.empty if field.needed else field.default
+        own.append(inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default))
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")
     function.__signature__ = inspect.Signature([first, *own, *where])  # type: ignore[attr-defined] # as help() reads it
     about, examples, shown = (inspect.getdoc(kind) or "").partition("\n\nExamples\n")
@@ -370,9 +362,3 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
 def several_of(histories: Any) -> list[xr.Dataset]:
     """Return one history, or several, as a list."""
     return [histories] if isinstance(histories, xr.Dataset) else list(histories)
-
-
-def sources(histories: Sequence[xr.Dataset]) -> list[str]:
-    """Return names for histories of one title: their files, or their numbers."""
-    names = [Path(str(each.encoding.get("source", ""))).name for each in histories]
-    return [name or f"result {number + 1}" for number, name in enumerate(names)]

@@ -49,7 +49,7 @@ class ComparisonPicture(Titled):
 
     def draw(self, canvas: Canvas, data: Comparison) -> None:
         """Draw as many panels as fit."""
-        figure: Any = canvas.several(len(COMPARED))
+        figure = canvas.several(len(COMPARED))
         count, rows, heights = next(
             (count, rows, heights)
             for count, width, height, rows, heights in LAYOUTS
@@ -190,7 +190,7 @@ class RecordPicture(Titled):
         if rows * columns == 1:
             grid = np.array([[canvas.axes()]])
         else:
-            figure: Any = canvas.several(rows * columns)
+            figure = canvas.several(rows * columns)
             grid = figure.subplots(rows, columns, width_ratios=(1.4, 1, 1)[:columns], squeeze=False)
         for (name, values), (whole, *others) in zip(channels.items(), grid, strict=False):
             read = values + data.removed[name] if name in data.removed else None
@@ -293,7 +293,7 @@ class TablePicture(Titled):
         first, numbers, by_unit = _by_unit(written)
         panels = list(by_unit.items())
         panels = panels[: len(canvas.fitting([_called(names) for _, names in panels], MOST_PANELS))]
-        figure: Any = canvas.several(len(panels)) if len(panels) > 1 else None
+        figure = canvas.several(len(panels)) if len(panels) > 1 else None
         all_axes = [canvas.axes()] if figure is None else figure.subplots(len(panels), 1, sharex=True)
         left_out: list[str] = []
         for axes, (unit, names) in zip(all_axes, panels, strict=True):

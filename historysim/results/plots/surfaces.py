@@ -377,7 +377,7 @@ def _grid(canvas: Canvas, count: int, *, apart: bool) -> "list[Axes]":
     if not apart or count == 1:
         return [canvas.axes()] * count
     across = min(count, max(int(canvas.width / 28.0), 1))
-    grid: Any = canvas.several(count).subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False)
+    grid = canvas.several(count).subplots(-(-count // across), across, sharex=True, sharey=True, squeeze=False)
     for empty in grid.ravel()[count:]:
         empty.remove()
     return list(grid.ravel()[:count])
