@@ -110,21 +110,21 @@ def test_the_picture_shows_measurement_and_model(compared):
     (measured,), (model,) = lines_of(loops, plots.MEASURED), lines_of(loops, plots.MODEL)
     assert loops.get_xlabel() == "tangential displacement $U$ (nm)"
     assert loops.get_ylabel() == "tangential load $T$ (mN)"
-    assert_allclose(measured.get_xdata(), 1e9 * observed.displacement)
-    assert_allclose(measured.get_ydata(), 1e3 * observed.tangential_load)
-    assert sorted(model.get_ydata()) == pytest.approx(sorted(1e3 * response.tangential_load))
+    assert_allclose(measured.get_xdata(), observed.displacement)
+    assert_allclose(measured.get_ydata(), observed.tangential_load)
+    assert sorted(model.get_ydata()) == pytest.approx(sorted(response.tangential_load))
     (measured,), (model,) = lines_of(loads, plots.MEASURED), lines_of(loads, plots.MODEL)
     assert_array_equal(measured.get_xdata(), observed.time)
-    assert_allclose(model.get_ydata(), 1e3 * response.tangential_load)
+    assert_allclose(model.get_ydata(), response.tangential_load)
     points = [line for line in difference.lines if len(line.get_xdata()) > 2]
-    assert_allclose(points[0].get_ydata(), 1e3 * compared.difference)
+    assert_allclose(points[0].get_ydata(), compared.difference)
     assert difference.get_ylabel() == "$ΔT$ (mN)"
     assert left.get_legend_handles_labels()[1] == ["forward", "backward"]
     named = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert {"forward", "backward"} <= {*named}
     of_loops = {line.get_label(): line for line in energies.lines}
-    assert_allclose(of_loops["measured"].get_ydata(), 1e9 * compared.measured.dissipated_energy)
-    assert_allclose(of_loops["model"].get_ydata(), 1e9 * compared.model.dissipated_energy)
+    assert_allclose(of_loops["measured"].get_ydata(), compared.measured.dissipated_energy)
+    assert_allclose(of_loops["model"].get_ydata(), compared.model.dissipated_energy)
     assert_array_equal(of_loops["model"].get_xdata(), compared.model.number + 1)
 
 

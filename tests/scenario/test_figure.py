@@ -94,7 +94,7 @@ def test_a_run_has_its_panels_side_by_side(write, tmp_path):
     with hs.run(path, tmp_path / "s.nc") as history:
         assert named_states(history) == {"K": 10, "L": 20}
         figure = hs.plot(history)
-        assert [axes.get_title(loc="left") for axes in figure.axes] == ["a", "b"]
+        assert [part.get_suptitle() for part in figure.subfigs] == ["a", "b"]
         assert figure.get_suptitle() == "Fig. 1: a ball"
         x = figure.axes[1].get_lines()[-1].get_xdata()
         assert x[0] == -x[-1]

@@ -131,7 +131,7 @@ def _draw_zones(axes: "Axes") -> None:
         Regime.RIGID: (bottom, rigid, dmt),
     }
     for zone, (lower, upper, where) in zones.items():
-        axes.fill_between(x, lower, upper, where=where, color=FILLS[zone], linewidth=0, zorder=0)
+        axes.fill_between(x, lower, upper, where=where, color=FILLS[zone], linewidth=0, zorder=0, label=f"_{zone}")
     line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
     axes.plot(x, hertz, **line)
     between = dmt & (below_rigid < hertz)

@@ -269,6 +269,7 @@ def _draw_profile(axes: "Axes", surface: xr.Dataset, contact: ContactAtStep) -> 
     _draw_marks(axes, surface[f"summit_{axis}"].values, contact.height, contact)
     for separation in contact.flat:
         axes.axhline(separation, **FLAT)
+        axes.autoscale_view()
     axes.margins(x=0.01)
     axes.set(title="Profile and summits", xlabel=f"${axis}$ (m)", ylabel="height $z$ (m)")
 
@@ -279,6 +280,7 @@ def draw_distribution(axes: "Axes", contact: ContactAtStep) -> None:
     _draw_marks(axes, contact.height, radii, contact)
     for separation in contact.flat:
         axes.axvline(separation, **FLAT)
+        axes.autoscale_view()
     axes.set(title="Asperity distribution", xlabel="summit height $z$ (m)", ylabel="summit radius $R$ (m)")
     if not radii.size:
         note_instead(axes, "no summits")

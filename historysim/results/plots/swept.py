@@ -126,7 +126,7 @@ class CurvePicture(Panel):
         """Return a row for each point: where it is, what its cells are, and ends of error bars (DataFrame)."""
         sides = [(axis, *names) for axis, names in (self.ends or {}).items()]
         ends = {f"{axis}_low": low for axis, low, _ in sides} | {f"{axis}_high": high for axis, _, high in sides}
-        names = {quantity, over, *ends.values()} - {"", points}
+        names = ({quantity, over, *ends.values()} - {"", points}) | ({"deviation"} & {*own})
         for name in names:
             if points not in own[name].dims:
                 raise InputError(f"{name} does not go over {points!r}; expected a number that does")
@@ -137,7 +137,7 @@ class CurvePicture(Panel):
         if self.spread == "quantiles":
             line["y_low"], line["y_high"] = (by_point[quantity].quantile(part) for part in QUANTILES)
         elif self.spread == "deviation":
-            deviation = own["deviation"].to_series() if "deviation" in own else by_point[quantity].std()
+            deviation = by_point["deviation"].mean() if "deviation" in own else by_point[quantity].std()
             line["y_low"], line["y_high"] = line["y"] - deviation, line["y"] + deviation
         for end, name in ends.items():
             line[end] = by_point[name].mean()

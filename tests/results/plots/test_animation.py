@@ -43,8 +43,8 @@ def test_loop_and_map_move_together(places, tmp_path):
     for frame, step in enumerate((9, 11, 20)):
         moving._func(frame)
         dot = loop.get_lines()[-1]
-        assert dot.get_xdata() == pytest.approx(history.tangential_displacement.values[[step]] * 1e9)
-        assert dot.get_ydata() == pytest.approx(history.total_tangential_load.values[[step]] * 1e6)
+        assert dot.get_xdata() == pytest.approx(history.tangential_displacement.values[[step]])
+        assert dot.get_ydata() == pytest.approx(history.total_tangential_load.values[[step]])
         counted = [int((history.slip_state.values[step] == state).sum()) for state in range(4)]
         assert states_on(contacts)[1:] == counted[1:]
         assert moving._fig.get_suptitle().startswith(f"step {step},")

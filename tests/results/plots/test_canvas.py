@@ -78,23 +78,25 @@ def test_panels_without_room_are_named_beside_the_figure(tmp_path, monkeypatch):
         assert message in ran.stderr
 
 
-def test_what_all_ticks_have_in_common_is_in_the_label(tmp_path):
-    far = np.linspace(0.0, 40e-9, 9) + 0.0123
-    ticks = {"N (µm)": far * 1e6, "U (mm)": far * 1e3, "no unit": far}
+def test_labels_have_prefixes_and_what_all_ticks_have_in_common():
+    near, far = np.linspace(0.0, 40e-9, 9), np.linspace(0.0, 40e-9, 9) + 0.0123
 
     def draw(canvas):
-        for axes, (label, values) in zip(canvas.several(3).subplots(1, 3), ticks.items(), strict=True):
-            axes.plot(values, range(9))
-            axes.set_xlabel(label)
+        places, power = ((near, "U (m)"), (far, "U (m)"), (far, "no unit")), canvas.several(4).subplots(1, 4)
+        for axes, (values, label) in zip(power, places, strict=False):
+            axes.plot(values, 1e-12 * np.arange(9))
+            axes.set(xlabel=label, ylabel="area (m²)")
+        power[3].plot(1e7 * near, 1e3 + near)
 
-    figure = drawn({}, (180.0, 60.0), draw)
-    figure.savefig(tmp_path / "f.png")
-    for axes, values in zip(figure.axes, ticks.values(), strict=True):
-        label, low = axes.get_xlabel(), axes.get_xlim()[0]
+    figure = drawn({}, (220.0, 60.0), draw)
+    figure.draw_without_rendering()
+    labels = "U (nm)", "U (nm), from 12.3", r"no unit ($10^{−9}$), from 0.0123"
+    for axes, label in zip(figure.axes, labels, strict=False):
+        assert axes.get_xlabel().startswith(label)
+        assert axes.get_ylabel() == "area (µm²)"
         numbers = [float(text.get_text().replace("−", "-")) for text in axes.get_xticklabels()]
-        offset = float(re.search(r"from ([\d.]+)", label)[1])
-        scale = {"nm, µm": 1e3, "nm, mm": 1e6}.get(", ".join(re.findall(r"[nµm]m", label)), 1e9)
+        offset = float(found[1]) if (found := re.search(r"from ([\d.]+)", axes.get_xlabel())) else 0.0
+        offset *= 1e-3 if "mm" in axes.get_xlabel() else 1.0
         # the tick and what the label says are the place
-        assert [offset + number / scale for number in numbers] == pytest.approx(axes.get_xticks(), rel=1e-12, abs=0)
-        assert values.min() - low < 10e-9 / far[0] * values[0]
+        assert [offset + 1e-9 * number for number in numbers] == pytest.approx(axes.get_xticks(), rel=1e-12, abs=1e-24)
         assert not axes.xaxis.offsetText.get_visible()

@@ -62,9 +62,9 @@ def test_loops_and_their_means_are_drawn(model):
     stiffness = model.statistics("tangential_stiffness").mean
     assert texts == ["6 mN", "6 mN", f"{way * 1e9:.3g} nm", f"{stiffness / 1e3:.3g} kN/m"]
     forward, backward, reached = (line for line in loops.get_lines() if line.get_linestyle() == "--")
-    assert forward.get_ydata() == pytest.approx([6, 6])
-    assert backward.get_ydata() == pytest.approx([-6, -6])
-    assert reached.get_xdata() == pytest.approx(2 * [(way - 60e-9) * 1e9])
+    assert forward.get_ydata() == pytest.approx([6e-3, 6e-3])
+    assert backward.get_ydata() == pytest.approx([-6e-3, -6e-3])
+    assert reached.get_xdata() == pytest.approx(2 * [way - 60e-9])
     assert [axes.get_title(loc="left") for axes in trends] == [
         "friction force (mN)",
         "preliminary displacement (nm)",
@@ -80,8 +80,8 @@ def test_the_whole_record_is_drawn(model):
     colours = {line.get_color(): line for line in loops.get_lines() if len(line.get_xdata()) > 2}
     assert set(colours) == {style.FAINT, plots.COLOURS[0]}
     drawn_lines = [line for line in loops.get_lines() if line.get_color() == plots.COLOURS[0]]
-    assert drawn_lines[0].get_xdata() == pytest.approx(record.displacement[start : end + 1] * 1e9)
-    assert drawn_lines[0].get_ydata() == pytest.approx(record.tangential_load[start : end + 1] * 1e3)
+    assert drawn_lines[0].get_xdata() == pytest.approx(record.displacement[start : end + 1])
+    assert drawn_lines[0].get_ydata() == pytest.approx(record.tangential_load[start : end + 1])
     assert drawn_lines[1].get_xdata().size == 101  # one loop of 2 × 50 substeps, the typical one
 
 
@@ -115,17 +115,6 @@ def test_what_is_not_known_is_not_marked(model):
     assert not any(text.get_text().endswith("N/m") for text in loops.texts)
 
 
-def test_a_long_record_is_thinned(model, monkeypatch):
-    monkeypatch.setattr(plots, "MOST_POINTS", 40)
-    _, (loops, *_) = drawn(model)
-    assert max(len(line.get_xdata()) for line in loops.get_lines()) <= 42
-    one = loops_of_channels(
-        model.trace.time, model.trace.displacement, model.trace.tangential_load, dead_band=1e-9, skip=2
-    )
-    figure, _ = drawn(one)
-    assert legend(figure)[0] == "1 loop"
-
-
 def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     trace = measured.trace
     far = loops_of_channels(trace.time, trace.displacement - 0.11, trace.tangential_load, trace.normal_load)
@@ -146,8 +135,8 @@ def test_loops_have_the_colours_of_their_loads():
     lines = {line.get_label(): line for line in figure.axes[0].get_lines() if not line.get_label().startswith("_")}
     first, second, model = (lines[name] for name in texts[:3])
     assert first.get_color() is not second.get_color()
-    assert np.abs(first.get_ydata()).max() == pytest.approx(10)
-    assert np.abs(second.get_ydata()).max() == pytest.approx(20)
+    assert np.abs(first.get_ydata()).max() == pytest.approx(10e-3)
+    assert np.abs(second.get_ydata()).max() == pytest.approx(20e-3)
     assert model.get_linestyle() == "--"
 
 
@@ -184,7 +173,7 @@ def test_each_load_has_its_means_and_their_scatter():
             lengths = np.array([np.ptp(segment[:, 1]) for segment in bars.lines[2][0].get_segments()])
             assert_allclose(lengths, 2 * factor * np.nan_to_num(scatter), atol=1e-9)
     line = next(line for line in force.lines if len(line.get_xdata()) == 60)
-    assert_allclose(line.get_ydata(), 1e3 * table.friction_line().slope * line.get_xdata() / 1e3, atol=0.01)
+    assert_allclose(line.get_ydata(), 1e3 * table.friction_line().slope * line.get_xdata(), atol=0.01)
 
 
 def test_amplitudes_stand_in_place_of_loads():

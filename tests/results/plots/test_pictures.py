@@ -64,7 +64,7 @@ def test_the_colour_of_the_loop_tells_how_much_slips(history):
     assert line.get_array().tolist() == slipping[1:].tolist()
     assert line.get_clim() == (0, 1)
     ends = np.array([segment[-1] for segment in line.get_segments()])
-    assert ends[:, 0] == pytest.approx(history.tangential_displacement.values[1:] * 1e9)
+    assert ends[:, 0] == pytest.approx(history.tangential_displacement.values[1:])
     with pytest.raises(InputError, match="expected 'slip' or 'time'"):
         hs.plots.loop(history, colour="stick")
 
@@ -72,13 +72,10 @@ def test_the_colour_of_the_loop_tells_how_much_slips(history):
 def test_steps_of_the_slip_map_have_their_times_below_them(history):
     figure = hs.plot(history, picture="slip-map")
     figure.draw_without_rendering()
-    (below,) = figure.axes[0].child_axes
-    ticks = zip(below.get_xticks(), (float(label.get_text()) for label in below.get_xticklabels()), strict=True)
-    found = list(ticks)
-    # round numbers, where the steps of these times are
-    assert [time for _, time in found] == [0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0]
-    for step, time in found:
-        assert step == pytest.approx(np.interp(time, history.time, np.arange(history.sizes["step"])))
+    ticks = [label.get_text().split("\n") for label in figure.axes[0].get_xticklabels() if label.get_text()]
+    assert len(ticks) > 3
+    for step, time in ticks:
+        assert float(time) == pytest.approx(float(history.time[int(step)]), rel=1e-3)
 
 
 def test_tractions_are_those_of_the_asperity_at_each_step(history):
@@ -88,8 +85,8 @@ def test_tractions_are_those_of_the_asperity_at_each_step(history):
     for row, step in enumerate((3, 8, 36)):
         line = lines[f"step {step}, {expected.time.values[row]:.4g} s"]
         # and where the contact ends
-        assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0) * 1e-6)
-    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(np.append(expected.friction_limit.values[-1], 0) * 1e-6)
+        assert line.get_ydata() == pytest.approx(np.append(expected.traction.values[row], 0.0))
+    assert lines[r"$\pm\mu p$"].get_ydata() == pytest.approx(np.append(expected.friction_limit.values[-1], 0))
 
 
 def test_where_nothing_is_said_a_swing_is_drawn_until_the_asperity_slides(history):
@@ -111,9 +108,9 @@ def test_slip_fronts_end_where_the_stick_zone_does(history):
     sticks = [line for line in axes.get_lines() if line.get_color() == STATE_COLOURS[1]]
     radii = history.stick_radius.sel(asperity=0).values[steps]
     # points of the line are a step of the radius apart
-    spacing = 1.01 * history.contact_radius.values.max() * 1e9 / 400
+    spacing = 1.01 * history.contact_radius.values.max() / 400
     found = [line.get_xdata()[-1] for line in sticks]
-    assert found == pytest.approx((radii[radii > 0] * 1e9).tolist(), abs=spacing)
+    assert found == pytest.approx(radii[radii > 0].tolist(), abs=spacing)
 
 
 def test_slip_fronts_do_not_cross_where_the_traction_turns_round():
@@ -128,9 +125,9 @@ def test_slip_fronts_do_not_cross_where_the_traction_turns_round():
 
 def test_the_stiffness_stands_below_the_load(history):
     upper, lower = hs.plot(history, picture="stiffness").axes[:2]
-    for axes, name, factor in ((upper, "total_tangential_load", 1e6), (lower, "tangential_stiffness", 1e-3)):
+    for axes, name in ((upper, "total_tangential_load"), (lower, "tangential_stiffness")):
         ends = np.array([segment[-1] for segment in axes.collections[0].get_segments()])
-        assert ends[-1, 1] == pytest.approx(float(history[name][-1]) * factor)
+        assert ends[-1, 1] == pytest.approx(float(history[name][-1]))
 
 
 def test_panels_are_chosen(history):
@@ -242,7 +239,7 @@ def test_the_friction_limit_of_each_state_is_that_of_its_friction():
     (axes,) = hs.plot(changing, picture="traction", steps=["A", "D"]).axes
     # Hertz
     modulus, load = changing.attrs["contact_modulus"], 50e-3
-    peak = (6 * load * modulus**2 / (np.pi**3 * 2.5e-3**2)) ** (1 / 3) * 1e-6
+    peak = (6 * load * modulus**2 / (np.pi**3 * 2.5e-3**2)) ** (1 / 3)
     limits = {line.get_label(): line.get_ydata().max() for line in axes.get_lines() if "mu p" in line.get_label()}
     assert limits == {
         r"$\pm\mu p$, $\mu$ = 0.2": pytest.approx(0.2 * peak),

@@ -24,7 +24,6 @@ from historysim.surfaces.summits import Summits
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 MAP, PROFILE, DISTRIBUTION = "Surface and summits", "Profile and summits", "Asperity distribution"
-PREFIXES = {"fm": 1e15, "pm": 1e12, "nm": 1e9, "µm": 1e6, "mm": 1e3, "m": 1.0, "km": 1e-3}
 MOVED = LINES.replace(
     "{ time = 0, normal_load = 0 }",
     '{ time = 0, normal_load = "1 mN" }, { after = 1, tangential_displacement = "3 nm" }',
@@ -41,7 +40,13 @@ def history_of(summits, loads=(3e-2, 6e-2, 2e-2), *, swing=10e-9, record="all", 
 def plot_surface(surface, history=None, step="partial"):
     contact = contact_at(surface, history, 0 if history is None else step_number(step, history))
     title = str((surface if history is None else history).attrs.get("title", ""))
-    return drawn_at({}, (180.0, 97.0), lambda canvas: draw_surface(canvas, surface, contact, title))
+
+    def draw(canvas):
+        draw_surface(canvas, surface, contact)
+        canvas.legend()
+        canvas.heading(title, canvas.caption)
+
+    return drawn_at({}, (180.0, 97.0), draw)
 
 
 def drawn(surface, history=None, step=-1):
@@ -57,20 +62,15 @@ def rendered(surface, history=None, step=-1):
     return figure, panels
 
 
-def unit(label):
-    return PREFIXES[label.rsplit("(", 1)[1].rstrip(")")]
-
-
 def marks(axes):
     """Positions [m] of what is marked, by its state: 0 to 3, and -1 for what was not recorded."""
-    factors = np.array([unit(axes.get_xlabel()), unit(axes.get_ylabel())])
     colours = {mpl.colors.to_rgba(colour): state for state, colour in enumerate(style.STATE_COLOURS)}
     (dots,) = [line for line in axes.get_lines() if line.get_marker() == "."]
-    found = {0: np.column_stack([dots.get_xdata(), dots.get_ydata()]) / factors}
-    for collection in axes.collections:
+    found = {0: np.column_stack([dots.get_xdata(), dots.get_ydata()])}
+    for collection in (each for each in axes.collections if each.get_label() != "missing height"):
         faces = collection.get_facecolors()
         state = colours[tuple(faces[0])] if len(faces) else -1
-        found[state] = np.asarray(collection.get_offsets()) / factors
+        found[state] = np.asarray(collection.get_offsets())
     return found
 
 
@@ -86,7 +86,7 @@ def flat(axes):
     """Where the line of the rigid flat stands [m]: on the x axis of a distribution, on the y axis of a profile."""
     (line,) = [line for line in axes.get_lines() if line.get_marker() != "." and line.get_linestyle() == "--"]
     upright = np.ptp(line.get_xdata()) == 0
-    return line.get_xdata()[0] / unit(axes.get_xlabel()) if upright else line.get_ydata()[0] / unit(axes.get_ylabel())
+    return line.get_xdata()[0] if upright else line.get_ydata()[0]
 
 
 def legend(figure):
@@ -155,11 +155,11 @@ def test_the_heights_are_drawn_where_they_are(rough):
     _, panels = drawn(surface)
     (image,) = panels[MAP].get_images()
     assert panels[MAP].get_xlabel() == "$x$ (µm)"
-    np.testing.assert_allclose(image.get_array() * 1e-9, surface["height"].values.T, rtol=1e-12)
-    assert image.get_extent() == pytest.approx((-0.5, 59.5, -1, 79))
+    np.testing.assert_allclose(image.get_array(), surface["height"].values.T, rtol=1e-12)
+    assert image.get_extent() == pytest.approx((-0.5e-6, 59.5e-6, -1e-6, 79e-6))
     assert image.origin == "lower"
     assert panels[MAP].get_aspect() == 1
-    low, high = np.percentile(surface["height"].values, (0.5, 99.5)) * 1e9
+    low, high = np.percentile(surface["height"].values, (0.5, 99.5))
     assert image.get_clim() == pytest.approx((low, high))
     (bar,) = panels[MAP].child_axes
     assert bar.get_ylabel() == "height $z$ (nm)"
@@ -169,8 +169,8 @@ def test_a_thinned_map_keeps_its_extent():
     surface = random_surface((1100, 600), 1e-6, 5e-8, 20e-6, seed=1)
     _, panels = drawn(surface_group.dataset(surface.summits(), surface))
     left, right, bottom, top = panels[MAP].get_images()[0].get_extent()
-    assert (left, bottom) == pytest.approx((-1.5e-3, -1e-3))
-    assert (right, top) == pytest.approx((1.1, 0.6), abs=2e-3)
+    assert (left, bottom) == pytest.approx((-1.5e-6, -1e-6))
+    assert (right, top) == pytest.approx((1.1e-3, 0.6e-3), abs=2e-6)
 
 
 def test_missing_heights_have_a_colour_of_their_own():
@@ -180,7 +180,7 @@ def test_missing_heights_have_a_colour_of_their_own():
     figure, panels = rendered(surface_group.dataset(surface.summits(), surface))
     (image,) = panels[MAP].get_images()
     assert panels[MAP].child_axes[0].get_ylabel() == "height $z$ (nm)"
-    assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) == pytest.approx(np.nanmax(heights) * 1e9)
+    assert np.nanmax(np.ma.filled(image.get_array(), np.nan)) == pytest.approx(np.nanmax(heights))
     shown = image.to_rgba(image.get_array())
     missing = np.isnan(heights.T)
     assert (shown[missing] == mpl.colors.to_rgba(plots.MISSING)).all()
@@ -248,8 +248,8 @@ def test_a_profile_is_a_curve(shape, axis):
         (curve,) = [line for line in axes.get_lines() if line.get_linestyle() == "-" and line.get_marker() != "."]
         assert axes.get_xlabel() == f"${axis}$ (µm)"
         assert axes.get_ylabel() == "height $z$ (nm)"
-        np.testing.assert_allclose(curve.get_xdata(), np.arange(80), atol=1e-9)
-        np.testing.assert_allclose(curve.get_ydata(), surface.heights.ravel() * 1e9)
+        np.testing.assert_allclose(curve.get_xdata(), np.arange(80) * 1e-6, atol=1e-15)
+        np.testing.assert_allclose(curve.get_ydata(), surface.heights.ravel())
         check_marks(axes, getattr(summits, axis), summits.height, history["slip_state"].values[step])
         assert flat(axes) == pytest.approx(float(history["separation"][step]))
         assert flat(panels[DISTRIBUTION]) == pytest.approx(float(history["separation"][step]))
@@ -281,16 +281,16 @@ def test_a_single_summit_and_the_flat_below_it(positions):
         assert flat(axes) == pytest.approx(separation)
         assert axes.get_xlabel() == "summit height $z$ (nm)"
         left, right = axes.get_xlim()
-        assert left < separation * 1e9 < 0 < right
-        assert axes.get_ylim() == (0, 20)
+        assert left < separation < 0 < right
+        assert axes.get_ylim() == (0, 20e-6)
     else:
         # one point is no distribution
         assert DISTRIBUTION not in panels
         assert "no asperity distribution: 1 summit" in figure.notices
-        x, y = positions["x"] * 1e6, positions["y"] * 1e6
+        x, y = positions["x"], positions["y"]
         assert panels[MAP].get_xlabel() == "$x$ (µm)"
-        assert panels[MAP].get_xlim() == pytest.approx((x - 10, x + 10))
-        assert panels[MAP].get_ylim() == pytest.approx((y - 10, y + 10))
+        assert panels[MAP].get_xlim() == pytest.approx((x - 10e-6, x + 10e-6))
+        assert panels[MAP].get_ylim() == pytest.approx((y - 10e-6, y + 10e-6))
 
 
 @pytest.mark.parametrize(("count", "axes"), [((10, 1), "x"), ((1, 10), "y")])
@@ -299,9 +299,9 @@ def test_summits_in_a_row(count, axes):
     _, panels = rendered(surface_group.dataset(summits), history_of(summits))
     limits = {"x": panels[MAP].get_xlim(), "y": panels[MAP].get_ylim()}
     assert limits[axes][0] < 0
-    assert limits[axes][1] > 45
+    assert limits[axes][1] > 45e-6
     across = limits["y" if axes == "x" else "x"]
-    assert across[1] - across[0] > 5
+    assert across[1] - across[0] > 5e-6
 
 
 @pytest.mark.parametrize(
@@ -321,7 +321,7 @@ def test_radii_over_decades_have_a_logarithmic_axis(radii, scale):
     _, panels = drawn(surface_group.dataset(Summits(np.arange(len(radii)) * 1e-9, radii)))
     assert panels[DISTRIBUTION].get_yscale() == scale
     low, high = panels[DISTRIBUTION].get_ylim()
-    assert low <= min(radii) * unit(panels[DISTRIBUTION].get_ylabel()) <= high
+    assert low <= min(radii) <= high
 
 
 def test_of_many_separated_summits_some_are_drawn_by_lot_and_all_that_touch():
@@ -487,8 +487,8 @@ def test_clouds_with_mean_and_deviation():
     figure = hs.plots.summits(SUMMITS, labels=["fine", "rough"], title="Two")
     (axes,) = figure.axes
     cloud = axes.get_lines()[0]
-    assert cloud.get_xdata() == pytest.approx([0, 2, 4])
-    assert cloud.get_ydata() == pytest.approx([1, 2, 3])
+    assert cloud.get_xdata() == pytest.approx([0, 2e-6, 4e-6])
+    assert cloud.get_ydata() == pytest.approx([1e-6, 2e-6, 3e-6])
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     assert texts[0] == "fine: $R$ 2.00 ± 1.00 µm, $z$ 2.00 ± 2.00 µm (3)"
     assert texts[1] == "rough: $R$ 2.00 ± 0.00 µm, $z$ 2.00 ± 1.41 µm (2)"
@@ -505,7 +505,7 @@ def test_one_summit_has_no_deviation():
 
 
 def test_what_cannot_be_told_apart_is_refused():
-    with pytest.raises(InputError, match="2 surfaces and 1 label; expected 1 to 8 surfaces, with a label each"):
+    with pytest.raises(InputError, match="labels has 1; expected one for each of 2 surfaces"):
         hs.plots.summits(SUMMITS, labels=["one"])
     with pytest.raises(InputError, match="0 surfaces"):
         hs.plots.summits([])
@@ -516,6 +516,6 @@ def test_a_map_lies_as_it_is():
     figure = hs.plots.map(hs.Surface(heights, 1e-6), title="Map")
     (image,) = figure.axes[0].images
     # x to the right, y upwards
-    assert np.asarray(image.get_array()) == pytest.approx(heights.T * 1e9)
-    assert image.get_extent() == pytest.approx([0, 4, 0, 3])
+    assert np.asarray(image.get_array()) == pytest.approx(heights.T)
+    assert image.get_extent() == pytest.approx([0, 4e-6, 0, 3e-6])
     assert figure.axes[0].get_ylabel() == "$y$ (µm)"

@@ -31,7 +31,7 @@ def test_means_and_deviations_over_seeds():
     assert axes.get_ylabel() == "drift (nm)"
     (other,) = hs.plots.curve(SWEEP, quantity="drift", unit="µm", from_zero=True).axes
     assert other.get_ylabel() == "drift (µm)"
-    assert other.get_ylim() == pytest.approx((0, 1.08e-3 * axes.dataLim.y1))
+    assert other.get_ylim() == pytest.approx((0, 1.08e6 * axes.dataLim.y1))
     for options in ({"unit": "MPa"}, {"from_zero": True, "logarithmic": True}):
         with pytest.raises(InputError, match=rf"^{next(iter(options))}: "):
             hs.plots.curve(SWEEP, quantity="drift", **options)
@@ -39,8 +39,8 @@ def test_means_and_deviations_over_seeds():
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
-        assert line.get_xdata() == pytest.approx([100, 200, 400])
-        own = [row[np.isfinite(row)] * 1e9 for row in VALUES[:, number]]
+        assert line.get_xdata() == pytest.approx([1e-7, 2e-7, 4e-7])
+        own = [row[np.isfinite(row)] for row in VALUES[:, number]]
         assert line.get_ydata() == pytest.approx([row.mean() for row in own])
         halves = [np.ptp(segment[:, 1]) / 2 for segment in stems.get_segments()]
         assert halves == pytest.approx([row.std(ddof=1) for row in own])
@@ -55,7 +55,7 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
     (axes,) = hs.plots.curve(sweep, quantity="area").axes
     assert axes.get_xlabel() == "normal load $N$ (mN)"
     assert axes.get_ylabel() == "area (µm²)"
-    assert axes.get_lines()[0].get_ydata() == pytest.approx([2, 5, 9, 16])
+    assert axes.get_lines()[0].get_ydata() == pytest.approx(area.values)
     assert axes.get_xscale() == "log"
     stiff = sweep.assign(stiffness=(load, [1e6, 2e6, 3e6, 4e6], {"units": "N m-1"}))
     (axes,) = hs.plots.curve(stiff.isel({load: slice(3)}), quantity="stiffness").axes
@@ -72,8 +72,8 @@ def test_keys_are_called_by_what_tells_them_and_wide_ranges_are_logarithmic():
 def test_a_band_of_quantiles():
     (axes,) = hs.plots.curve(SWEEP, quantity="drift", over="friction", each="rms_height", spread="quantiles").axes
     line, band = axes.get_lines()[0], axes.collections[0]
-    assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1) * 1e9)
-    low, high = np.quantile(VALUES[0, 0], [0.1, 0.9]) * 1e9
+    assert line.get_ydata() == pytest.approx(np.median(VALUES[0], axis=1))
+    low, high = np.quantile(VALUES[0, 0], [0.1, 0.9])
     heights = band.get_paths()[0].vertices[:, 1]
     assert (heights.min() <= low) & (heights.max() >= high)
     assert any(np.isclose(heights, low)) & any(np.isclose(heights, high))
@@ -126,7 +126,8 @@ def test_a_sweep_is_drawn_by_the_name_of_its_number():
         ({"quantity": "name"}, "quantity is 'name'; expected one of drift, count"),
         ({"over": "load"}, "drift does not go over 'load'; expected one of rms_height, friction, seed"),
         ({"over": "seed", "each": "seed"}, "each is 'seed', which is on the axis already"),
-        ({"spread": "variance"}, "spread is 'variance'; expected one of deviation, quantiles, none"),
+        ({"spread": "variance"}, "spread is 'variance'; expected 'deviation' or 'quantiles' or 'none'"),
+        ({"fit": "cubic"}, "fit is 'cubic'; expected 'straight' or 'power'"),
     ],
 )
 def test_what_does_not_fit_is_refused(options, message):
@@ -154,7 +155,7 @@ POWER = xr.Dataset(
 def test_one_number_over_another_with_a_fit():
     (axes,) = hs.plots.curve(POWER, quantity="drift", over="pressure", fit="power", logarithmic=True).axes
     assert axes.get_xlabel() == "pressure (MPa)"
-    assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1, 2, 4, 8])
+    assert axes.containers[0].lines[0].get_xdata() == pytest.approx([1e6, 2e6, 4e6, 8e6])
     assert "exponent 0.50" in {line.get_label() for line in axes.get_lines()}
     assert axes.get_yscale() == "log"
     axes.figure.draw_without_rendering()
@@ -168,18 +169,11 @@ def test_one_number_over_another_with_a_fit():
 def test_bars_from_one_number_to_another():
     (axes,) = hs.plots.curve(POWER, quantity="drift", over="load", ends={"y": ("low", "high")}).axes
     _, _, (stems,) = axes.containers[0].lines
-    assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(np.tile([0.5, 4.0], (4, 1)))
+    assert np.array([segment[:, 1] for segment in stems.get_segments()]) == pytest.approx(
+        np.tile([0.5e-9, 4e-9], (4, 1))
+    )
     # what is message in another way has no caption of its own
     assert axes.get_title(loc="left") == ""
-
-
-def test_a_zero_beside_factors_is_told_apart_from_the_least():
-    values = xr.Dataset({"drift": ("scatter", [1.0, 2.0, 3.0, 4.0])}, {"scatter": ("scatter", [0, 1e-9, 1e-8, 1e-7])})
-    values.scatter.attrs["units"] = "m"
-    (axes,) = hs.plots.curve(values, quantity="drift").axes
-    places = axes.transData.transform([(tick, 0) for tick in axes.get_xticks()])[:, 0]
-    assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "1", "10", "100"]
-    assert np.diff(places).min() > 10
 
 
 def test_cells_are_chosen_and_called():
@@ -190,18 +184,16 @@ def test_cells_are_chosen_and_called():
     assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled"]
     with pytest.raises(InputError, match="labels has 1; expected one for each of 2 lines"):
         hs.plots.curve(SWEEP, quantity="drift", labels=["dry"])
-    with pytest.raises(InputError, match="fit is 'cubic'; expected one of straight, power"):
-        hs.plots.curve(SWEEP, quantity="drift", fit="cubic")
 
 
 def test_bars_in_groups_tell_the_difference():
     values = SWEEP.sel(friction=0.1).drop_vars(["count", "name"])
     figure = hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"], "b": ["low"]}, title="Bars")
     (axes,) = figure.axes
-    mean = [np.nanmean(row) * 1e9 for row in VALUES[:, 0]]
+    mean = [np.nanmean(row) for row in VALUES[:, 0]]
     heights = [bar.get_height() for container in axes.containers if hasattr(container, "patches") for bar in container]
     assert heights == pytest.approx(mean)
-    assert f"a: drift {abs(mean[1] - mean[0]):.3g} nm" in [text.get_text() for text in axes.texts]
+    assert f"a: drift {1e12 * abs(mean[1] - mean[0]):.3g} pm" in [text.get_text() for text in axes.texts]
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["low", "high"]
     with pytest.raises(InputError, match=r"groups have 2 bars; expected one for each cell .* 3 along rms_height"):
         hs.plots.bars(values, quantity="drift", groups={"a": ["low", "high"]})
