@@ -167,7 +167,7 @@ def _draw_summits(axes: "Axes", history: xr.Dataset, which: Any, colours: tuple[
     for row, (marker, colour, name) in enumerate(zip("os", colours, ("before", "after"), strict=True)):
         axes.plot(heights[row], radii[row], marker, ms=4, mfc="none", color=colour, label=name)
     if np.ptp(radii) <= 1e-12 * radii.max(initial=0.0):
-        axes.set_ylim(0, 2 * radii.max(initial=1.0))
+        axes.set_ylim(0, 2 * radii.max(initial=0.0) or 1.0)
     axes.set(title="Summits", xlabel="summit height $z$ (m)", ylabel="summit radius $R$ (m)")
 
 
