@@ -82,8 +82,8 @@ class AdhesionMapPicture(Panel):
         axes.minorticks_off()
         axes.spines[["top", "right"]].set_visible(True)
         _draw_zones(axes)
-        for name, at in NAMES.values():
-            axes.text(*at, name, ha="center", va="center", color=INK, fontsize=9, in_layout=False)
+        for name, (x, y) in NAMES.values():
+            axes.text(x, y, name, ha="center", va="center", color=INK, fontsize=9, in_layout=False)
         for (label, (parameter, load)), (colour, _, marker) in zip(contacts.items(), itertools.cycle(LINES)):
             looks: dict[str, Any] = {"color": colour, "mec": "white", "mew": 0.6, "ms": 6, "linestyle": "none"}
             at, name = (load, plain(label)) if load > 0 else (axes.get_ylim()[0] * 1.12, f"{plain(label)} ($N$ ≤ 0)")

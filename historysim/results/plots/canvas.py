@@ -171,8 +171,9 @@ class Canvas:
 
     def label(self, axes: "Axes", text: str, at: tuple[float, float], *, inwards: bool = False, **looks: Any) -> None:
         """Write a string beside a point, on the side that is away from the middle of the axes, or towards it."""
-        looks = {"fontsize": 7.5, "zorder": 6, "textcoords": "offset points"} | looks
-        self.labels.append((axes.annotate(text, at, (0, 0), **looks), inwards))
+        looks.setdefault("fontsize", 7.5)
+        label = axes.annotate(text, at, (0, 0), textcoords="offset points", zorder=6, **looks)
+        self.labels.append((label, inwards))
 
     def notice(self, text: str) -> None:
         """Say something of the picture that does not stand in it."""

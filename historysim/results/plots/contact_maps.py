@@ -155,9 +155,9 @@ def draw_zones(axes: "Axes", zone: Floats, extent: Extent) -> None:
     """Draw what sticks and what slips."""
     from matplotlib.colors import ListedColormap
 
-    colours = ListedColormap([STATE_COLOURS[1], STATE_COLOURS[3]])
-    draw_image(axes, zone, extent, cmap=colours, vmin=0.5, vmax=2.5)
-    for colour, label in zip(colours.colors, ("sticks", "slips"), strict=True):
+    shades = (STATE_COLOURS[1], STATE_COLOURS[3])
+    draw_image(axes, zone, extent, cmap=ListedColormap(shades), vmin=0.5, vmax=2.5)
+    for colour, label in zip(shades, ("sticks", "slips"), strict=True):
         axes.scatter([], [], marker="s", color=colour, edgecolors=INK, linewidths=0.5, label=label)
 
 

@@ -112,10 +112,10 @@ class LoopsPicture(Panel):
             # of a load loops repeat, and lie on one another
             self._draw_loop(axes, loop, looks | ({"linestyle": "-"} if self.by_load else {}))
         # of more than two marks of δ the legend alone names them
-        ends = [line for line in axes.get_lines() if line.get_gid() == END]
+        ends: list[Any] = [line for line in axes.get_lines() if line.get_gid() == END]
         for number, mark in enumerate(ends if len(ends) < 3 else []):
             symbol = r"$\delta$" if len(ends) == 1 else rf"$\delta_{number + 1}$"
-            canvas.label(axes, symbol, tuple(mark.get_xydata()[0]), fontsize=8)
+            canvas.label(axes, symbol, (mark.get_xdata()[0], mark.get_ydata()[0]), fontsize=8)
         if self.drift:
             _mark_drift(canvas, axes, smooth)
         # on several loops letters lie on one another, unless they are asked for

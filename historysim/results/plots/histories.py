@@ -100,7 +100,7 @@ class HistoryPicture(Picture):
 
     def _check_panels(self, data: xr.Dataset) -> None:
         panels = self.panels or ()
-        if not panels or isinstance(panels, str) or not {*panels} <= {*PANELS}:
+        if not panels or not {*panels} <= {*PANELS}:
             raise InputError(f"panels is {panels!r}; expected some of {', '.join(PANELS)}")
         if "states" in panels:
             check_recorded(data, "slip_state")
@@ -195,7 +195,8 @@ OF_VECTORS = {
 def _draw_path(axes: "Axes", thin: xr.Dataset, name: str) -> None:
     """Draw a vector of a thinned history as it goes, from start to end."""
     zero_lines(axes)
-    _draw_course(axes, *thin[name].values.T, thin)
+    x, y = thin[name].values.T
+    _draw_course(axes, x, y, thin)
     axes.set(xlabel=OF_VECTORS[name].format("x"), ylabel=OF_VECTORS[name].format("y"))
     axes.set_aspect("equal", adjustable="datalim")
     axes.margins(0.08)

@@ -153,7 +153,7 @@ class CurvePicture(Panel):
             axes.fill_between(x, line["y_low"], line["y_high"], color=looks["color"], alpha=0.2, linewidth=0)
             axes.plot(x, y, **looks)
         else:
-            lengths = {}
+            lengths: dict[str, Any] = {}
             for axis in "xy":
                 if f"{axis}_low" in line and line[f"{axis}_low"].notna().any():
                     low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
@@ -289,7 +289,12 @@ class BarsPicture(Panel):
             own = slice(first, first := first + len(names))
             lefts = number + (np.array([kinds.index(name) for name in names]) - (len(kinds) - 1) / 2) * width
             for name, left, height, error in zip(names, lefts, mean[own], deviation[own], strict=True):
-                looks = {"color": LINES[kinds.index(name)][0], "alpha": 0.85, "ecolor": FAINT, "capsize": 2}
+                looks: dict[str, Any] = {
+                    "color": LINES[kinds.index(name)][0],
+                    "alpha": 0.85,
+                    "ecolor": FAINT,
+                    "capsize": 2,
+                }
                 bar = axes.bar(left, height, 0.92 * width, yerr=error or None, **looks)
                 bar.set_label(name if number == 0 else "")
                 _write(axes, quantity_text(height, unit, 3).partition(" ")[0], (left, 0), 2, "white")
