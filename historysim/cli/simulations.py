@@ -65,7 +65,7 @@ def run(
         return
     from historysim.results.result_files import open_result
 
-    with open_result(output) as history:
+    with open_result(output, own=True) as history:
         if pictures:
             drawn = _drawn(source, history)
             for path in pictures:

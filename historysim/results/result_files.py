@@ -101,17 +101,17 @@ def _kind_of_netcdf(path: Path) -> str:
 
 
 @contextlib.contextmanager
-def open_result(path: Path) -> "Iterator[xr.Dataset]":
+def open_result(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
     """Open the result of a run, read lazily, and close it when the block ends.
 
     An InputError says that there is no such file, or it is no finished result, or damaged, also where that is found as
-    it is read.
+    it is read. What this process has just written (``own``) is not looked at by another process first.
     """
     expected = "expected a result of historysim run (netCDF)"
     _check_exists(path, expected)
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
-    with _opened(path) as history:
+    with _opened(path, own=own) as history:
         if kind := KINDS.get(str(history.attrs.get("content", ""))):
             raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
         _check_history(history, path)
@@ -130,8 +130,9 @@ def _check_exists(path: Path, expected: str) -> None:
 
 
 @contextlib.contextmanager
-def _opened(path: Path) -> Iterator[xr.Dataset]:
-    check_named(path)
+def _opened(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
+    if not own:
+        check_named(path)
     try:
         # elapsed time in s is no date
         found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
