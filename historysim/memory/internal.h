@@ -217,8 +217,6 @@ double hs_total_force(const hs_memory *memory);
 /* Times by asperity, in the caller's numbering, NaN for those that have not slid; copies of a memory share them. */
 struct hs_slides {
     int64_t references;
-    int64_t number; /* of those that have */
-    uint8_t *has;   /* which have: of many asperities a cache holds these, but not the times */
     double time[1];
 };
 struct hs_slides *hs_slides_held(struct hs_slides *slides);
@@ -231,7 +229,7 @@ int hs_slides_assign(hs_memory *memory, const double *time);
 int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory *other);
 
 static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
-    return memory->slides && memory->slides->has[asperity];
+    return memory->slides && !isnan(memory->slides->time[asperity]);
 }
 /* Let the clock go on to a time, on a path that is straight in approach and displacement. */
 static inline void hs_tick(hs_memory *memory, double time) {

@@ -355,7 +355,6 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
     found->normal_control = (int32_t)given.normal_control;
     found->tangential_control = (int32_t)given.tangential_control;
     pass_arrays(found, at, 0);
-    if (slides) hs_slides_assign(found, found->slides->time);
     if (found->evolved) memcpy(&found->evolved->slid_together, given.together, sizeof given.together);
     if (evolves > 1) hs_sum_yielded(found->evolved, given.count);
     int status = HS_NOT_A_STATE;

@@ -168,7 +168,11 @@ int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory
 }
 
 /* How many asperities have slid as a whole. */
-static int64_t have_slid(const hs_memory *memory) { return memory->slides ? memory->slides->number : 0; }
+static int64_t have_slid(const hs_memory *memory) {
+    int64_t number = 0;
+    for (int64_t i = 0; i < memory->contact->count; ++i) number += hs_has_slid(memory, i);
+    return number;
+}
 
 /* Carry a memory from one share of the path to another in chords, of which those are cut once more on which asperities first slide:
  * within one, nothing is known of how its end is reached. */

@@ -1,0 +1,98 @@
+"""All groups on one path: each moves as it does alone, loses what it loses alone, and they share one displacement."""
+
+import numpy as np
+import pytest
+
+import historysim as hs
+from historysim.basics.library import ffi, lib
+from historysim.memory.binding import check, copied, drive, owned, stack, view
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+SMALL = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
+DRIVE = drive(1e-6, 0.0, False)
+
+
+def replay(ensemble, approaches, kind, targets, stiffness=np.inf, record="totals"):
+    events = []
+    for time, (approach, target) in enumerate(zip(approaches, targets, strict=True)):
+        events += [hs.NormalDisplacement(time, approach), kind(time, target)]
+    return hs.replay(ensemble, events, record=record, instrument=hs.Instrument(stiffness))
+
+
+def move(memory, *goals):
+    check(lib.hs_step(memory, lib.HS_DISPLACED, goals[0], lib.HS_DISPLACED, goals[1], DRIVE, ffi.NULL))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
+    """Groups of one asperity are moved by a shorter update than a group that is alone, which has the general one."""
+    random = np.random.default_rng(seed)
+    height, radius = random.uniform(-50e-9, 0.0, 20), random.uniform(1e-6, 2e-6, 20)
+    friction = random.choice([0.0, 0.2, 0.3, 0.45], 20) + 1e-3 * np.arange(20)
+    memory = copied(hs.Ensemble(SMALL, height, radius, friction).initial_state().memory)
+    assert memory.contact.groups == 20
+    alone = [owned(lib.hs_memory_of_one(memory, i)) for i in view(memory.contact.order, 20)]
+    approach, met = 40e-9, [0.0]
+    ratio = memory.contact.units.displacement / memory.contact.units.length
+    for _ in range(300):
+        # held, grown, withdrawn, lifted off; loops within loops, the same places again, slides of all, the limit
+        before, approach = approach, random.choice([approach] * 4 + [random.uniform(-5e-9, 60e-9), approach + 1e-10])
+        ways = [random.uniform(-9e-9, 9e-9), random.uniform(-3e-8, 3e-8), met[-1] + 1e-16]
+        ways += [met[-1] + sign * random.choice(friction) * (approach - before) * ratio for sign in (-1.0, 1.0)]
+        met.append(random.choice([*met[-4:], *ways]))
+        move(memory, approach, met[-1])
+        for group, one in enumerate(alone):
+            move(one, approach, met[-1])
+            assert stack(one).tobytes() == stack(memory, group).tobytes()
+    lost = np.array([one.each[0] for one in alone])
+    assert np.count_nonzero(lost) >= 19
+    # energies are worked out several at a time, by a reciprocal in place of a quotient
+    np.testing.assert_allclose(view(memory.each, 20), lost, rtol=1e-13)
+
+
+@pytest.mark.parametrize("stiffness", [np.inf, 1.0])
+@pytest.mark.parametrize("shared", [0.0, 0.3])
+def test_a_displacement_that_was_searched_leads_to_the_load(shared, stiffness):
+    """A path to a displacement asks for no search, and so for no fronts."""
+    rng = np.random.default_rng(7)
+    height = rng.uniform(-0.5, 0.0, 40)
+    friction = np.where(rng.random(40) < shared, 0.3, rng.uniform(0.1, 0.5, 40))
+    ensemble = hs.Ensemble(PAIR, height - height.max(), rng.uniform(0.5, 2.0, 40), friction)
+    # one asperity alone, some of them, all; approached and withdrawn, held, and to where fronts have been
+    approaches = rng.choice([0.01, 0.3, 0.8, 0.8, 0.8, 1.0], 100)
+    parts = rng.choice([-0.5, -0.2, 0.0, 0.3, 0.6, 1.0 - 1e-12], 100) + 1e-3 * rng.integers(-1, 1, 100)
+    limits = replay(ensemble, approaches, hs.TangentialDisplacement, np.zeros(100)).friction_limit
+    searched = replay(ensemble, approaches, hs.TangentialLoad, parts * limits.values)
+    if np.isfinite(stiffness):
+        drive = searched.tangential_displacement + searched.total_tangential_load / stiffness
+        searched = replay(ensemble, approaches, hs.TangentialDisplacement, drive.values, stiffness)
+    told = replay(ensemble, approaches, hs.TangentialDisplacement, searched.tangential_displacement.values)
+    error = told.total_tangential_load - searched.total_tangential_load
+    assert np.abs(error).max() < 1e-13 * limits.max()
+    lost = told.total_dissipated_energy - searched.total_dissipated_energy
+    assert np.abs(lost).max() < 1e-13 * searched.total_dissipated_energy[-1]
+
+
+def dissipated(height, radius, friction, approaches, displacements):
+    """Energies (step, asperity) and their totals; approaches count from the level 0 of the heights."""
+    ensemble = hs.Ensemble(PAIR, height, radius, friction)
+    history = replay(ensemble, approaches + height.max(), hs.TangentialDisplacement, displacements, record="all")
+    return history.dissipated_energy.values, history.total_dissipated_energy.values
+
+
+@pytest.mark.parametrize("count", [2, 300])
+def test_each_asperity_loses_what_it_loses_alone(count):
+    """Groups of one, which put off their losses, against contacts of one asperity, which have no group beside them."""
+    rng = np.random.default_rng(3)
+    height, radius = rng.uniform(-0.5, 0.0, count), rng.uniform(0.5, 2.0, count)
+    friction = rng.uniform(0.1, 0.5, count)
+    # a spiral, of which one long way wipes out everything; approached, withdrawn, lifted off, both at once, and held
+    spiral = 0.3 * 0.9 ** np.arange(30) * (-1.0) ** np.arange(30)
+    displacements = np.concatenate([[0.0], spiral, [0.5], rng.uniform(-0.3, 0.3, 20)])
+    approaches = np.concatenate([np.full(32, 0.4), rng.choice([-0.05, 0.1, 0.3, 0.3, 0.6], 20)])
+    energies, totals = dissipated(height, radius, friction, approaches, displacements)
+    for i in {0, 1, count // 2, count - 1}:
+        alone, _ = dissipated(height[[i]], radius[[i]], friction[[i]], approaches, displacements)
+        np.testing.assert_allclose(energies[:, i], alone[:, 0], rtol=1e-12, atol=1e-14 * alone.max())
+    np.testing.assert_allclose(totals, energies.sum(axis=1), rtol=1e-12)
+    assert (np.diff(totals) >= 0.0).all()
