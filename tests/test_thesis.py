@@ -222,7 +222,7 @@ def test_2_07_forward_scan(ran):
     assert float(at_k.stick_radius[0] / at_k.contact_radius[0]) == pytest.approx(0.5 ** (1 / 3), rel=1e-9)
     assert float(at_k.traction[0, 0]) / 1e6 == pytest.approx(5.86, abs=0.01)
     assert float(at_k.traction.max()) / 1e6 == pytest.approx(17.29, abs=0.02)
-    drawn = lines(figure, 1)["A"].get_ydata()
+    drawn = lines(figure, 1)["A"].get_ydata() / 1e6
     assert drawn.max() == pytest.approx(28.42, abs=0.01)
     assert {"s", "a - s"} <= {text.get_text() for text in figure.axes[1].texts}
     peak = drawn.max() * np.sqrt(1 - 0.5 ** (2 / 3))
@@ -244,7 +244,7 @@ def test_2_08_traction_after_turning(ran):
     )
     # what was added since T* is twice a first loading by half the difference: its size in the middle
     change = lines(figure)["change from T* = 8 mN"]
-    assert change.get_ydata()[0] == pytest.approx(-2 * 28.42 * (1 - (1 - 8 / 20) ** (1 / 3)), abs=0.02)
+    assert change.get_ydata()[0] / 1e6 == pytest.approx(-2 * 28.42 * (1 - (1 - 8 / 20) ** (1 / 3)), abs=0.02)
     assert {"s", "b"} <= {text.get_text() for text in figure.axes[0].texts}
     ratios = (found.stick_radius / found.contact_radius).values
     repeats(
@@ -288,12 +288,12 @@ def test_2_09_to_2_12_both_loads_change(ran, figure):
     assert own == pytest.approx(worked, rel=1e-9)
     # first loading is drawn up to where it slides
     first, second = (line for label, line in lines(drawn).items() if label.startswith("first loading"))
-    assert first.get_xdata()[-1] == pytest.approx(preliminary(50e-3, 0.2), rel=1e-9)
-    assert second.get_ydata()[-1] == pytest.approx(0.2 * {"2.11": 30, "2.12": 40}.get(figure, 70), rel=1e-9)
+    assert first.get_xdata()[-1] * NANO == pytest.approx(preliminary(50e-3, 0.2), rel=1e-9)
+    assert second.get_ydata()[-1] * 1e3 == pytest.approx(0.2 * {"2.11": 30, "2.12": 40}.get(figure, 70), rel=1e-9)
     if figure == "2.9":
         # from B on it is the line of 70 mN
         _, y = lines(drawn)[second.get_label()].get_data()
-        assert found["B"] == pytest.approx(np.interp(9.0, y, second.get_xdata()), rel=1e-3)
+        assert found["B"] == pytest.approx(np.interp(9e-3, y, second.get_xdata()) * NANO, rel=1e-3)
     points = ", ".join("ABCD"[: len(worked)])
     says = {
         "2.9": "B and C are first loading at 70 mN",
@@ -339,8 +339,8 @@ def test_4_01_loops():
     figure = draw_scenario_figure(over_load, drawable(over_load))
     drawn = [line for label, line in lines(figure).items() if label.startswith("$N$ = ")]
     for line, load in zip(drawn, over_load[LOAD].values, strict=True):
-        # each loop slides at its own limit, on axes in nm and mN
-        assert line.get_ydata().max() == pytest.approx(0.12 * load * 1e3, rel=1e-9)
+        # each loop slides at its own limit
+        assert line.get_ydata().max() == pytest.approx(0.12 * load, rel=1e-9)
     assert figure.axes[0].get_xlabel() == "tangential displacement $U$ (nm)"
 
 
@@ -354,20 +354,20 @@ def test_4_02_cycle(ran):
         [0.651, 0.260, -0.206], abs=5e-4
     )
     drawn = lines(figure, 1)
-    assert drawn["A"].get_ydata().max() == pytest.approx(17.05, abs=0.005)
-    assert drawn["D"].get_ydata().min() == pytest.approx(-17.05, abs=0.005)
+    assert drawn["A"].get_ydata().max() == pytest.approx(17.05e6, abs=5e3)
+    assert drawn["D"].get_ydata().min() == pytest.approx(-17.05e6, abs=5e3)
     texts = {text.get_text() for text in figure.axes[0].texts}
     assert set("KLMNPAD") <= texts
     # the dotted ellipse: as high, and wider by (90/50)^(1/3)
     (dotted,) = (line for label, line in drawn.items() if label.startswith("slides at 90 mN"))
-    assert dotted.get_ydata().max() == pytest.approx(17.05, abs=0.005)
+    assert dotted.get_ydata().max() == pytest.approx(17.05e6, abs=5e3)
     assert dotted.get_xdata().max() / drawn["A"].get_xdata().max() == pytest.approx(1.8 ** (1 / 3), rel=1e-6)
     shift = [states[name] / preliminary(50e-3, 0.12) for name in "LMN"]
     repeats(
         "4.2 a, b",
         f"c/a {ratio['K']:.3f} (K), b/a {ratio['L']:.3f} (L), {ratio['M']:.3f} (M), {ratio['N']:.3f} (N); U/δ of L, "
         "M, N "
-        f"{listed(shift, 3)}; {drawn['A'].get_ydata().max():.2f} MPa at A",
+        f"{listed(shift, 3)}; {drawn['A'].get_ydata().max() / 1e6:.2f} MPa at A",
     )
 
 
@@ -393,7 +393,7 @@ def test_4_04_behind_the_instrument():
     times = (spring + reach) / reach
     assert times == pytest.approx([2.6, 2.5], abs=0.05)
     figure = draw_scenario_figure(found, drawable(found))
-    marks = [line.get_xdata()[0] for axes in figure.axes for line in axes.get_lines() if line.get_gid() == END]
+    marks = [line.get_xdata()[0] * NANO for axes in figure.axes for line in axes.get_lines() if line.get_gid() == END]
     assert marks == pytest.approx([reach[0], reach[0] + spring[0], reach[1], reach[1] + spring[1]], rel=1e-9)
     repeats(
         "4.4 a, b",
@@ -456,7 +456,7 @@ def test_4_08_traction_over_the_diameter():
             )
     figures = functions["drawn"](found)
     assert [len(figure.axes) for figure in figures] == [3, 3]
-    peaks = [line.get_ydata().max() for line in figures[0].axes[2].get_lines() if line.get_label().endswith("mN")]
+    peaks = [line.get_ydata().max() / 1e6 for line in figures[0].axes[2].get_lines() if line.get_label().endswith("mN")]
     assert peaks == pytest.approx([9.97, 14.38, 17.05, 19.08, 20.74], abs=0.005)
     assert len({axes.get_ylim() for axes in figures[0].axes}) == 1
 
@@ -496,8 +496,8 @@ def test_5_02_radii_and_heights_of_summits():
     # one panel each, none hides another; what the axis leaves out stands below
     assert len(figure.axes) == 5
     cloud = figure.axes[2].get_lines()[0]
-    assert cloud.get_xdata() == pytest.approx(own.height * 1e6)
-    beyond = sum(int((summits_of(seed=seed).radius * 1e6 > figure.axes[0].get_ylim()[1]).sum()) for seed in range(1, 6))
+    assert cloud.get_xdata() == pytest.approx(own.height)
+    beyond = sum(int((summits_of(seed=seed).radius > figure.axes[0].get_ylim()[1]).sum()) for seed in range(1, 6))
     assert beyond > 0
     assert f"{beyond} summits with a larger radius lie above the axis" in foot_of(figure)
     assert sum("1.13 ± 0.50 µm" in name for name in named(figure)) == 1
@@ -542,7 +542,7 @@ def test_5_06_and_5_07_loads():
         "at "
         "50 to 120 mN",
     )
-    reach = [np.abs(line.get_xdata()).max() for line in list(lines(figure).values())[-4:]]
+    reach = [np.abs(line.get_xdata()).max() * NANO for line in list(lines(figure).values())[-4:]]
     assert reach == pytest.approx([250, 300, 350, 400])
     both = swept("fig_5_07")
     work = [rough(load)[1] for load in (50e-3, 90e-3)]
@@ -553,7 +553,7 @@ def test_5_06_and_5_07_loads():
         x, y = patch.get_xy().T
         area = 0.5 * abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1)))
         # nm times mN; 60 straight pieces each way
-        assert area * 1e-12 == pytest.approx(own, rel=0.01)
+        assert area == pytest.approx(own, rel=0.01)
     repeats("5.7", f"{listed(np.array(work) * NANO, 2)} nJ at 50 and 90 mN, the closed loop between ±δ")
 
 
@@ -759,7 +759,7 @@ def test_5_19_to_5_26_a_level_does_not_remember_the_one_before(ran):
         # a line for each load, which slides at its own limit
         history, figure = ran(name)
         drawn = [line for label, line in lines(figure).items() if label.startswith("$N$ = ")]
-        assert [np.nanmax(line.get_ydata()) for line in drawn] == pytest.approx(0.16 * np.array(order), rel=1e-6)
+        assert [np.nanmax(line.get_ydata()) * 1e3 for line in drawn] == pytest.approx(0.16 * np.array(order), rel=1e-6)
     limit = 0.16 * 50 / 0.334
     spring = float((history.drive_displacement - history.tangential_displacement).max()) * NANO
     assert spring == pytest.approx(0.16 * 90 / 0.334, rel=1e-6)
@@ -842,7 +842,7 @@ def test_6_04_n_equal_asperities():
     assert kept == pytest.approx(one * count ** (-2 / 3), rel=1e-9)
     assert [similar[7], kept[7]] == pytest.approx([13.26, 6.63], abs=0.005)
     figure = draw_scenario_figure(swept("fig_6_04"), drawable(swept("fig_6_04")))
-    assert [axes.get_title(loc="left") for axes in figure.axes] == ["a  self-similar", "b  curvature-invariant"]
+    assert [part.get_suptitle() for part in figure.subfigs] == ["a self-similar", "b curvature-invariant"]
     assert figure.axes[1].get_lines()[0].get_xdata() == pytest.approx(count)
     assert figure.axes[0].get_ylim() == pytest.approx(figure.axes[1].get_ylim(), rel=1e-9)
     both = f"{similar[7]:.2f} and {kept[7]:.2f} nm at n = 64, F/n"
