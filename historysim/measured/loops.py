@@ -1,7 +1,7 @@
 """`Loops`: the friction loops of a record, as lines, tables and Datasets; and how they are found at its reversals."""
 
 import math
-from typing import TYPE_CHECKING, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import attrs
 import numpy as np
@@ -264,7 +264,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
                 trace, start, end, definitions=definitions, lateral_stiffness=lateral_stiffness, noisy=noise > 0
             )
     values[left_out] = math.nan
-    of_branch = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
+    of_branch: dict[str, Any] = dict(zip(BRANCH_QUANTITIES, np.moveaxis(values, -1, 0), strict=True))
     for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
         of_branch[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))

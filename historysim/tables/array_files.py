@@ -48,7 +48,7 @@ def _datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
     h5py = _library("h5py", "h5py", "hdf5")
     check_contained(path, by_h5py=True)
     with readable(kind), h5py.File(path, "r") as file:
-        by_path: dict[str, h5py.Dataset] = {}
+        by_path: dict[str, Any] = {}
 
         def add(name: str, item: object) -> None:
             if isinstance(item, h5py.Dataset):
