@@ -46,7 +46,7 @@ _MOST_EXACT = 8  # nodes up to which the exact solver is taken
 _MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and deviations of an estimate within which they have settled
 _ROOM = 100.0  # more than noise of the displacement adds for each sample: a sum of squares has no negative terms
 _AT_BOUND = 1e-3  # share of the way to its bound within which a node is there
-_STATIONARY, _SIMPLEX = 0.1, 3.0  # deviations that residuals pull a stationary estimate by, and of a first simplex
+_STATIONARY = 0.1  # deviations that residuals pull a stationary estimate by
 
 
 @attrs.frozen(eq=False)
@@ -153,27 +153,10 @@ class Search:
             if thin.observation is not self.observation:
                 unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
             end = reporting.settled(unknowns)
-            if not (end.is_stationary or end.at_limit(self.start).any()):
-                end = reporting.settled(reporting.lower(end))
-                # at a fold of the sum slopes say nothing of how sure an estimate is
-                end = attrs.evolve(end, settled=end.settled and end.is_stationary)
-            ends.append(end)
+            # at a fold of the sum slopes say nothing of how sure an estimate is
+            smooth = end.is_stationary or bool(end.at_limit(self.start).any())
+            ends.append(attrs.evolve(end, settled=end.settled and smooth))
         return reporting.deepest(ends)
-
-    def lower(self, end: SearchResult) -> Floats:
-        """Return unknowns lower than an end, by a simplex: folds of the sum stop what follows its slopes."""
-        from scipy.optimize import minimize
-
-        count = len(self.names)
-        first, nodes = end.unknowns[:count], end.unknowns[count:]
-        steps = np.vstack([np.zeros(count), np.diag(_SIMPLEX / np.maximum(np.linalg.norm(end.slopes, axis=0), 1.0))])
-        found = minimize(
-            lambda x: self.minimised(np.append(x, nodes), end.scale),
-            first,
-            method="Nelder-Mead",
-            options={"initial_simplex": first + steps, "maxfev": 100 * count, "fatol": 1e-5 * self.compared.size},
-        )
-        return np.append(np.clip(found.x, self.start - FARTHEST, self.start + FARTHEST), nodes)
 
     def deepest(self, ends: list[SearchResult]) -> SearchResult:
         """Return the first of the deepest ends: what has no effect stays where it was.
