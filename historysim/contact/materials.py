@@ -283,7 +283,6 @@ class MaterialPair:
         *,
         contact_modulus: float,
         shear_modulus: float,
-        #: H and Y [Pa] of the softer material, as far as they are known.
         hardness: float | None = None,
         yield_stress: float | None = None,
         work_of_adhesion: float | None = None,
