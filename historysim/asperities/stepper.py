@@ -100,7 +100,7 @@ class Stepper(WholeContact):
     """
 
     def __init__(self, ensemble: Any, state: EnsembleState, how: dict[str, Any]) -> None:
-        self._ensemble, self._how = ensemble, how
+        self._ensemble, self._how, self._curves = ensemble, how, ensemble.curves
         # it steps in place: what a signal stopped in the midst would be of no use
         self.drive = ensemble.driven(**how, heeds=False)
         self._refusal = ffi.new("hs_refusal *")
@@ -156,8 +156,8 @@ class Stepper(WholeContact):
                 "ensemble.stepper(ensemble.in_plane(state))"
             )
         start, free = memory.approach, self._place.free
-        if self._ensemble.curves is not None:
-            self._ensemble.curves.check_reach(path_to((normal, end), (tangential, goal)))
+        if self._curves is not None:
+            self._curves.check_reach(path_to((normal, end), (tangential, goal)))
         # not `with self._place`, which costs a third of a step
         try:
             del free[0]
