@@ -5,11 +5,11 @@ from contextlib import suppress
 import numpy as np
 import xarray as xr
 
-from historysim.basics.arguments import Floats, Integers
+from historysim.basics.arguments import Floats
 from historysim.basics.units import duration_text, quantity_text
 from historysim.basics.wording import Finding, read_findings
 from historysim.errors import InputError
-from historysim.results.analysis.preliminary import capacity, friction_of
+from historysim.results.analysis.preliminary import Capacity, capacity
 from historysim.results.analysis.recorded import (
     CHANGING_HEIGHT,
     SLOPE,
@@ -60,14 +60,14 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         ("peak tangential load", quantity_text(sizes(history, "total_tangential_load").max(), "N")),
     ]
     try:
-        displacement, asperity = capacity(history)
+        last = capacity(history)
     except InputError:
         why = "the asperities are inclined" if SLOPE in history else "not all asperities that touch are recorded"
         lines.append(("preliminary displacement", f"not available: {why}"))
     else:
         lines += [
-            ("preliminary displacement", _preliminary(history, normal, displacement, asperity)),
-            ("critical asperity", f"{asperity[peak]}, the last to slide" if displacement[peak] > 0 else "none"),
+            ("preliminary displacement", _preliminary(normal, last, changes=present_friction(history).changes)),
+            ("critical asperity", f"{last.asperity[peak]}, the last to slide" if last.displacement[peak] else "none"),
         ]
     with suppress(InputError):
         lines.append(("first to slide", _first_to_slide(history)))
@@ -85,14 +85,13 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
     return [*lines, ("note", note)] if note else lines
 
 
-def _preliminary(history: xr.Dataset, normal: Floats, displacement: Floats, asperity: Integers) -> str:
+def _preliminary(normal: Floats, last: Capacity, *, changes: bool) -> str:
     """Return at which displacement a virgin contact slides as a whole; where friction changes, at each coefficient."""
-    touches = displacement > 0
+    touches = last.displacement > 0
     if not touches.any():
         return "none, nothing touches"
-    changes = present_friction(history).changes
-    friction = np.round(friction_of(history, asperity), 6)[touches] if changes else np.zeros(touches.sum())
-    normal, displacement = normal[touches], displacement[touches]
+    normal, displacement = normal[touches], last.displacement[touches]
+    friction = np.round(last.friction[touches], 6) if changes else np.zeros(normal.size)
     _, first = np.unique(friction, return_index=True)
     coefficients = friction[np.sort(first)]
     if coefficients.size > MOST_COEFFICIENTS:

@@ -5,7 +5,7 @@ T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin)
 """
 
 from collections.abc import Callable
-from typing import Self
+from typing import NamedTuple, Self
 
 import attrs
 import numpy as np
@@ -42,7 +42,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
     state at the present normal load and friction (Mindlin 1949). Along ``step``; 0 where nothing touches. InputError: a
     history without some or all of the asperities that touch.
     """
-    greatest, _ = capacity(history)
+    greatest = capacity(history).displacement
     return _along_steps(history, greatest, "preliminary_displacement", "preliminary displacement of the surface", "m")
 
 
@@ -52,8 +52,8 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
 
     InputError: as for `preliminary_displacement`.
     """
-    greatest, label = capacity(history)
-    labels = np.where(greatest > 0, label, -1)
+    last = capacity(history)
+    labels = np.where(last.displacement > 0, last.asperity, -1)
     return _along_steps(history, labels, "critical_asperity", "asperity that is the last to slide")
 
 
@@ -65,7 +65,7 @@ def drift(history: xr.Dataset, first: int, second: int) -> float:
     `preliminary_displacement`.
     """
     first, second = (position_of(step, history) for step in (first, second))
-    greatest, _ = capacity(history)
+    greatest = capacity(history).displacement
     return float(abs(greatest[second] - greatest[first]))
 
 
@@ -116,23 +116,33 @@ def _along_steps(history: xr.Dataset, values: Floats | Integers, name: str, text
     return xr.Dataset({name: described("step", values, text, unit)}, {"time": history["time"]})[name]
 
 
-def capacity(history: xr.Dataset) -> tuple[Floats, Integers]:
-    """Return the greatest θ μ_i δ_i of each step [m], and the label of the asperity that has it."""
+class Capacity(NamedTuple):
+    """Of each step the greatest θ μ_i δ_i [m], 0 where nothing touches, and the asperity that has it."""
+
+    displacement: Floats
+    asperity: Integers  #: its label; of no meaning where nothing touches
+    friction: Floats  #: its coefficient
+
+
+def capacity(history: xr.Dataset) -> Capacity:
+    """Return which asperity slides last at each step, and at which displacement."""
     check_all_recorded(history)
     friction, ratio = present_friction(history), displacement_ratio(history)
     separation, labels = history["separation"].values, history["asperity"].values
-    greatest, label = np.zeros(separation.size), np.full(separation.size, -1)
+    found = Capacity(np.zeros(separation.size), np.full(separation.size, -1), np.zeros(separation.size))
     steady = not friction.changes and CHANGING_HEIGHT not in history
     columns = _leading(history, friction.of(0)) if steady else np.arange(labels.size)
     if not columns.size:
-        return greatest, label
+        return found
     for rows in parts(history, columns.size):
         height = shape_of(history, "summit_height", rows)[..., columns]
-        coefficient = np.broadcast_to(friction.of(rows), (*friction.of(rows).shape[:-1], labels.size))[..., columns]
+        coefficient = np.broadcast_to(friction.of(rows), (separation[rows].size, labels.size))[:, columns]
         own = ratio * coefficient * (height - separation[rows, np.newaxis])
-        label[rows] = labels[columns[own.argmax(axis=1)]]
-        greatest[rows] = np.maximum(own.max(axis=1), 0.0)
-    return greatest, label
+        last = own.argmax(axis=1)
+        found.asperity[rows] = labels[columns[last]]
+        found.friction[rows] = coefficient[np.arange(last.size), last]
+        found.displacement[rows] = np.maximum(own.max(axis=1), 0.0)
+    return found
 
 
 def _leading(history: xr.Dataset, friction: Floats) -> Integers:
@@ -142,18 +152,6 @@ def _leading(history: xr.Dataset, friction: Floats) -> Integers:
     touching = np.flatnonzero(height > history["separation"].values.min(initial=np.inf))
     order = touching[np.lexsort((-friction[touching], -height[touching]))]
     return order[friction[order] > np.maximum.accumulate(np.append(-1.0, friction[order]))[:-1]]
-
-
-def friction_of(history: xr.Dataset, label: Integers) -> Floats:
-    """Return the friction coefficient of one asperity at each step [1], of which there is a label each."""
-    friction = present_friction(history)
-    position = {int(name): place for place, name in enumerate(history["asperity"].values)}
-    places = np.array([position.get(int(name), 0) for name in label])
-    coefficients = np.empty(label.size)
-    for rows in parts(history):
-        values = np.broadcast_to(friction.of(rows), (places[rows].size, len(position)))
-        coefficients[rows] = values[np.arange(len(values)), places[rows]]
-    return coefficients
 
 
 @attrs.frozen

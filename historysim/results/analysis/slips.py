@@ -153,7 +153,7 @@ def slip_note(history: xr.Dataset) -> str:
         return ""
     coarse = _coarse(*(history[name].values for name in names))
     try:
-        displacement = capacity(history)[0] if coarse else np.zeros(0)
+        displacement = capacity(history).displacement if coarse else np.zeros(0)
     except InputError:
         return ""
     # what a swing takes to slide: twice the displacement of virgin loading from the other limit on
