@@ -20,7 +20,6 @@ from historysim.contact.adhesion import (
     jkr_contact_radius,
     jkr_normal_load,
     jkr_pull_off_load,
-    load_parameter,
     maugis_adhesive_zone_radius,
     maugis_approach,
     maugis_contact_radius,
@@ -29,7 +28,6 @@ from historysim.contact.adhesion import (
     maugis_pull_off_load,
     regime,
     rigid_boundary,
-    tabor_parameter,
 )
 from historysim.contact.materials import work_of_adhesion
 from historysim.errors import InputError, LoadError
@@ -99,17 +97,6 @@ def test_dmt_is_hertz_under_a_greater_load():
     np.testing.assert_allclose(dmt_normal_load(a, **ELASTIC), loads, atol=16 * EPS * PULL, rtol=8 * EPS)
     np.testing.assert_allclose(dmt_approach(a, summit_radius=R), a**2 / R, rtol=4 * EPS)
     assert dmt_pull_off_load(summit_radius=R, work_of_adhesion=W) == pytest.approx(-2 * PULL, rel=4 * EPS)
-
-
-def test_jkr_and_dmt_without_adhesion_are_hertz():
-    elastic = {**ELASTIC, "work_of_adhesion": 0}
-    depth = hertz.approach(1e-6, summit_radius=R, contact_modulus=E)
-    a = hertz.contact_radius(depth, summit_radius=R)
-    for radius, load in ((jkr_contact_radius, jkr_normal_load), (dmt_contact_radius, dmt_normal_load)):
-        assert radius(1e-6, **elastic) == pytest.approx(a, rel=8 * EPS)
-        assert load(a, **elastic) == pytest.approx(1e-6, rel=16 * EPS)
-        assert radius(0, **elastic) == 0
-    assert jkr_approach(a, **elastic) == pytest.approx(depth, rel=16 * EPS)
 
 
 @pytest.mark.parametrize("parameter", [1e-3, 0.03, 0.3, 1, 3, 30, 300])
@@ -362,14 +349,6 @@ def test_regimes(parameter, load, expected):
 def test_no_regime_beyond_pull_off(parameter, load):
     with pytest.raises(LoadError, match=r"load_parameter of .* πWR pulls harder .* pull-off load of -\d"):
         regime(parameter, load)
-
-
-def test_parameters_of_a_tip():
-    # by hand: R W²/E² = 2e-6 (0.08/5e9)² = 5.12e-28, its cube root 8e-10; over z0 = 0.4 nm
-    arguments = {**ELASTIC, "equilibrium_separation": 0.4e-9}
-    assert tabor_parameter(**arguments) == pytest.approx(2.0, rel=8 * EPS)
-    assert maugis_parameter(**arguments) == pytest.approx(2.0 * 1.15701, rel=1e-5)
-    assert load_parameter(-3e-7, summit_radius=R, work_of_adhesion=W) == pytest.approx(-3e-7 / PULL, rel=4 * EPS)
 
 
 @given(powers, radii, moduli, works)

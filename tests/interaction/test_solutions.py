@@ -107,6 +107,7 @@ def random_moves(rng, surface, count):
     return [(reach * rng.uniform(0.25, 1.0), reach * rng.uniform(-0.12, 0.12)) for _ in range(count)]
 
 
+@pytest.mark.slow
 def test_any_history_agrees_with_a_brute_force_of_all_points():
     surface = rough(1)
     moves = random_moves(np.random.default_rng(1), surface, 3)
@@ -311,7 +312,8 @@ def test_two_balls_go_from_independent_to_merged_without_a_jump(lone):
     assert np.abs(np.diff(loads)).max() < 0.3
 
 
-@pytest.mark.parametrize("sides", [(48.0, 96.0), pytest.param((96.0, 192.0), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("sides", [(48.0, 96.0), (96.0, 192.0)])
 def test_a_periodic_array_of_balls_becomes_an_ensemble_as_their_distance_grows(sides):
     differences = []
     for side in sides:

@@ -141,10 +141,10 @@ def test_a_measured_file_cut_short_is_refused(library, scratch, name):  # noqa: 
 
 
 WRITERS = {"nc": "to_netcdf", "x3p": "to_x3p", "gwy": "to_gwy", "txt": "to_matrix"}
-METRES_PER = {"nm": 1e-9, "µm": 1e-6, "mm": 1e-3, "m": 1.0, "Å": 1e-10}
+METRES_PER = {"nm": 1e-9, "Å": 1e-10}
 
 
-@pytest.mark.parametrize("unit", METRES_PER)
+@pytest.mark.parametrize("unit", ["nm", "Å"])
 @pytest.mark.parametrize("ending", WRITERS)
 def test_units_and_missing_points_come_through(library, tmp_path, ending, unit):
     heights = rough((12, 7), missing=0.31)

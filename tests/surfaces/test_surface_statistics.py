@@ -109,6 +109,7 @@ def gaussian_surface(n, length, rng):
     return z / math.sqrt(np.mean(filtered**2))
 
 
+@pytest.mark.slow
 def test_moments_and_bandwidth_of_an_isotropic_gaussian_surface():
     # expanded at lag 0, ρ = exp(-(r/l)²) gives m2 = 2/l², m4 = 12/l⁴, α = 3. ψ/α follows from E|XY| of two normal
     # numbers with a correlation of 0 (slopes) and 1/3 (curvatures)
@@ -180,7 +181,8 @@ def bounds_of_length(level, phi, scatter):
     return low, high - math.log(phi) / 8
 
 
-@pytest.mark.parametrize("holes", [pytest.param(0, marks=pytest.mark.slow), 0.2])
+@pytest.mark.slow
+@pytest.mark.parametrize("holes", [0, 0.2])
 def test_autocorrelation_of_an_exponential_profile(holes):
     phi, n, pixel = 0.8, 2**21, 1e-6
     rng = np.random.default_rng(11)
