@@ -8,7 +8,7 @@ import contextlib
 import functools
 import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +41,7 @@ def check_contained(path: Path, *, by_h5py: bool = False) -> None:
         )
     visit = _visit_by_h5py if by_h5py else _visit_by_netcdf4
     try:
-        visit(path, lambda _: None)
+        visit(path, lambda *_: None)
     except RecursionError as error:
         raise InputError(f"has groups within groups; {at_most('HDF5_DEPTH')}") from error
     except (OSError, RuntimeError, AttributeError, KeyError):
@@ -68,33 +68,24 @@ def _seconds(size: int) -> int:
 
 def read_by_netcdf4(path: Path) -> None:
     """Read all that the netCDF library may trip over in a file; whatever it raises is passed on."""
-
-    def read(group: Any) -> None:
-        for holder in (group, *group.variables.values()):
-            for name in holder.ncattrs():
-                with contextlib.suppress(Exception):
-                    holder.getncattr(name)
-        for variable in group.variables.values():
-            with contextlib.suppress(Exception):
-                _touch(variable, variable.chunking())
-
-    _visit_by_netcdf4(path, read)
+    _visit_by_netcdf4(path, _read)
 
 
 def read_by_h5py(path: Path) -> None:
     """Read all that h5py may trip over in a file; whatever it raises is passed on."""
+    _visit_by_h5py(path, _read)
 
-    def read(item: Any) -> None:
-        for name in item.attrs:
-            with contextlib.suppress(Exception):
-                item.attrs[name]
+
+def _read(names: Iterable[str], attribute: Callable[[str], Any], dataset: Any = None, chunks: Any = None) -> None:
+    for name in names:
         with contextlib.suppress(Exception):
-            _touch(item, item.chunks)
+            attribute(name)
+    if dataset is not None:
+        with contextlib.suppress(Exception):
+            _touch(dataset, chunks)
 
-    _visit_by_h5py(path, read)
 
-
-def _visit_by_netcdf4(path: Path, read: Callable[[Any], None]) -> None:
+def _visit_by_netcdf4(path: Path, read: Callable[..., None]) -> None:
     """Read all groups of a file, each when the sizes of its variables are checked."""
     import netCDF4
 
@@ -117,10 +108,12 @@ def _visit_by_netcdf4(path: Path, read: Callable[[Any], None]) -> None:
                         f"{name!r} claims {claimed:,} bytes in a file of {size:,}; expected what it claims: it is "
                         "damaged, or was never written"
                     )
-            read(group)
+            read(group.ncattrs(), group.getncattr)
+            for variable in group.variables.values():
+                read(variable.ncattrs(), variable.getncattr, variable, variable.chunking())
 
 
-def _visit_by_h5py(path: Path, read: Callable[[Any], None]) -> None:
+def _visit_by_h5py(path: Path, read: Callable[..., None]) -> None:
     """Read all groups and datasets of a file, each when it is checked; h5py follows no link to another file."""
     import h5py
 
@@ -130,17 +123,18 @@ def _visit_by_h5py(path: Path, read: Callable[[Any], None]) -> None:
         if isinstance(name, bytes):
             raise InputError(f"has an object with the name {name!r}; expected names in UTF-8: it is damaged")
         _check_depth(name)
-        if isinstance(item, h5py.Dataset):
+        dataset = item if isinstance(item, h5py.Dataset) else None
+        if dataset is not None:
             if item.is_virtual or item.external:
                 raise InputError(
                     f"{item.name!r} lies in other files; expected one that stands for itself: h5repack copies it whole"
                 )
             if item.chunks and item.id.get_create_plist().get_nfilters():
                 check_unpacked(math.prod(item.chunks) * item.dtype.itemsize, size)
-        read(item)
+        read(item.attrs, item.attrs.__getitem__, dataset, getattr(dataset, "chunks", None))
 
     with h5py.File(path, "r", locking=False) as file:
-        read(file)
+        read(file.attrs, file.attrs.__getitem__)
         file.visititems(visit)
 
 
