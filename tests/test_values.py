@@ -88,7 +88,7 @@ def scenario(folder):
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
     response = passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
-    return Comparison.of(observed, response)
+    return Comparison(observed, response)
 
 
 def ended():

@@ -8,7 +8,6 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import attrs
 import numpy as np
@@ -281,30 +280,29 @@ class Comparison:
 
     observation: Observation  #: what was measured
     response: ModelResponse  #: what the model does along it
-    model: Loops | None  #: loops of the model, None where it has no whole one
     instrument: Instrument = RIGID  #: what the displacement was measured by
     #: Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not known.
     contact_stiffness: float = math.nan
     #: What the model does between the turning points as they were measured, where the response is between fitted ones,
     #: which take up what a model lacks.
     between_turns: ModelResponse | None = None
+    model: Loops | None = attrs.field(init=False)  #: loops of the model, None where it has no whole one
 
-    @classmethod
-    def of(cls, observation: Observation, response: ModelResponse, *others: Any, **named: Any) -> "Comparison":  # noqa: ANN401 - as for the class
-        """Return a model beside a measurement, with the loops of the model; other attributes as for the class."""
+    @model.default
+    def _model(self) -> Loops | None:
+        seen = self.observation
         try:
-            model = loops_of_channels(
-                observation.time,
-                response.displacement,
-                response.tangential_load,
-                observation.normal_load,
-                dead_band=observation.dead_band,
-                skip=observation.skip,
+            return loops_of_channels(
+                seen.time,
+                self.response.displacement,
+                self.response.tangential_load,
+                seen.normal_load,
+                dead_band=seen.dead_band,
+                skip=seen.skip,
             )
         except NoLoopError:
             # without a whole loop the samples can still be compared
-            model = None
-        return cls(observation, response, model, *others, **named)
+            return None
 
     def __repr__(self) -> str:
         return f"<Comparison: {', '.join(f'{label} {text}' for label, text in self.summary())}>"

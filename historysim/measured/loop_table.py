@@ -153,6 +153,10 @@ class LoopTable:
             values = values[:, self.directions.index(direction)]
         return tuple(LoopStatistics.of(values[members]) for members in self.members)
 
+    def _by_direction(self, quantity: str) -> list[tuple[LoopStatistics, ...]]:
+        directions = (*self.directions, BOTH) if self.quantities[quantity].values.ndim == 2 else (BOTH,)
+        return [self.statistics(quantity, direction) for direction in directions]
+
     def means(self, quantity: str) -> Floats:
         """Return the mean of a quantity in each group (group); of what there is where no loop has both branches."""
         means = np.array([each.mean for each in self.statistics(quantity)])
@@ -204,8 +208,7 @@ class LoopTable:
             if name == self.along:
                 continue
             table.append((each.label, "", *("" for _ in self.directions), ""))
-            directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
-            by_direction = [self.statistics(name, direction) for direction in directions]
+            by_direction = self._by_direction(name)
             for group, (value, members) in enumerate(zip(self.value, self.members, strict=True)):
                 texts = [of[group].text(each.unit, members.size) for of in by_direction]
                 blank = [""] * (len(self.directions) + 1 - len(texts))
@@ -225,8 +228,7 @@ class LoopTable:
         laws = {"friction_line": self.friction_line(), **{name: self.power_law(name) for name in _POWERS}}
         variables = {}
         for name, each in self.quantities.items():
-            directions = (*self.directions, BOTH) if each.values.ndim == 2 else (BOTH,)
-            by_direction = [self.statistics(name, direction) for direction in directions]
+            by_direction = self._by_direction(name)
             for field, unit in (("mean", each.unit), ("standard_deviation", each.unit), ("count", "1")):
                 suffix = "" if field == "mean" else f"_{field}"
                 values = np.array([[getattr(one, field) for one in of] for of in by_direction]).T

@@ -162,6 +162,14 @@ class LoopValues:
             found.append((members, f"{many} {where}{are} friction: {reason}"))
         return tuple(found)
 
+    @property
+    def is_friction(self) -> Booleans:
+        """Which loops are friction loops (loop)."""
+        found = np.ones(len(self), dtype=np.bool_)
+        for members, _ in self.no_friction:
+            found[members] = False
+        return found
+
     def _why_no_friction(self, members: Integers) -> str:
         """Return why loops of one class are no friction loops; nothing where they are.
 
@@ -218,10 +226,7 @@ class LoopValues:
         """Return values of a quantity, NaN where the loop is none of friction and has no such quantity."""
         if quantity not in {*OF_SLIP, "tangential_stiffness"}:
             return values
-        values = values.copy()
-        for members, _ in self.no_friction:
-            values[members] = math.nan
-        return values
+        return np.where(self.is_friction[:, None], values, math.nan)
 
     def wander(self, quantity: str) -> Wander | None:
         """Return how the mean of a quantity over the large loops wanders; None for fewer than three with a value."""

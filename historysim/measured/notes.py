@@ -8,7 +8,7 @@ from itertools import chain, pairwise
 
 import numpy as np
 
-from historysim.basics.arguments import Booleans, Floats, Integers
+from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
@@ -55,14 +55,6 @@ def _no_friction(loops: LoopValues) -> Iterator[str]:
     yield from (f"{text}; {mend}" for _, text in found)
 
 
-def _of_friction(loops: LoopValues) -> Booleans:
-    """Return which of the large loops are friction loops (loop)."""
-    large = loops.large.copy()
-    for members, _ in loops.no_friction:
-        large[members] = False
-    return large
-
-
 def _noise(loops: LoopValues) -> Iterator[str]:
     noise = loops.displacement_noise
     if not noise:
@@ -104,7 +96,7 @@ def drift_notes(loops: LoopValues) -> Iterator[str]:
 
 
 def _still_rising(loops: LoopValues) -> Iterator[str]:
-    rising = loops.rising_branches & _of_friction(loops)[:, None]
+    rising = loops.rising_branches & (loops.large & loops.is_friction)[:, None]
     if not rising.any():
         return
     many = int((np.isfinite(loops.friction_force) & loops.large[:, None]).sum())
@@ -125,7 +117,7 @@ def _still_rising(loops: LoopValues) -> Iterator[str]:
 def _narrow(loops: LoopValues) -> Iterator[str]:
     force = loops.friction_force.mean(axis=1)
     around = 4 * force * (loops.amplitude - force / loops.lateral_stiffness)
-    slid = _of_friction(loops) & (around > 0) & ~loops.rising_branches.any(axis=1)
+    slid = loops.large & loops.is_friction & (around > 0) & ~loops.rising_branches.any(axis=1)
     narrow = slid & (loops.dissipated_energy < NARROW * around)
     if not narrow.any():
         return

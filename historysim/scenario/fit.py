@@ -168,7 +168,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
         observation = observe(measurement, skip=skip)
     ensemble = scenario.ensemble()
     response = passed(ensemble, scenario.instrument, observation)
-    return Comparison.of(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
+    return Comparison(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
 
 
 def creep(scenario: Scenario | str | Path) -> Creep:
@@ -230,7 +230,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     ensemble, instrument = model(estimates.values)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)
-    return Fit(scenario, estimates, Comparison.of(observation, estimates.response, instrument, stiffness, between))
+    return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, stiffness, between))
 
 
 def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":

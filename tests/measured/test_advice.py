@@ -24,7 +24,7 @@ def notes(load=LOAD, moved=MOVED, record=SOUND, **others):
     )
     observation = observe(changed)
     model = synthetic.model("ball")({**synthetic.TRUTHS["ball"], **others})
-    return Comparison.of(observation, passed(*model, observation)).notes
+    return Comparison(observation, passed(*model, observation)).notes
 
 
 def rising(slope, *, with_position):
@@ -105,11 +105,11 @@ def test_a_compliance_in_series_is_told_with_its_stiffness():
     observation = observe(RECORD)
     state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.05)
     stiff = state.tangential_stiffness
-    rigid = Comparison.of(observation, passed(ENSEMBLE, hs.Instrument(), observation), hs.Instrument(), stiff)
+    rigid = Comparison(observation, passed(ENSEMBLE, hs.Instrument(), observation), hs.Instrument(), stiff)
     (note,) = rigid.notes
     assert "looks like a compliance in series of 3" in note
     assert 'with [instrument] lateral_stiffness = "3' in note
     found = float(note.partition("in series of ")[2].partition(" kN/m")[0]) * 1e3
     assert found == pytest.approx(synthetic.STIFFNESS, rel=0.15)
-    true = Comparison.of(observation, passed(ENSEMBLE, INSTRUMENT, observation), INSTRUMENT, stiff)
+    true = Comparison(observation, passed(ENSEMBLE, INSTRUMENT, observation), INSTRUMENT, stiff)
     assert true.notes == ()

@@ -18,7 +18,7 @@ from historysim.results.plots import record_pictures as plots
 def compared():
     observed = observe(synthetic.measured("ball", 0), skip=0)
     response = passed(*synthetic.model("ball")({"friction": 0.19, "lateral_stiffness": 3e5}), observed)
-    return Comparison.of(observed, response)
+    return Comparison(observed, response)
 
 
 def area(moved, load):
@@ -86,7 +86,7 @@ def test_a_record_without_a_loop_is_compared_without_a_table(compared):
         compared.response,
         **{name: value[part] for name, value in attrs.asdict(compared.response, recurse=False).items()},
     )
-    alone = Comparison.of(short, response)
+    alone = Comparison(short, response)
     assert alone.measured is None
     assert alone.rows() == []
     assert dict(alone.summary())["loops"] == "none"

@@ -153,7 +153,7 @@ def compared():
     )
     observed = observe(record)
     instrument = hs.Instrument(1e7)
-    return record, Comparison.of(observed, passed(ball(), instrument, observed), instrument)
+    return record, Comparison(observed, passed(ball(), instrument, observed), instrument)
 
 
 @cache
