@@ -47,16 +47,12 @@ def raised_by(name: str) -> str:
     return f"the environment variable HISTORYSIM_MOST_{name} raises it"
 
 
-def most_unpacked(packed: int) -> int:
-    """Return to how many bytes a file of so many may unpack."""
-    return max(most("UNPACKED_BYTES"), 100 * packed)
-
-
 def check_unpacked(unpacked: int, packed: int) -> None:
-    """Check how many bytes a file of so many unpacks to; more than `most_unpacked` is an InputError."""
-    if unpacked > most_unpacked(packed):
+    """Check how many bytes a file of so many unpacks to; more than the limit, or 100 times that, is an InputError."""
+    limit = max(most("UNPACKED_BYTES"), 100 * packed)
+    if unpacked > limit:
         raise InputError(
-            f"has {packed:,} bytes, which unpack to {unpacked:,} or more; expected {most_unpacked(packed):,} at most "
+            f"has {packed:,} bytes, which unpack to {unpacked:,} or more; expected {limit:,} at most "
             f"({raised_by('UNPACKED_BYTES')}): export it again without compression, or thin it"
         )
 

@@ -73,10 +73,6 @@ class Content:
     ends: list[int] = attrs.field(repr=False)  #: number of events up to each link
     problem: str = ""  #: what is wrong after these events; empty where nothing is
 
-    def batches_for(self, count: int) -> int:
-        """Count the batches in which so many events stand."""
-        return int(np.searchsorted(self.ends, count))
-
 
 class LogFile:
     """A log on disk; with `write` the writer's lock is taken at once.

@@ -6,6 +6,7 @@ A snapshot is a state beside the events, from which a replay can begin: a shortc
 import hashlib
 import json
 import logging
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
@@ -193,7 +194,7 @@ def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "Ensemb
 
     It depends on all batches with events that are done or ahead, so the link of the last of them stands with it.
     """
-    batches = content.batches_for(max(cursor.events, *(index + 1 for index in cursor.heading)))
+    batches = bisect_left(content.ends, max(cursor.events, *(index + 1 for index in cursor.heading)))
     about = attrs.asdict(cursor) | {"batches": batches, "program": program(file.head.ensemble.packages)}
     text = json.dumps(about | ({"written": written} if written else {}))
     link, kept = content.links[batches], state.to_bytes()

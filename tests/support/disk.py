@@ -15,6 +15,7 @@ import os
 import struct
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import ClassVar
 
 import attrs
 import numpy as np
@@ -43,9 +44,7 @@ class Naming:
     begun: int
     entries: dict[tuple[Node, str], Node | None]
     safe: float = math.inf
-
-    def outcomes(self) -> tuple[str, ...]:
-        return ("whole",)
+    outcomes: ClassVar = ("whole",)
 
 
 @attrs.define(eq=False)
@@ -57,9 +56,7 @@ class Writing:
     at: int
     content: bytes
     safe: float = math.inf
-
-    def outcomes(self) -> tuple[str, ...]:
-        return ("whole", "size", "beginning", "end")
+    outcomes: ClassVar = ("whole", "size", "beginning", "end")
 
     def apply(self, file: bytearray, outcome: str) -> None:
         first, last = self.at, self.at + len(self.content)
@@ -81,9 +78,7 @@ class Cutting:
     node: Node
     size: int
     safe: float = math.inf
-
-    def outcomes(self) -> tuple[str, ...]:
-        return ("whole",)
+    outcomes: ClassVar = ("whole",)
 
     def apply(self, file: bytearray, _: str) -> None:
         file.extend(bytes(max(0, self.size - len(file))))
@@ -95,15 +90,10 @@ Outcomes = Mapping[Change, str]
 
 
 class History:
-    """All that happened to a folder.
+    """All that happened to a folder, from a trace.
 
-    Parameters
-    ----------
-    begin : dict
-        What stood in the folder, and on the disk, before: of each path its inode, and its content (None for a folder).
-    trace : bytes
-        Of what happened then.
-    folder : Path
+    ``begin`` has what stood in the folder, and on the disk, before: of each path its inode, and its content (None for a
+    folder).
     """
 
     def __init__(self, begin: Mapping[str, tuple[int, bytes | None]], trace: bytes, folder: Path) -> None:
@@ -230,10 +220,10 @@ class History:
         yield self.disk(cut, {})
         yield self.disk(cut, dict.fromkeys(names, "whole"))
         yield self.disk(cut, dict.fromkeys(data, "whole"))
-        yield self.disk(cut, dict.fromkeys(names, "whole") | {change: change.outcomes()[-1] for change in data})
-        yield self.disk(cut, {change: change.outcomes()[min(1, len(change.outcomes()) - 1)] for change in loose})
+        yield self.disk(cut, dict.fromkeys(names, "whole") | {change: change.outcomes[-1] for change in data})
+        yield self.disk(cut, {change: change.outcomes[min(1, len(change.outcomes) - 1)] for change in loose})
         for outcome in ("size", "beginning", "end"):
-            if data and outcome in data[-1].outcomes():
+            if data and outcome in data[-1].outcomes:
                 yield self.disk(cut, dict.fromkeys(loose, "whole") | {data[-1]: outcome})
         if samples and cut in self.telling_cuts:
             for one in loose if len(loose) <= MOST_ONE_BY_ONE else names:
@@ -249,7 +239,7 @@ class History:
             kept = generator.random() ** 0.5
             yield self.disk(
                 cut,
-                {change: str(generator.choice(change.outcomes())) for change in loose if generator.random() < kept},
+                {change: str(generator.choice(change.outcomes)) for change in loose if generator.random() < kept},
             )
 
     def _happened(self, cut: int) -> list[Change]:
@@ -265,14 +255,9 @@ class History:
 
 
 def recorded(library: ctypes.CDLL, folder: Path, action: Callable[[Callable[[str], None]], None]) -> History:
-    """Do something in a forked process, and record what it asks of a folder.
+    """Do something in a forked process, and record what it asks of a folder; where that fails it is an AssertionError.
 
-    The action is given a function that marks in the trace what it could tell a user by then.
-
-    Raises
-    ------
-    AssertionError
-        The action has failed, or something went past the trace.
+    The action is given a function that marks in the trace what a user could know to be done by then.
     """
     begin = {str(path.relative_to(folder)): (path.stat().st_ino, _bytes(path)) for path in folder.rglob("*")}
     into = folder.with_name(f"{folder.name}.trace")
