@@ -148,8 +148,6 @@ int hs_settle_timed(walk *w, hs_memory *memory, double before, double share);
 
 /* ---- evolution.c: paths ---- */
 
-/* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
-int hs_own_contact(hs_memory *memory);
 /* A copy to walk on; where summits change, it has a contact of its own. */
 hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory);
 

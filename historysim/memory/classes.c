@@ -152,6 +152,11 @@ static hs_node node_at(const hs_class *part, double label, hs_vector deflection)
     return (hs_node){label, hs_load_at(part->curve, label).load, deflection};
 }
 
+/* A node of the straight line between two others, at a share of the way from the inner one. */
+static hs_node node_between(const hs_class *part, hs_node inner, hs_node outer, double label, double share) {
+    return node_at(part, label, hs_between(inner.deflection, outer.deflection, share));
+}
+
 /* Cut cells that are too wide, which changes nothing. */
 static int cut_cells(hs_class *part, double cell) {
     int64_t more = 0;
@@ -168,8 +173,7 @@ static int cut_cells(hs_class *part, double cell) {
         nodes[at--] = inner;
         for (int64_t i = 1; i <= cuts; ++i) {
             double share = (double)i / (double)(cuts + 1);
-            hs_vector deflection = hs_plus(inner.deflection, share, hs_plus(outer.deflection, -1.0, inner.deflection));
-            nodes[at--] = node_at(part, inner.label + share * width, deflection);
+            nodes[at--] = node_between(part, inner, outer, inner.label + share * width, share);
         }
     }
     part->count += (int32_t)more;
@@ -183,7 +187,7 @@ static void join_cells(hs_class *part, double cell, double change) {
     for (int32_t k = 1; k + 1 < part->count; ++k) {
         hs_node outer = nodes[kept - 1], here = nodes[k], inner = nodes[k + 1];
         double width = outer.label - inner.label, share = (outer.label - here.label) / width;
-        hs_vector straight = hs_plus(outer.deflection, share, hs_plus(inner.deflection, -1.0, outer.deflection));
+        hs_vector straight = hs_between(outer.deflection, inner.deflection, share);
         double mass = (outer.normal - here.normal) / (outer.label - here.label) -
                       (here.normal - inner.normal) / (here.label - inner.label);
         double missed = fabs(mass) * hs_length(hs_plus(here.deflection, -1.0, straight));
@@ -246,8 +250,7 @@ static int refine(hs_class *part, double friction, hs_vector way) {
         }
         hs_node inner = part->nodes[at + 1];
         double label = fresh[--count], share = (label - inner.label) / (outer.label - inner.label);
-        hs_vector deflection = hs_plus(inner.deflection, share, hs_plus(outer.deflection, -1.0, inner.deflection));
-        part->nodes[at--] = node_at(part, label, deflection);
+        part->nodes[at--] = node_between(part, inner, outer, label, share);
     }
     return HS_OK;
 }
@@ -480,7 +483,7 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
     if (share == 1.0) return found;
     const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance;
     hs_vector value = {to->aim.rigid * u.x + c.x * t.x, to->aim.rigid * u.y + c.y * t.y};
-    found.aim.value = hs_plus(value, share, hs_plus(to->aim.value, -1.0, value));
+    found.aim.value = hs_between(value, to->aim.value, share);
     found.time = hs_toward(body->time, to->time, share);
     if (to->by_loads && to->normal_load != body->normal_load) {
         found.normal_load = hs_toward(body->normal_load, to->normal_load, share);
@@ -638,8 +641,7 @@ static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const
     return status;
 }
 
-/* `one`, unless it is NULL, is where a single step leads. */
-static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
@@ -656,8 +658,8 @@ static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_bo
         if (status == HS_OK && settled(body, whole, two)) {
             status = arrive(body, whole, first, two);
         } else if (status == HS_OK) {
-            status = travel(body, &middle, halvings - 1, first);
-            if (status == HS_OK) status = travel(body, to, halvings - 1, NULL);
+            status = hs_body_travel(body, &middle, halvings - 1, first);
+            if (status == HS_OK) status = hs_body_travel(body, to, halvings - 1, NULL);
         }
     }
     if (whole != one) hs_body_free(whole);
@@ -665,8 +667,6 @@ static int travel(hs_body *body, const hs_planar_target *to, int halvings, hs_bo
     hs_body_free(two);
     return status;
 }
-
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings) { return travel(body, to, halvings, NULL); }
 
 int hs_body_relax(hs_body *body, const hs_planar_aim *aim) {
     double edge = body->approach, lost;

@@ -53,7 +53,8 @@ static void free_buffers(walk *w) {
     free(w->kept);
 }
 
-int hs_own_contact(hs_memory *memory) {
+/* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
+static int own_contact(hs_memory *memory) {
     hs_contact *own = hs_contact_copy(memory->contact);
     if (!own) return HS_OUT_OF_MEMORY;
     hs_contact_free(memory->contact);
@@ -63,7 +64,7 @@ int hs_own_contact(hs_memory *memory) {
 
 hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory) {
     hs_memory *copy = hs_memory_copy(memory);
-    if (!copy || !(w->wears || w->yields) || hs_own_contact(copy) == HS_OK) return copy;
+    if (!copy || !(w->wears || w->yields) || own_contact(copy) == HS_OK) return copy;
     hs_memory_free(copy);
     return NULL;
 }
@@ -266,7 +267,7 @@ static int prepare_to_yield(walk *w, hs_memory *memory) {
         }
         status = hs_part_ways(memory, w->shape.first, w->shape.last);
     }
-    if (status == HS_OK) status = hs_own_contact(memory);
+    if (status == HS_OK) status = own_contact(memory);
     w->parted = 1;
     return status == HS_OK ? make_spares(w, memory) : status;
 }
@@ -378,7 +379,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status == HS_OK && !w.alone) {
         /* it changes places with copies whose summits change */
-        if (w.wears || w.yields) status = hs_own_contact(memory);
+        if (w.wears || w.yields) status = own_contact(memory);
         if (status == HS_OK) status = make_spares(&w, memory);
     }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {

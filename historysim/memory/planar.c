@@ -437,7 +437,7 @@ static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *row
         double share = until * ((double)part / (double)path->parts);
         hs_planar_target to;
         status = target_of(planar, plan, share, drive->saturate, &to, refusal);
-        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
+        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS, NULL);
         if (status == HS_OK) status = follow(planar);
         if (status == HS_OK) status = hs_goes_on(drive, &work, 64 + planar->line->contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))

@@ -137,8 +137,8 @@ double hs_body_limit(const hs_body *body, double approach);
 hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked);
 /* The target a share of the way there. */
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
-/* Carry a body to a target, in steps that are halved so often at most. */
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings);
+/* Carry a body to a target, in steps that are halved so often at most; `one`, unless it is NULL, is where a single step leads. */
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one);
 /* Have springs slip that are beyond the limit, which has fallen. */
 int hs_body_relax(hs_body *body, const hs_planar_aim *aim);
 /* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */
