@@ -158,7 +158,7 @@ class Scenario:
                 raise misfit("no waypoints; expected one or more", "loading")
             if (course := self.sections.course) is not None:
                 with at("friction", "course"):
-                    written = course if isinstance(course, FrictionCourse) else course.read(self.path.parent)
+                    written = course if isinstance(course, FrictionCourse) else course.course(self.path.parent)
                     events = written.along(events)
             steps = len(events) * self.sections.loading.substeps
             if steps > most("STEPS"):

@@ -416,6 +416,14 @@ class NumbersFile(Format):
         with at("file"):
             return join_tables([_of_file(table, file) for table, file in zip(tables, self.files, strict=True)])
 
+    def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], made: Callable[..., T]) -> T:
+        """Return what a function makes of its columns, by their keys; an error of it belongs to the file."""
+        values = self.table(folder, columns, units).columns
+        try:
+            return made(**values)
+        except InputError as error:
+            raise misfit(f"{self.name}: {error.args[0]}", "file") from error
+
 
 def _of_file(table: Table, file: str) -> Table:
     """Return a table whose parts and notices name its file, without line numbers, which other files have, too."""

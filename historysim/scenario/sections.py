@@ -107,13 +107,9 @@ class CourseFile(NumbersFile):
         with at("columns"):
             check_one(time=self.columns.get("time"), distance=self.columns.get("distance"))
 
-    def read(self, folder: Path) -> FrictionCourse:
+    def course(self, folder: Path) -> FrictionCourse:
         """Return the course that the file has; its path is relative to the folder."""
-        rows: Any = self.table(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}).columns
-        try:
-            return FrictionCourse(**rows)
-        except InputError as error:
-            raise misfit(f"{self.name}: {error.args[0]}", "file") from error
+        return self.read(folder, self.columns, {"time": "s", "distance": "m", "coefficient": "1"}, FrictionCourse)
 
 
 def course_from_toml(converter: Converter, value: object, _: object) -> FrictionCourse | CourseFile:

@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import representable
 from historysim.basics.fields import Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import nearest, shown
-from historysim.errors import InputError, at, misfit
+from historysim.errors import at, misfit
 from historysim.loads.friction_course import check_one
 from historysim.scenario.schema import ColumnsOf, NumbersFile, given
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
@@ -236,11 +236,9 @@ class GaussianHeights(DistributedSummits):
         return Gaussian(self.rms_height)
 
 
-def _tabulated(columns: Mapping[str, Any]) -> HeightDistribution:
+def _tabulated(density: Any, height: Any = None, gap: Any = None) -> HeightDistribution:  # noqa: ANN401 - numbers
     """Return the distribution of a density over heights, or over gaps."""
-    if "height" in columns:
-        return Tabulated(columns["height"], columns["density"])
-    return Tabulated.from_gaps(columns["gap"], columns["density"])
+    return Tabulated(height, density) if gap is None else Tabulated.from_gaps(gap, density)
 
 
 @attrs.frozen(kw_only=True)
@@ -268,7 +266,7 @@ class InlineDistribution(DistributedSummits):
 
     def distribution(self, folder: Path) -> HeightDistribution:  # noqa: ARG002 - it is in the scenario itself
         """Return the distribution of the heights."""
-        return _tabulated(given(self))
+        return _tabulated(self.density, self.height, self.gap)
 
 
 @attrs.frozen(kw_only=True)
@@ -285,9 +283,4 @@ class DistributionTable(NumbersFile, DistributedSummits):
 
     def distribution(self, folder: Path) -> HeightDistribution:
         """Return the distribution of the heights, read from the file."""
-        units = {"height": "m", "gap": "m", "density": "1"}
-        columns = self.table(folder, self.columns, units).columns
-        try:
-            return _tabulated(columns)
-        except InputError as error:
-            raise misfit(f"{self.name}: {error}", "file") from error
+        return self.read(folder, self.columns, {"height": "m", "gap": "m", "density": "1"}, _tabulated)
