@@ -113,9 +113,8 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     xarray.Dataset
         Along the keys of `over`: the value of the key, under its name with ``_`` for all but letters and digits; the
         output there; and ``OUTPUT_at_median``, the output if all had the median of these values. With a limit that is
-        ``OUTPUT_at_quantile``, of the value at which the output keeps the limit in that fraction of the points; the
-        attribute ``chosen`` is this value. Where there is no such value, NaN, and ``failure`` says why. Where the
-        output crosses the target more than once, the least value counts, and a notice says so.
+        ``OUTPUT_at_quantile``, at the value of the attribute ``chosen``. Where there is no value, NaN, and ``failure``
+        says why. Where the output crosses the target more than once, the least value counts, and a notice says so.
 
     Raises
     ------

@@ -50,13 +50,10 @@ def gallery(
     output : path, optional
         A file to write the page to, which appears when it is complete.
     workers : int
-        Processes on this machine; with 1 all is computed in this one. A script that asks for more needs
-        ``if __name__ == "__main__":`` around what it does.
+        As for `historysim.sweep`.
     scripts : bool
-        Also carry out the scripts beside them that hold the line ``# historysim gallery: example``: their function
-        ``calculated`` returns a Dataset, of which every quantity is drawn, or something else that `plot` draws. Where
-        they have a function ``drawn``, it makes a figure or several of that; what their function ``rows`` makes of it,
-        if there is one, is a table, its first row the heading. A script may do whatever its user may.
+        Also carry out the scripts beside them that hold the line ``# historysim gallery: example``, with the functions
+        that the page of this folder names. A script may do whatever its user may.
     progress : bool
         Show a progress bar on standard error where that is a terminal.
     notify : callable, optional

@@ -253,8 +253,7 @@ class Surface(FrozenArrays):
     ) -> Self:
         """Return the sum of two surfaces, which touches a flat as the two touch each other.
 
-        Asperities of the sum slide on a level flat. That those of two surfaces climb each other's slopes is left out,
-        so that the friction is a lower limit.
+        Asperities of the sum slide on a level flat, so that the friction is a lower limit.
 
         Parameters
         ----------
@@ -265,8 +264,8 @@ class Surface(FrozenArrays):
         rotation : float
             By how much it is then turned about its centre, from x towards y [rad].
         interpolation : {"spline", "fourier", "none"}
-            What the other is between its points: cubic splines, which smooth; its Fourier series, where it is periodic
-            and not turned; or moved by the nearest whole number of pixels. README.md, "Sum", has what each takes.
+            What the other is between its points: cubic splines; its Fourier series, where it is periodic and not
+            turned; or moved by the nearest whole number of pixels. README.md, "Sum", has what each takes.
 
         Returns
         -------

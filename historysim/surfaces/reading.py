@@ -70,10 +70,9 @@ def read_surface(
     Raises
     ------
     InputError
-        A file that is missing, damaged, or of no known format; a length or unit that is missing, or contradicts the
-        file; no such channel, or one without heights; a matrix that is not rectangular or holds something else than
-        numbers, with line and column; infinite heights, fewer than three points with a height, more than 2²⁸ points;
-        a profile with uneven spacing; SurfaceTopography needed and not installed.
+        A file that is missing, damaged, or of no known format, with line and column; a length or unit that is missing,
+        or contradicts the file; no such channel, or one without heights; infinite heights, or fewer than three points
+        with a height; more than 2²⁸ points; SurfaceTopography needed and not installed.
 
     Notes
     -----
