@@ -17,11 +17,7 @@ def test_the_last_step_at_a_time_is_the_state():
     assert named_states(found) == {"O": 0, "K": 2}
     assert [step_of(found, state) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
     assert [state_label(found, step) for step in (2, 3)] == ["K", "step 3, 2 s"]
-
-
-def test_nothing_is_written_where_nothing_has_a_name():
-    assert named_states_attribute({}) == {}
-    assert named_states(history()) == {}
+    assert named_states_attribute({}) == named_states(history()) == {}
 
 
 @pytest.mark.parametrize(
