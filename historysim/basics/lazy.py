@@ -1,11 +1,13 @@
 """Names of a package that are imported when they are first used, from the one list that type checkers read, too."""
 
 import importlib
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 EARLIER = "# earlier places, which dir() leaves out"
+_IMPORT = re.compile(r"^from (\S+) import (\S+) as (\S+)", re.MULTILINE)
 
 
 def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
@@ -15,8 +17,8 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
     found but not listed.
     """
     listed, _, earlier = Path(file).with_suffix(".pyi").read_text(encoding="utf-8").partition(EARLIER)
-    homes = {words[-1]: (words[1], words[3]) for words in _imports(listed + earlier)}
-    names = sorted(words[-1] for words in _imports(listed))
+    homes = {name: (home, there) for home, there, name in _IMPORT.findall(listed + earlier)}
+    names = sorted(name for *_, name in _IMPORT.findall(listed))
 
     def found(name: str) -> Any:
         if name not in homes:
@@ -27,7 +29,3 @@ def attach(package: str, file: str) -> tuple[Callable[[str], Any], Callable[[], 
         return vars(module)[there] if there in vars(module) else importlib.import_module(f"{home}.{there}")
 
     return found, lambda: names, names
-
-
-def _imports(stub: str) -> list[list[str]]:
-    return [line.partition("#")[0].split() for line in stub.splitlines() if line.startswith("from ")]
