@@ -104,14 +104,6 @@ def test_any_text_is_a_finite_number_or_an_input_error(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "unit", "expected"),
-    [("mN", "N", 1e-3), ("N", "N", 1.0), ("0.1 µm", "m", 1e-7), ("ms", "s", 1e-3), ("%", "1", 0.01), ("1", "1", 1.0)],
-)
-def test_conversion_factor(text, unit, expected):
-    assert conversion_factor(text, unit) == pytest.approx(expected, rel=1e-15)
-
-
-@pytest.mark.parametrize(
     ("text", "unit", "message"),
     [
         ("celsius", "K", "does not start from zero"),

@@ -170,20 +170,6 @@ def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
         assert "passed over" in told[0]
 
 
-def test_a_snapshot_that_was_tampered_with_is_passed_over(path):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
-        snapshots_everywhere(log)
-    connection = sqlite3.connect(path)
-    connection.execute("UPDATE snapshot SET state = zeroblob(100) WHERE number % 2")
-    connection.commit()
-    connection.close()
-    with hs.EventLog(path) as log:
-        told = []
-        for time in (0.5, 1.2, 2.2, 9.0):
-            assert bits(log.state(at=time, notify=told.append)) == bits(by_hand(ENSEMBLE, EVENTS, time))
-        assert any("is damaged (it does not match its digest)" in line for line in told)
-
-
 # -- forks -----------------------------------------------------------------------------------------
 
 

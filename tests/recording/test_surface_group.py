@@ -128,12 +128,6 @@ def test_what_a_picture_cannot_show_of_a_map_is_left_out(shape, strides):
     assert found["y"].values == pytest.approx(np.arange(found.sizes["y"]) * strides[1] * 3e-6)
 
 
-def test_a_dataset_has_no_more_than_there_is():
-    found = surface_group.dataset(Summits([0.0, -1.0], 1.0, x=[0.0, 1.0]))
-    assert set(found.variables) == {"summit_height", "summit_radius", "summit_x"}
-    assert found.attrs == {}
-
-
 def test_variables_are_those_of_the_table(folder):
     path, _ = run(folder, SECTIONS["random"])
     with netCDF4.Dataset(path) as file:
