@@ -246,7 +246,7 @@ def test_a_law_of_the_users_own():
 
 @pytest.mark.parametrize(
     ("count", "seed"),
-    [(1, 8), (3, 2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (3, 3), (3, 6)))],
+    [(3, 2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((1, 1), (1, 8), (3, 3), (3, 6)))],
 )
 def test_random_displacements_beside_springs(count, seed):
     """Yielding on and on with tractions in all; springs and steps of the oracle are of first order."""
@@ -487,7 +487,7 @@ def printed(x, most):
     return load, np.select(ranges, [x, 0.93 * x**1.136, 0.94 * x**1.146], 2 * x)
 
 
-@pytest.mark.parametrize("index", [0.7, pytest.param(2.0, marks=pytest.mark.slow), 2.5])
+@pytest.mark.parametrize("index", [2.5, *(pytest.param(each, marks=pytest.mark.slow) for each in (0.7, 2.0))])
 def test_rough_contacts_of_kogut_and_etsion(index):
     """Their integrals (Tribol. Trans. 46 (2003) 383) over Gaussian summits, plasticity index ψ = (σ/δc)^(1/2).
 

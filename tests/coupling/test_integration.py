@@ -41,7 +41,7 @@ def leap_frog(duration, steps):
     return np.array(places)
 
 
-@pytest.mark.parametrize("method", ["DOP853", "Radau", "LSODA", integrate.RK23])
+@pytest.mark.parametrize("method", ["Radau", "LSODA", integrate.DOP853])
 def test_a_free_mass_keeps_its_energy_and_remembers_its_turns_alone(method):
     found = solve_ivp(
         free, (0.0, 6e-3), [0.0, SPEED], ENSEMBLE, place, state=PRESSED, method=method, rtol=1e-7, atol=1e-16
