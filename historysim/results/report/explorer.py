@@ -179,7 +179,8 @@ def _layout(history: xr.Dataset, part: Excerpt) -> tuple[Any, Any, Any]:
         "radius": scale_of("m", part.cells["contact_radius"]),
         "stress": scale_of("Pa", _peak_traction(part)),
     }
-    scales, units = ({name: each[place] for name, each in readable.items()} for place in (0, 1))
+    scales = {name: factor for name, (factor, _) in readable.items()}
+    units = {name: unit for name, (_, unit) in readable.items()}
     thin = np.union1d(_spaced(time.size, MOST_POINTS), part.steps)
     sources = {name: ColumnDataSource(each, name=name) for name, each in _columns(history, part, scales).items()}
     line = ColumnDataSource({"x": displacement[thin] * scales["length"], "y": load[thin] * scales["force"]})
