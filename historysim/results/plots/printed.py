@@ -14,6 +14,8 @@ from historysim._version import __version__
 
 # journals reject Type 3 fonts; 42 embeds TrueType
 PRINT: dict[Any, Any] = {"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "path"}
+# a record is drawn whole, and Agg refuses long noisy lines in one piece
+PRINT |= {"agg.path.chunksize": 20_000}
 NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 DOTS_PER_INCH, NOTEBOOK = 200, 110
 # What the formats call the program that has made a picture.

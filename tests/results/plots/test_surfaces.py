@@ -343,7 +343,11 @@ def test_a_summit_at_the_very_height_of_the_flat_is_where_the_count_says():
 # -- kinds, files and histories -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("entry", SECTIONS.values(), ids=SECTIONS)
+LIGHT = {"sphere", "textured", "gaussian statistics", "random", "meeting"}
+KINDS = [pytest.param(SECTIONS[name], id=name, marks=[] if name in LIGHT else pytest.mark.slow) for name in SECTIONS]
+
+
+@pytest.mark.parametrize("entry", KINDS)
 def test_every_kind_can_be_drawn_from_a_scenario_and_from_its_result(tmp_path, monkeypatch, entry):
     write_files(tmp_path)
     loaded(tmp_path, entry, MOVED)
