@@ -52,8 +52,8 @@ class Asperity:
     pair: MaterialPair
     summit_height: float  #: [m]
     summit_radius: float  #: [m]
-    memory: Memory  #: hs_memory of this asperity alone, with what its group remembers
-    planar: Any = None  #: hs_planar of the whole ensemble, where the state is of two directions
+    memory: "Memory"  #: hs_memory of this asperity alone, with what its group remembers
+    planar: "Memory" = None  #: hs_planar of the whole ensemble, where the state is of two directions
 
     normal_load = _recorded("normal_load", "Normal load N [N].")
     tangential_load = _recorded(

@@ -129,7 +129,7 @@ class EnsembleState(WholeContact, SavedState):
     memory: Memory  #: of the library
     like: Memory | None  #: the start of the ensemble that it is known to be of
 
-    def __init__(self, memory: Memory, like: Memory | None = None) -> None:
+    def __init__(self, memory: "Memory", like: "Memory | None" = None) -> None:
         # in two thirds of the time of what attrs writes
         _set_memory(self, memory)
         _set_like(self, like)

@@ -52,8 +52,13 @@ def encoding_of(path: Path) -> str:
     """Return the encoding of a text: what a mark at its beginning says, else UTF-8, else that of Windows."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
-        if stream.peek(2)[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
+        first = stream.peek(64)[:64]
+        if first[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
             return "utf-16"
+        # no text holds zeros but one of two bytes a letter, without its mark
+        for encoding, zeros in (("utf-16-le", first[1::2]), ("utf-16-be", first[::2])):
+            if 2 * zeros.count(0) > len(zeros) and zeros.count(0) == first.count(0):
+                return encoding
         try:
             while piece := stream.read(1 << 20):
                 decoder.decode(piece)
