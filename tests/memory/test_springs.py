@@ -4,11 +4,8 @@ import copy
 
 import numpy as np
 import pytest
-from histories import follow, histories, random_contact, to_events
-from hypothesis import given, settings
+from histories import random_contact
 from springs import Contact, SpringRow
-
-from historysim.loads.event_sequence import check_sequence
 
 UNIT = Contact.build(contact_modulus=1.0, shear_modulus=0.25, summit_height=0.0, summit_radius=1.0, friction=0.5)
 LOAD = 0.01
@@ -65,20 +62,6 @@ def test_energy_of_a_falling_normal_load_needs_the_path_while_the_state_does_not
     assert errors[20] / errors[40] == pytest.approx(4.0, rel=0.1)
 
 
-def test_a_straight_path_is_the_same_in_parts():
-    rng = np.random.default_rng(1)
-    contact = random_contact(rng, 5, several_coefficients=True)
-    once, often = (SpringRow(contact, 0.03, 200) for _ in range(2))
-    for approach, displacement in zip(rng.uniform(-0.005, 0.03, 20), rng.uniform(-0.01, 0.01, 20), strict=True):
-        once.apply(("displacement", approach), ("displacement", displacement))
-        start = often.approach, often.tangential_displacement
-        for here in np.linspace(start, (approach, displacement), 58)[1:]:
-            often.apply(("displacement", here[0]), ("displacement", here[1]))
-        largest = once.contact.limit(0.03)
-        assert often.tangential_load == pytest.approx(once.tangential_load, abs=1e-12 * largest)
-        assert often.dissipated_energy == pytest.approx(once.dissipated_energy, rel=1e-12, abs=1e-14 * largest)
-
-
 def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
     rng = np.random.default_rng(2)
     contact = random_contact(rng, 4, several_coefficients=True)
@@ -108,15 +91,6 @@ def test_a_straight_path_ends_at_the_tangential_load_that_was_asked_for():
         assert before.tangential_load == pytest.approx(row.tangential_load, abs=1e-11 * contact.limit(0.03))
 
 
-def test_requests_that_cannot_be_met_are_refused():
-    row = loaded(100)
-    for normal in (("load", LOAD), ("displacement", UNIT.approach(LOAD))):
-        with pytest.raises(ValueError, match="friction limit"):
-            row.apply(normal, ("load", 0.501 * LOAD))
-    with pytest.raises(ValueError, match="beyond the grid"):
-        row.apply(("load", 0.021), ("load", 0.0))
-
-
 def test_a_ramp_of_loads_over_several_coefficients_converges_with_the_sub_steps():
     contact = Contact.build(1.0, 0.25, [0.0, -0.005], [1.0, 0.5], [0.3, 0.6])
     rows = {substeps: loaded(1000, 0.004, contact) for substeps in (10, 20, 40, 640)}
@@ -129,16 +103,3 @@ def test_a_ramp_of_loads_over_several_coefficients_converges_with_the_sub_steps(
     )
     assert loads[:-1] / loads[1:] == pytest.approx(4.0, rel=0.3)
     assert energies[:-1] / energies[1:] == pytest.approx(4.0, rel=0.3)
-
-
-ROUGH = random_contact(np.random.default_rng(7), 4, several_coefficients=True)
-
-
-@settings(max_examples=40, deadline=None)
-@given(histories(ROUGH, LOAD, friction_changes=True))
-def test_drawn_histories_can_be_carried_out_and_become_events(moves):
-    row = SpringRow(ROUGH, ROUGH.approach(LOAD) * (1 + 1e-12), 60)
-    states = list(follow(row, moves, substeps=20))
-    events = to_events(moves)
-    check_sequence(events)
-    assert len({event.time for event in events}) == len(states)
