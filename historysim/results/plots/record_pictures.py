@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.basics.arguments import Floats, Integers
+from historysim.basics.arguments import Floats
 from historysim.basics.wording import listed
 from historysim.errors import InputError
 from historysim.loads.events import load_kind
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # points of a comparison, and samples of a channel, that are drawn
+MOST_POINTS, MOST_SAMPLES = 50_000, 20_000  # dots of a comparison, and samples of sliding, that are drawn
 MEASURED, CORRECTED, MODEL = "#d1603d", "#e0b73c", "#12355b"
 AS_READ: dict[str, Any] = {"color": FAINT, "linewidth": 0.7, "label": "as read"}
 AS_USED: dict[str, Any] = {"color": MARK, "linewidth": 0.8, "label": "as used"}
@@ -60,16 +60,14 @@ class ComparisonPicture(Titled):
             COMPARED[name][1](axes, data)
 
 
-def _thin(comparison: Comparison) -> Integers:
-    """Return the samples to draw: all turning points, and of the rest no more than a picture can show."""
-    observation = comparison.observation
-    stride = -(-observation.time.size // MOST_POINTS)
-    return np.union1d(np.arange(0, observation.time.size, stride), observation.turns)
+def _few(values: Floats, most: int) -> slice:
+    """Return the points that are drawn as dots; lines are drawn whole."""
+    return slice(None, None, -(-values.size // most))
 
 
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     observation, response = comparison.observation, comparison.response
-    shown = _thin(comparison)
+    shown = _few(observation.time, MOST_POINTS)
     label_loop(axes)
     dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
     dots |= {"rasterized": True, "zorder": 2}
@@ -83,8 +81,6 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     ]
     in_order = [part.start + np.argsort(response.displacement[part] * sign) for part, sign in rises]
     order = np.concatenate([*in_order, observation.turns[-1:]])
-    # of a long record no more than a picture can show, and all turning points
-    order = order[np.union1d(np.arange(0, order.size, -(-order.size // MOST_POINTS)), observation.turns)]
     # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     axes.plot(response.displacement[order], modelled[order], label="model", **line)
@@ -101,20 +97,19 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
 
 
 def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
-    shown = _thin(comparison)
-    time = comparison.observation.time[shown]
     for each, colour, width in ((comparison.observation, MEASURED, 0.9), (comparison.response, MODEL, 0.6)):
-        axes.plot(time, each.tangential_load[shown], color=colour, linewidth=width, rasterized=True)
+        looks: dict[str, Any] = {"color": colour, "linewidth": width, "rasterized": True}
+        axes.plot(comparison.observation.time, each.tangential_load, **looks)
     axes.margins(x=0.01)
     axes.set(title="Tangential load", ylabel="$T$ (N)", xlabel="time (s)")
 
 
 def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
     observation, off = comparison.observation, comparison.difference
-    stride = -(-off.size // MOST_POINTS)
-    time = observation.time[observation.first :][::stride]
+    shown = _few(off, MOST_POINTS)
     axes.axhline(0, color=FAINT, linewidth=0.6)
-    axes.plot(time, off[::stride], ".", color=INK, markersize=1.2, markeredgewidth=0, rasterized=True)
+    dots: dict[str, Any] = {"color": INK, "markersize": 1.2, "markeredgewidth": 0, "rasterized": True}
+    axes.plot(observation.time[observation.first :][shown], off[shown], ".", **dots)
     axes.set(title="Measured less model", ylabel="$ΔT$ (N)", xlabel="time (s)")
 
 
@@ -257,11 +252,11 @@ class SlidingPicture(Titled):
     def draw(self, canvas: Canvas, data: Sliding) -> None:
         """Draw them."""
         axes = canvas.axes()
-        stride = -(-data.place.size // MOST_SAMPLES)
+        shown = _few(data.place, MOST_SAMPLES)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
-        friction = data.coefficient[::stride]
+        friction = data.coefficient[shown]
         if np.isfinite(friction).any():
-            axes.plot(data.place[::stride], friction, rasterized=True, label="samples", zorder=1, **dots)
+            axes.plot(data.place[shown], friction, rasterized=True, label="samples", zorder=1, **dots)
         axes.plot(data.window_place, data.window_mean, "o", color=STATE_COLOURS[1], ms=3, label="windows", zorder=2)
         if data.approach is not None:
             way = np.linspace(data.approach.origin, data.place[-1], 200)
