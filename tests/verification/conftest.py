@@ -145,6 +145,7 @@ class Case:
 
 def given_as(name, value):
     """What the reader is told of an argument: its value, where it is short, else what it is."""
+    value = value.item() if isinstance(value, np.generic) else value
     if isinstance(value, np.ndarray) and value.size <= MOST_NUMBERS:
         return f"{name} = np.array({value.tolist()})"
     if isinstance(value, str | float | int | tuple | list | dict) and len(repr(value)) <= MOST_CHARACTERS:
@@ -160,9 +161,9 @@ def rows_of(section):
 
 
 def blanked(section):
-    """A section without its numbers."""
+    """A section without the numbers of its table, and with those of its code as far as any processor has them."""
     lines = []
-    for line in section.splitlines():
+    for line in re.sub(r"\d+\.\d{12,}", lambda long: f"{float(long[0]):.9g}", section).splitlines():
         cells = line.split(" | ")
         if line.startswith("| ") and "---" not in line:
             cells[NUMBERS] = ["", "", ""]
