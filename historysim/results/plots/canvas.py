@@ -49,6 +49,15 @@ class Place(TypedDict, total=False):
     ax: Any
 
 
+SIDES = {-1: ("right", "top"), 0: ("center", "center"), 1: ("left", "bottom")}
+# Where a label may stand beside its point [pt], and how it is aligned there.
+AROUND = [
+    (x * far, y * far, SIDES[x][0], SIDES[y][1])
+    for far in (4.0, 10.0)
+    for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, 1), (1, -1), (-1, -1))
+]
+
+
 @attrs.define(eq=False)
 class Canvas:
     """What a picture is drawn on: a figure, or the axes of the caller, and its sides [mm]."""
@@ -60,7 +69,7 @@ class Canvas:
     most: int = MOST_PANELS  #: panels that there is room for
     panels: int = 1  #: panels that are drawn
     notices: list[str] = attrs.field(factory=list)  #: what is to be known of the picture, and does not stand in it
-    labels: "list[tuple[Annotation, bool]]" = attrs.field(factory=list)
+    labels: "list[Annotation]" = attrs.field(factory=list)
     caption: str = ""  #: stands below the title
     beside_others: bool = False
     named: bool = False  #: whether it has a legend
@@ -169,11 +178,10 @@ class Canvas:
         names = [name if "$" in name else broken(name, self.width * 0.8, 6.0, 4) for name in named]
         self.figure.legend(named.values(), names, **looks)
 
-    def label(self, axes: "Axes", text: str, at: tuple[float, float], *, inwards: bool = False, **looks: Any) -> None:
-        """Write a string beside a point, on the side that is away from the middle of the axes, or towards it."""
+    def label(self, axes: "Axes", text: str, at: tuple[float, float], **looks: Any) -> None:
+        """Write a string beside a point, where it lies on no line; to the right where it may stand anywhere."""
         looks.setdefault("fontsize", 7.5)
-        label = axes.annotate(text, at, (0, 0), textcoords="offset points", zorder=6, **looks)
-        self.labels.append((label, inwards))
+        self.labels.append(axes.annotate(text, at, AROUND[0][:2], textcoords="offset points", zorder=6, **looks))
 
     def notice(self, text: str) -> None:
         """Say something of the picture that does not stand in it."""
@@ -192,14 +200,14 @@ class Canvas:
 
         whole: Any = self.given or self.figure
         name_prefixes(whole, self.before)
-        for label, inwards in self.labels:
-            _place(label, inwards=inwards)
         for text in whole.findobj(Text):
             if HYPHEN.search(text.get_text()):
                 text.set_text(HYPHEN.sub(MINUS, text.get_text()))
         own: Any = self.figure
         # what was given is laid out by whoever gave it
-        return own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
+        fits = own.figure is not own or self.given is not None or bool(self.before) or _fit(own)
+        _place(self.labels)
+        return fits
 
 
 def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" = ()) -> None:
@@ -316,12 +324,25 @@ def _fit(figure: "Figure") -> bool:
     return all(_readable(axes) for axes in panels)
 
 
-def _place(label: "Annotation", *, inwards: bool) -> None:
-    """Move a label to the side of its point that is away from the middle of the axes, or towards it."""
-    axes: Any = label.axes
-    right, up = (axes.transLimits.transform(axes.transScale.transform(label.xy)) > 0.5) != inwards
-    label.xyann = (4.0 if right else -4.0, 3.0 if up else -3.0)
-    label.set(ha="left" if right else "right", va="bottom" if up else "top")
+def _place(labels: "Sequence[Annotation]") -> None:
+    """Move labels to where they lie on no line and on no other label."""
+    taken: list[Any] = []
+    for label in labels:
+        axes: Any = label.axes
+        paths = [line.get_path().transformed(line.get_transform()) for line in axes.lines]
+
+        def boxed(side: tuple[float, float, str, str], label: Any = label) -> Any:
+            label.xyann = side[:2]
+            label.set(ha=side[2], va=side[3])
+            return label.get_window_extent().padded(1.0)
+
+        def crossed(side: tuple[float, float, str, str], axes: Any = axes, paths: Any = paths) -> int:
+            box = boxed(side)
+            lines = sum(bool(path.intersects_bbox(box, filled=False)) for path in paths)
+            inside = axes.bbox.contains(*box.min) and axes.bbox.contains(*box.max)
+            return lines + sum(bool(box.overlaps(other)) for other in taken) + (0 if inside else 2)
+
+        taken.append(boxed(min(AROUND, key=crossed)))
 
 
 def _laid_out(figure: "Figure") -> bool:

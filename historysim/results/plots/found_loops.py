@@ -181,8 +181,8 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         return
     axes.plot([left, right], [top, top], linestyle=(0, (4, 2)), label="means", **line)
     axes.plot([left, right], [-backward, -backward], linestyle=(0, (4, 2)), **line)
-    canvas.label(axes, quantity_text(top, "N", 3), (right, top), inwards=True)
-    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward), inwards=True)
+    canvas.label(axes, quantity_text(top, "N", 3), (right, top))
+    canvas.label(axes, quantity_text(backward, "N", 3), (left, -backward))
 
     way = loops.statistics("preliminary_displacement", "forward").mean
     if np.isfinite(way):
@@ -190,7 +190,7 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         axes.annotate("", xy=(left, middle), xytext=(reached, middle), arrowprops=SPAN, zorder=4)
         axes.plot([left, reached], [middle, middle], color=INK, linewidth=0.8, zorder=4)
         axes.plot([reached, reached], [middle, top], color=INK, linewidth=0.5, linestyle=(0, (1, 2)), zorder=4)
-        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle), inwards=True)
+        canvas.label(axes, quantity_text(way, "m", 3), (reached, middle))
     stiffness = loops.statistics("tangential_stiffness", "forward").mean
     if np.isfinite(stiffness):
         rise = loops.definitions.initial_part * (top - bottom)
@@ -199,7 +199,7 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
         x, y = u[fitted].mean(), f[fitted].mean()
         ends = np.array([bottom, bottom + 0.6 * (top - bottom)])
         axes.plot(x + (ends - y) / stiffness, ends, **line)
-        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]), inwards=True)
+        canvas.label(axes, quantity_text(stiffness, "N/m", 3), (x + (ends[1] - y) / stiffness, ends[1]))
 
 
 def _typical(loops: Loops) -> int:
