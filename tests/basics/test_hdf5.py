@@ -9,6 +9,8 @@ from historysim.basics import system
 from historysim.basics.hdf5 import check_contained, check_named
 from historysim.errors import InputError
 
+pytestmark = pytest.mark.usefixtures("alone")
+
 
 def made(folder, fill):
     (folder / "secret").write_bytes(bytes(80))

@@ -9,13 +9,8 @@ from number_files import FORCE, TIME, UNITS, WRITERS, broken, columns_of, read_o
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
 
+pytestmark = pytest.mark.usefixtures("alone")
 fuzz = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-
-
-@pytest.fixture(autouse=True)
-def alone(monkeypatch):
-    """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
-    monkeypatch.setattr("threading.active_count", lambda: 1)
 
 
 @pytest.fixture(scope="module")
