@@ -46,7 +46,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
     if (v1 == anchor || (d1 == edge ? change <= tie : change < hold - tie)) {
         *tangential = force;
         if (d1 < stack[depth - 1].label) {
-            stack[top] = (hs_batch_vertex){d1, anchor, stack[top].slope, force};
+            stack[top] = HS_MADE(hs_batch_vertex){d1, anchor, stack[top].slope, force};
             return top + 1;
         }
         if (d1 == edge) return depth;
@@ -54,7 +54,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         edge_load = load_of(edge);
         *tangential = force + slope * (load - edge_load);
         if (top == 0 || stack[top].slope != slope) ++top;
-        stack[top] = (hs_batch_vertex){d1, v1, slope, *tangential};
+        stack[top] = HS_MADE(hs_batch_vertex){d1, v1, slope, *tangential};
         return top + 1;
     }
     double sign = v1 >= anchor ? 1.0 : -1.0, slope = sign * mu;
@@ -79,7 +79,7 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         edge_load = load_of(front);
         if (front != low) {
             force += inner * (edge_load - load_of(low));
-            stack[top] = (hs_batch_vertex){front, v1 - slope * (d1 - front), inner, force};
+            stack[top] = HS_MADE(hs_batch_vertex){front, v1 - slope * (d1 - front), inner, force};
             ++top;
         }
     } else if (met) {
@@ -89,13 +89,13 @@ static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, doubl
         ++top;
     } else {
         /* all of it slides */
-        stack[0] = (hs_batch_vertex){0.0, v1 - slope * d1, 0.0, 0.0};
+        stack[0] = HS_MADE(hs_batch_vertex){0.0, v1 - slope * d1, 0.0, 0.0};
         force = 0.0;
         edge_load = 0.0;
         top = 1;
     }
     *tangential = force + slope * (load - edge_load);
-    stack[top] = (hs_batch_vertex){d1, v1, slope, *tangential};
+    stack[top] = HS_MADE(hs_batch_vertex){d1, v1, slope, *tangential};
     return top + 1;
 }
 
@@ -127,7 +127,7 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
         double load = load_of(d1);
         if (depth == 0) {
             double d0 = stack[0].label, v0 = stack[0].anchor;
-            stack[0] = (hs_batch_vertex){0.0, v0 - (v1 - v0) * d0 / (d1 - d0), 0.0, 0.0};
+            stack[0] = HS_MADE(hs_batch_vertex){0.0, v0 - (v1 - v0) * d0 / (d1 - d0), 0.0, 0.0};
             depth = 1;
         }
         batch->depth[i] = carry_one(stack, depth, mu, d1, v1, load, &force);

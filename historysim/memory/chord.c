@@ -62,7 +62,7 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
             /* what begins to slide keeps its friction until then */
             double still = ahead && start > 0.0 && end > 0.0 ? 1.0 - ahead[whose] / w->moved : 0.0;
             if (law->depends_on == HS_ON_SLID_DISTANCE && still > 0.0 && still < 1.0) {
-                w->stations[count++] = (station){still, friction, friction};
+                w->stations[count++] = HS_MADE(station){still, friction, friction};
             }
             for (int k = 0; k <= between; ++k) {
                 station *here = w->stations + count++;
@@ -76,7 +76,7 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
                 if (touches) ask(w, asked++, contact, weight, own, slid);
             }
         } else {
-            w->stations[count++] = (station){1.0, 0.0, friction};
+            w->stations[count++] = HS_MADE(station){1.0, 0.0, friction};
         }
     }
     w->first_station[contact->groups] = count;

@@ -149,7 +149,7 @@ hs_body *hs_body_copy(const hs_body *body) {
 }
 
 static hs_node node_at(const hs_class *part, double label, hs_vector deflection) {
-    return (hs_node){label, hs_load_at(part->curve, label).load, deflection};
+    return HS_MADE(hs_node){label, hs_load_at(part->curve, label).load, deflection};
 }
 
 /* A node of the straight line between two others, at a share of the way from the inner one. */
@@ -310,7 +310,7 @@ static hs_vector forces(hs_body *body, double edge, hs_vector way, double *lost,
 }
 
 static hs_vector left_of(const hs_planar_aim *aim, hs_vector displacement, hs_vector force) {
-    return (hs_vector){aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
+    return HS_MADE(hs_vector){aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
                        aim->value.y - aim->rigid * displacement.y - aim->compliance.y * force.y};
 }
 
@@ -432,7 +432,7 @@ static void begin_loss(hs_class *part, double from, double to) {
     part->slid = part->count + fresh;
     part->held[0] = edge;
     for (int32_t k = 1; k < part->slid; ++k) {
-        part->held[k] = (hs_held){part->nodes[k - fresh].label, 0.0};
+        part->held[k] = HS_MADE(hs_held){part->nodes[k - fresh].label, 0.0};
     }
 }
 
@@ -572,7 +572,7 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
         if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         part->count = problem->rings + 1;
         for (int32_t k = 0; k < part->count; ++k) {
-            part->nodes[k] = (hs_node){problem->label[k], problem->normal[k], problem->found[k]};
+            part->nodes[k] = HS_MADE(hs_node){problem->label[k], problem->normal[k], problem->found[k]};
         }
     }
     body->approach = to->approach;

@@ -12,6 +12,12 @@
 #ifdef __cplusplus
 #define restrict __restrict
 #endif
+/* a struct of these values, HS_MADE(hs_load){…}, in the words of C or of C++ */
+#ifdef __cplusplus
+#define HS_MADE(type) type
+#else
+#define HS_MADE(type) (type)
+#endif
 
 /* two displacements or loads that rounding alone keeps apart; a closed loop is recognised by it */
 #define HS_TIE (32.0 * DBL_EPSILON)
@@ -112,7 +118,7 @@ double hs_cube_root(double x);
 
 static inline hs_load hs_load_of_one(double gap, double weight, double approach) {
     double depth = hs_most(approach - gap, 0.0), half_chord = weight * sqrt(depth);
-    return (hs_load){half_chord * depth, 1.5 * half_chord};
+    return HS_MADE(hs_load){half_chord * depth, 1.5 * half_chord};
 }
 /* P(a) and P'(a). */
 static inline hs_load hs_load_at(hs_curve curve, double approach) {
@@ -121,7 +127,7 @@ static inline hs_load hs_load_at(hs_curve curve, double approach) {
     return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
 }
 static inline hs_curve hs_all_of(const hs_contact *contact) {
-    return (hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
+    return HS_MADE(hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
 }
 
 /* ---- groups ---- */
@@ -140,7 +146,7 @@ typedef struct hs_group {
 static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
     const hs_contact *contact = memory->contact;
     int64_t start = contact->first[index];
-    return (hs_group){{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
+    return HS_MADE(hs_group){{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
                       memory->each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
                       (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
 }
@@ -160,10 +166,10 @@ typedef struct hs_target {
 } hs_target;
 
 static inline hs_target hs_to_displacement(double value) {
-    return (hs_target){value, 1.0, 0.0};
+    return HS_MADE(hs_target){value, 1.0, 0.0};
 }
 static inline hs_target hs_to_load(double value) {
-    return (hs_target){value, 0.0, 1.0};
+    return HS_MADE(hs_target){value, 0.0, 1.0};
 }
 
 /* ---- contact.c, memory.c ---- */
@@ -233,11 +239,11 @@ static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
 }
 /* Let the clock go on to a time, on a path that is straight in approach and displacement. */
 static inline void hs_tick(hs_memory *memory, double time) {
-    memory->clock = (hs_clock){memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
+    memory->clock = HS_MADE(hs_clock){memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
 }
 /* Set the clock to a time, from which on paths are timed; NaN where they are not. */
 static inline void hs_set_clock(hs_memory *memory, double time) {
-    memory->clock = (hs_clock){time, time, NAN, NAN};
+    memory->clock = HS_MADE(hs_clock){time, time, NAN, NAN};
 }
 static inline int hs_is_timed(const hs_memory *memory) { return !isnan(memory->clock.end); }
 /* Note which asperities of a group first slide on a straight path, on which its coefficient goes straight from `friction` to its

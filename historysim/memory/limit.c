@@ -33,7 +33,7 @@ static double approach_on(const hs_memory *memory, const hs_request *request, do
 
 static station station_at(const hs_memory *memory, const hs_request *request, double share) {
     double d = approach_on(memory, request, share);
-    return (station){share, d, hs_limit_and_slopes(memory, d)};
+    return HS_MADE(station){share, d, hs_limit_and_slopes(memory, d)};
 }
 
 /* How far a request is beyond the limit on one side; 0 within rounding counts as beyond. */

@@ -230,8 +230,8 @@ void hs_refresh_loads(hs_memory *memory) {
 void hs_touch_unstrained(hs_memory *memory, int64_t index) {
     hs_vertex *stack = memory->vertices + index * memory->capacity;
     double gap = memory->contact->gap[memory->contact->first[index]], v = memory->displacement;
-    stack[0] = (hs_vertex){gap, v, 0.0, v, 0.0, 0.0};
-    stack[1] = (hs_vertex){memory->approach, v, 0.0, v, hs_load_at(hs_group_of(memory, index).curve, memory->approach).load, 0.0};
+    stack[0] = HS_MADE(hs_vertex){gap, v, 0.0, v, 0.0, 0.0};
+    stack[1] = HS_MADE(hs_vertex){memory->approach, v, 0.0, v, hs_load_at(hs_group_of(memory, index).curve, memory->approach).load, 0.0};
     memory->depth[index] = gap < memory->approach ? 2 : 0;
     memory->steep[index] = 0;
 }

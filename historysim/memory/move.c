@@ -105,7 +105,7 @@ static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const 
     } else {
         inner_slope = front.normal = front.tangential = 0.0;
     }
-    front = (hs_vertex){piece.low, v - slope * (d - piece.low), inner_slope, v, front.normal, front.tangential};
+    front = HS_MADE(hs_vertex){piece.low, v - slope * (d - piece.low), inner_slope, v, front.normal, front.tangential};
     if (piece.low <= gap && hs_is_timed(memory) && !hs_has_slid(memory, memory->contact->order[place]))
         slides_whole(memory, index, from, to, piece.low);
     double lag = 0.0;
@@ -134,7 +134,7 @@ static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const 
     }
     double reached = front.tangential + slope * (load - front.normal);
     stack[kept] = front;
-    stack[kept + 1] = (hs_vertex){d, v, slope, v, load, reached};
+    stack[kept + 1] = HS_MADE(hs_vertex){d, v, slope, v, load, reached};
     memory->depth[index] = kept + 2;
     *force += reached;
     return 1;

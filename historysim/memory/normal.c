@@ -36,7 +36,7 @@ hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touchin
         hs_add(loads, load, count);
         hs_add(slopes, half_chord, count);
     }
-    return (hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
+    return HS_MADE(hs_load){hs_lanes_sum(loads), 1.5 * hs_lanes_sum(slopes)};
 }
 
 /* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */

@@ -70,7 +70,7 @@ typedef struct plan {
 
 /* Displacement of the drive of an instrument that the contact holds with a load. */
 static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vector load) {
-    return (hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
+    return HS_MADE(hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
 }
 
 static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vector compliance, int saturate) {
@@ -311,7 +311,7 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
     }
     to->aim.value = asked;
     to->aim.rigid = plan->by_load ? 0.0 : 1.0;
-    to->aim.compliance = plan->by_load ? (hs_vector){1.0, 1.0} : plan->compliance;
+    to->aim.compliance = plan->by_load ? HS_MADE(hs_vector){1.0, 1.0} : plan->compliance;
     planar->excess = nowhere;
     if (!plan->by_load) return HS_OK;
     if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
@@ -527,7 +527,7 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
     hs_planar_aim aim = {drive_at(planar->displacement, yields, t), 1.0, yields};
-    if (by_load) aim = (hs_planar_aim){t, 0.0, {1.0, 1.0}};
+    if (by_load) aim = HS_MADE(hs_planar_aim){t, 0.0, {1.0, 1.0}};
     planar->excess = nowhere;
     double approach = planar->body->approach;
     if (by_load) aim.value = hs_held_load(planar->body, approach, t);

@@ -11,7 +11,7 @@ static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
     double h = group->curve.gap[0];
     double anchor = from.v;
     if (h > from.d) anchor += (to.v - from.v) * (h - from.d) / (to.d - from.d);
-    group->stack[0] = (hs_vertex){h, anchor, 0.0, anchor, 0.0, 0.0};
+    group->stack[0] = HS_MADE(hs_vertex){h, anchor, 0.0, anchor, 0.0, 0.0};
     return 1;
 }
 
@@ -19,11 +19,11 @@ hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load)
     int64_t top = depth - 1;
     const hs_vertex *last = stack + top;
     if (d >= last->label) {
-        return (hs_edge){top, last->label, last->anchor, last->normal, last->tangential};
+        return HS_MADE(hs_edge){top, last->label, last->anchor, last->normal, last->tangential};
     }
     while (top > 1 && stack[top - 1].label >= d) --top;
     last = stack + top;
-    return (hs_edge){top, d, last->anchor - last->slope * (last->label - d), load,
+    return HS_MADE(hs_edge){top, d, last->anchor - last->slope * (last->label - d), load,
                      last->tangential - last->slope * (last->normal - load)};
 }
 
@@ -51,7 +51,7 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         double y_low = rigid * low->anchor + compliance * low->tangential;
         double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
         if (slip_low < -tie && slope != sign * friction) {
-            return (front){segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
+            return HS_MADE(front){segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
         }
         --segment;
         x = x_low;
@@ -59,10 +59,10 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         met_vertex = slip <= tie;
     }
     if (!met_vertex) {
-        return (front){0, x, sign, slip};
+        return HS_MADE(front){0, x, sign, slip};
     }
     while (segment > 0 && stack[segment].slope == sign * friction) --segment;
-    return (front){segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
+    return HS_MADE(front){segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
 }
 
 /* Of the springs between the slip front and the edge d1 that slipped on a straight path.
@@ -141,14 +141,14 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
     if (d1 < from->d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, &to);
     lose_slipped(group, losses, from, &to, edge, at, front.label);
     if (kept == 0) {
-        stack[0] = (hs_vertex){front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0};
+        stack[0] = HS_MADE(hs_vertex){front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0};
         front.normal = front.tangential = 0.0;
         kept = 1;
     } else if (inner) {
-        stack[kept++] = (hs_vertex){front.label, front.anchor, inner_slope, v1, front.normal, front.tangential};
+        stack[kept++] = HS_MADE(hs_vertex){front.label, front.anchor, inner_slope, v1, front.normal, front.tangential};
     }
     double force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
-    stack[kept] = (hs_vertex){d1, v1, slope, v1, load, force};
+    stack[kept] = HS_MADE(hs_vertex){d1, v1, slope, v1, load, force};
     *reached = v1;
     return kept + 1;
 }
@@ -188,13 +188,13 @@ int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, c
         hs_point to = {d1, v1};
         hs_note_slides(group, depth, from, &to, friction, HUGE_VAL, 0);
         hs_lose_withdrawn(group, losses, depth, edge.segment, from, &to);
-        stack[edge.segment] = (hs_vertex){d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential};
+        stack[edge.segment] = HS_MADE(hs_vertex){d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential};
         return edge.segment + 1;
     }
     if (d1 > edge.label) {
         int64_t top = edge.segment > 0 && stack[edge.segment].slope == slope ? edge.segment : edge.segment + 1;
         double force = rigid == 0.0 ? y1 : edge.tangential + slope * (load - edge.normal);
-        stack[top] = (hs_vertex){d1, v1, slope, v1, load, force};
+        stack[top] = HS_MADE(hs_vertex){d1, v1, slope, v1, load, force};
         return top + 1;
     }
     return depth;
@@ -241,16 +241,16 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
     hs_edge edge = hs_edge_at(stack, depth, to.d, load);
     if (to.d > edge.label && fabs(to.v - edge.anchor) <= friction * (to.d - edge.label)) {
         double slope = (to.v - edge.anchor) / (to.d - edge.label);
-        return (hs_force){edge.tangential + slope * (load - edge.normal), (load - edge.normal) / (to.d - from.d), 0.0};
+        return HS_MADE(hs_force){edge.tangential + slope * (load - edge.normal), (load - edge.normal) / (to.d - from.d), 0.0};
     }
     if (to.v == edge.anchor) {
-        return (hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
+        return HS_MADE(hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
     }
     front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
     if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
     double slope = at.sign * friction;
     if (at.kept == 0) {
-        return (hs_force){slope * load, 0.0, 0.0};
+        return HS_MADE(hs_force){slope * load, 0.0, 0.0};
     }
     hs_load there = hs_load_at(group->curve, at.x);
     const hs_vertex *low = stack + at.kept - 1;
@@ -295,12 +295,12 @@ static int64_t carried(const hs_group *group, int64_t depth, hs_point to, double
     memcpy(target, group->stack, (size_t)(edge.segment + 1) * sizeof *target);
     if (to.d <= edge.label) {
         target[edge.segment] =
-            (hs_vertex){to.d, edge.anchor, target[edge.segment].slope, to.v, load, edge.tangential};
+            HS_MADE(hs_vertex){to.d, edge.anchor, target[edge.segment].slope, to.v, load, edge.tangential};
         return edge.segment + 1;
     }
     double slope = (to.v - edge.anchor) / (to.d - edge.label);
     target[edge.segment + 1] =
-        (hs_vertex){to.d, to.v, slope, to.v, load, edge.tangential + slope * (load - edge.normal)};
+        HS_MADE(hs_vertex){to.d, to.v, slope, to.v, load, edge.tangential + slope * (load - edge.normal)};
     return edge.segment + 2;
 }
 
@@ -346,7 +346,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
             if (count > 1 && b - a <= HS_TIE * d) new_slope = clipped[count - 1].slope;
             if (count > 1 && clipped[count - 1].slope == new_slope) --count;
             double force = clipped[count - 1].tangential + new_slope * (load - clipped[count - 1].normal);
-            clipped[count++] = (hs_vertex){b, at.v - v, new_slope, made_at, load, force};
+            clipped[count++] = HS_MADE(hs_vertex){b, at.v - v, new_slope, made_at, load, force};
         }
     }
     return count;

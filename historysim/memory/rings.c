@@ -78,7 +78,7 @@ hs_vector hs_ring_traction(const hs_node *nodes, int32_t i) {
 static hs_vector shortened(hs_vector vector, double limit) {
     double size = hs_length(vector);
     if (size <= limit) return vector;
-    return (hs_vector){vector.x * (limit / size), vector.y * (limit / size)};
+    return HS_MADE(hs_vector){vector.x * (limit / size), vector.y * (limit / size)};
 }
 
 /* to += factor × from, of so many numbers. */

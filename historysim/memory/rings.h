@@ -67,7 +67,7 @@ typedef struct hs_ring_problem {
 } hs_ring_problem;
 
 static inline hs_vector hs_plus(hs_vector a, double scale, hs_vector b) {
-    return (hs_vector){a.x + scale * b.x, a.y + scale * b.y};
+    return HS_MADE(hs_vector){a.x + scale * b.x, a.y + scale * b.y};
 }
 /* A share of the way from one to another; the other itself at the end. */
 static inline hs_vector hs_between(hs_vector from, hs_vector to, double share) {

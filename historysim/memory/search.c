@@ -33,7 +33,7 @@ hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
             hs_add(limit_slope, term[1], size);
             hs_add(load_slope, term[2], size);
         }
-        return (hs_limit){hs_lanes_sum(limit), 1.5 * hs_lanes_sum(limit_slope), 1.5 * hs_lanes_sum(load_slope)};
+        return HS_MADE(hs_limit){hs_lanes_sum(limit), 1.5 * hs_lanes_sum(limit_slope), 1.5 * hs_lanes_sum(load_slope)};
     }
     hs_limit found = {0.0, 0.0, 0.0};
     for (int64_t index = 0; index < contact->groups; ++index) {
