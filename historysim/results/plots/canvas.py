@@ -365,6 +365,8 @@ def _readable(axes: "Axes") -> bool:
 
 def _fit_panel(axes: "Axes") -> bool:
     """Shorten each label and the title where it is too long; return whether one was."""
+    from matplotlib.text import Text
+
     box, apart = axes.get_window_extent(), axes.figure.dpi / 12
     # a title may reach over the room beside a map, which is narrower than its room
     whole = axes.figure.bbox
@@ -374,7 +376,8 @@ def _fit_panel(axes: "Axes") -> bool:
         (axes.yaxis.label, axes.yaxis.label.get_window_extent().height, box.height + 2 * apart),
     ]
     title_room = min(max(right - box.x0, box.width) + apart, whole.x1 - box.x0)
-    titles = (axes.title, axes._left_title)  # type: ignore[attr-defined] # noqa: SLF001 - no method gives it
+    named = {axes.get_title(), axes.get_title(loc="left")}
+    titles = [each for each in axes.get_children() if isinstance(each, Text) and each.get_text() in named]
     rooms += [(title, title.get_window_extent().width, title_room) for title in titles]
     short = [_shorten(text, room / length) for text, length, room in rooms if text.get_text() and length > room]
     return any(short)
