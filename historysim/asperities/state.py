@@ -46,6 +46,13 @@ class SavedState:
         """Return all of it as bytes, which any machine with the same order of bytes reads."""
         raise NotImplementedError
 
+    @property
+    def tangential_request(self) -> Any:
+        """Tangential load that is asked for [N]; it is beyond the friction limit where `saturate` holds it there."""
+        return self.tangential_load + self._excess  # type: ignore[attr-defined] # of every state
+
+    _excess: Any = 0.0  # of the request beyond the tangential load [N]
+
     def _bits(self) -> bytes:
         return self.to_bytes()
 
@@ -110,6 +117,7 @@ class WholeContact:
     )
     tangential_displacement = _in_si("displacement", "displacement", "Rigid tangential displacement U [m].")
     dissipated_energy = _in_si("dissipated", "energy", "Energy that friction has taken since the start [J].")
+    _excess = _in_si("excess", "load", "Request beyond the tangential load [N].")
 
     @property
     def friction(self) -> Floats:
@@ -250,6 +258,7 @@ class PlanarState(WholeContact, SavedState):
     tangential_displacement = _vector(  # type: ignore[assignment] # a vector
         "displacement", "displacement", "Rigid displacement U (direction) [m]."
     )
+    _excess = _vector("excess", "load", "Request beyond the tangential load (direction) [N].")  # type: ignore[assignment]
 
     @classmethod
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:

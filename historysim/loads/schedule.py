@@ -1,7 +1,8 @@
 """From load events to straight paths: what is walked, in which order, and when a row is recorded."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -12,11 +13,20 @@ from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, is_planar, loads_of
-from historysim.loads.events import Event, FrictionRamp, LoadEvent, NormalDisplacement, TangentialDisplacement
+from historysim.loads.events import (
+    Event,
+    FrictionRamp,
+    LoadEvent,
+    NormalDisplacement,
+    NormalLoad,
+    TangentialDisplacement,
+    TangentialLoad,
+)
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import Goals, Paths, paths_to
 
 if TYPE_CHECKING:
+    from historysim.asperities.instrument import Instrument
     from historysim.asperities.state import EnsembleState
 
 Ramp = tuple[FrictionRamp, float]  # where friction is on its way to, and the fraction of the way left to go
@@ -242,6 +252,135 @@ def cursor_at(events: Sequence[Event], count: int, substeps: int = 1) -> Cursor 
     if not 0 < count <= len(events) or (count < len(events) and events[count].time == events[count - 1].time):
         return None
     return _cursor(count, row_count(events[:count], substeps), events[count - 1].time, _channels(events))
+
+
+def fork_waypoints(
+    events: Sequence[Event], time: float, state_at: Callable[[float], "EnsembleState"], instrument: "Instrument"
+) -> list[Event]:
+    """Waypoints that complete the events up to a time [s], so that later events do not change the path up to it.
+
+    A channel that is between two waypoints then, or held after its last, gets one at ``time``, and one at the last
+    event time, since a path that is straight in the displacements is not straight in the loads. Friction also gets one
+    at each time at which an event changes it. The waypoints are requests: a tangential load that the friction limit
+    holds has the value that is asked for, and the value of friction does not include the change at its time.
+    ``state_at`` gives the state at a time of the same events.
+    """
+    state_at = cache(state_at)
+    times = np.unique(_times(events))
+    passed = int(np.searchsorted(times, time, side="right"))
+    latest, following = float(times[passed - 1]), float(times[passed]) if passed < times.size else math.inf
+    normal, tangential, friction = (_bounds(events, channel, time, following) for channel in _channels(events))
+    kinds = {normal.kind or NormalLoad, tangential.kind or TangentialLoad}
+    straight_in_displacements = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
+    moments = {latest, time}
+    if straight_in_displacements and TangentialLoad in kinds:
+        moments.add(_last_saturated(state_at, latest, time))
+    waypoints: list[Event] = []
+    for bounds in (normal, tangential):
+        own = [
+            _waypoint(bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements)
+            for moment in sorted(moments)
+            if bounds.kind and moment > bounds.start(latest)
+        ]
+        held: Any = bounds.last
+        if bounds.ahead is None and own and all(_is_same_waypoint(held, waypoint) for waypoint in own):
+            own = [attrs.evolve(held, time=time)]
+        waypoints += own
+    waypoints += _friction_waypoints(events, friction, times, time, state_at)
+    if latest < time and not waypoints:
+        # a load that is still to begin starts at an event time
+        waypoints.append(NormalLoad(time, 0.0))
+    return waypoints
+
+
+@attrs.frozen
+class _Bounds:
+    """The waypoints of a channel before and after a time; None where there is none."""
+
+    last: Event | None
+    ahead: Event | None
+
+    @property
+    def kind(self) -> type[Event] | None:
+        """How the channel is controlled at the time; None before its first move."""
+        waypoint = self.ahead or self.last
+        return None if waypoint is None else type(waypoint)
+
+    def start(self, latest: float) -> float:
+        """Return the time from which the channel is on its way, or held."""
+        return latest if self.last is None else self.last.time
+
+
+def _bounds(events: Sequence[Event], channel: "_Channel", time: float, following: float) -> _Bounds:
+    passed = int(np.searchsorted(channel.time, time, side="right"))
+    last = events[channel.numbers[passed - 1]] if passed else None
+    ahead = events[channel.numbers[passed]] if passed < channel.time.size else None
+    # a channel begins its first move at the event time before its first waypoint
+    waits = last is None and ahead is not None and ahead.time > following
+    return _Bounds(last, None if waits else ahead)
+
+
+def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
+    """Whether a waypoint has the control and, to rounding, the value of one that is held."""
+    if not isinstance(waypoint, LoadEvent) or type(held) is not type(waypoint):
+        return False
+    return bool(np.allclose(waypoint.value, held.value, rtol=1e-12, atol=0.0))
+
+
+def _waypoint(
+    kind: type[Event] | None, time: float, state: "EnsembleState", instrument: "Instrument", *, keeps_gap: bool
+) -> Event:
+    """Return the waypoint of a kind that a state is asked for; if ``keeps_gap``, that of an open gap is its size."""
+    if kind is NormalDisplacement or (kind is NormalLoad and keeps_gap and state.normal_load == 0.0):
+        return NormalDisplacement(time, state.approach)
+    if kind is NormalLoad:
+        return NormalLoad(time, state.normal_load)
+    if kind is TangentialLoad:
+        return TangentialLoad(time, state.tangential_request)
+    force: Any = state.tangential_load
+    return TangentialDisplacement(time, instrument.drive_displacement(state.tangential_displacement, force))
+
+
+def _last_saturated(state_at: Callable[[float], "EnsembleState"], begin: float, end: float) -> float:
+    """Return the time at which a path that begins at the friction limit leaves it; the beginning if it does not.
+
+    From there on the path is straight in the displacements.
+    """
+
+    def saturated(time: float) -> bool:
+        state = state_at(time)
+        return bool(np.any(state.tangential_request != state.tangential_load))
+
+    if not saturated(begin) or saturated(end):
+        return begin
+    while begin < (middle := 0.5 * (begin + end)) < end:
+        begin, end = (middle, end) if saturated(middle) else (begin, middle)
+    return begin
+
+
+def _friction_waypoints(
+    events: Sequence[Event],
+    bounds: _Bounds,
+    times: Floats,
+    time: float,
+    state_at: Callable[[float], "EnsembleState"],
+) -> list[Event]:
+    if bounds.kind is None:
+        return []
+    latest = float(times[np.searchsorted(times, time, side="right") - 1])
+    start = bounds.start(latest)
+    changes = {event.time for event in events if event.changes_friction and event.channel is None}
+    found: list[Event] = []
+    for moment in sorted({*changes, latest, time}):
+        if not start < moment <= time:
+            continue
+        before = float(times[np.searchsorted(times, moment) - 1])
+        friction = state_at(before).friction
+        if isinstance(bounds.ahead, FrictionRamp):
+            goal = coulomb(bounds.ahead.friction, friction.size)
+            friction = friction + (goal - friction) * ((moment - before) / (bounds.ahead.time - before))
+        found.append(FrictionRamp(moment, tuple(friction) if np.ptp(friction) else friction[0]))
+    return found
 
 
 def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.inf) -> int:

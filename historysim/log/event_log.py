@@ -1,9 +1,11 @@
 """`EventLog`: the log of a run, which alone reproduces it, and can be asked about any moment."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
+from functools import partial
+from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self, TypeGuard
+from typing import TYPE_CHECKING, Any, Self
 
 import attrs
 import numpy as np
@@ -17,15 +19,7 @@ from historysim.basics.wording import Notify, counted, silent
 from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
-from historysim.loads.events import (
-    Event,
-    FrictionRamp,
-    LoadEvent,
-    NormalDisplacement,
-    NormalLoad,
-    TangentialDisplacement,
-    TangentialLoad,
-)
+from historysim.loads.events import Event
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import start_before
@@ -235,51 +229,9 @@ class EventLog:
                 f"{self.path}: has no event up to t = {time_text(time)}; expected a time from its first event on"
                 + (f", at t = {time_text(events[0].time)}" if events else "")
             )
-        past += self._standing(content, past, time)
+        past += schedule.fork_waypoints(events, time, partial(self._state, content), self.instrument)
+        past.sort(key=attrgetter("time"))
         return EventLog(LogFile.create(path, self._file.head, past))
-
-    def _standing(self, content: Content, past: Sequence[Event], time: float) -> list[Event]:
-        """Waypoints where the channels stand at a time, for those that have none at it."""
-        cursor = schedule.cursor_at(content.events, len(past), self._file.head.substeps)
-        if cursor is None:
-            return []
-        future, held = content.events[len(past) :], list[Event]()
-        for channel, heading in zip(schedule.CHANNELS, cursor.heading, strict=True):
-            last = next((event for event in reversed(past) if _is_of(event, channel)), None)
-            if last is not None and last.time == time:
-                continue
-            if heading == schedule.AT_WAYPOINT:
-                # it left its waypoint after the last event of the past, for the next one if there is one
-                ahead = next((event for event in future if _is_of(event, channel)), None)
-            else:
-                ahead = content.events[heading] if heading >= 0 else None  # type: ignore[assignment]
-            if last is None:
-                # unloaded until the last event, and then on its way if its first waypoint comes next
-                on_its_way = ahead is not None and ahead.time == future[0].time
-                moments = [time] if on_its_way and time > cursor.time else []
-            elif ahead is None and channel != "friction":
-                held.append(attrs.evolve(last, time=time))
-                continue
-            else:
-                # where the path is straight in the displacements, a load is on its line at event times only
-                moments = [moment for moment in dict.fromkeys((cursor.time, time)) if moment > last.time]
-            held += [self._where(type(ahead or last), self._state(content, moment), moment) for moment in moments]
-        return sorted(held, key=lambda event: event.time)
-
-    def _where(self, kind: type[Any], state: EnsembleState, time: float) -> Event:
-        """Return the waypoint of a kind at which a state stands."""
-        if kind is FrictionRamp:
-            return FrictionRamp(time, tuple(state.friction) if np.ptp(state.friction) else state.friction[0])
-        force: Any = state.tangential_load
-        displacement: Any = state.tangential_displacement
-        reached = {
-            NormalLoad: state.normal_load,
-            NormalDisplacement: state.approach,
-            TangentialLoad: force,
-            TangentialDisplacement: self.instrument.drive_displacement(displacement, force),
-        }
-        here: Event = kind(time, reached[kind])
-        return here
 
     # -- replaying ---------------------------------------------------------------------------------
 
@@ -338,8 +290,3 @@ class EventLog:
 
 def _time(name: str, value: float) -> float:
     return math.inf if value == math.inf else scalar(name, value)
-
-
-def _is_of(event: Event, channel: str) -> TypeGuard[LoadEvent | FrictionRamp]:
-    """Whether an event is a waypoint of a channel."""
-    return isinstance(event, LoadEvent | FrictionRamp) and event.channel == channel

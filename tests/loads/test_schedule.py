@@ -8,7 +8,7 @@ import pytest
 
 import historysim as hs
 from historysim.loads.events import FrictionChange, LoadEvent
-from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, cursor_at, row_count, segments
+from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, cursor_at, fork_waypoints, row_count, segments
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import blank_rows
 
@@ -380,3 +380,133 @@ def test_there_is_no_standing_in_the_midst_of_a_time():
     assert cursor_at(events, 4) is None
     assert cursor_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
     assert cursor_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)
+
+
+# -- forks -----------------------------------------------------------------------------------------------------
+
+
+def random_fork_events(rng, *, amplitude, friction, planar):
+    """Return eight events of both channels and all controls, and of friction, at times from 0 to 10 s."""
+
+    def tangential(size):
+        return tuple(size * rng.uniform(-1, 1, 2)) if planar else size * rng.uniform(-1, 1)
+
+    makers = [
+        lambda time: N(time, 0.006 * rng.uniform(0.1, 1.5)),
+        lambda time: D(time, 0.02 * rng.uniform(-0.1, 1.5)),
+        lambda time: T(time, tangential(amplitude * 0.003)),
+        lambda time: T(time, tangential(amplitude * 0.003)),
+        lambda time: U(time, tangential(0.015)),
+        lambda time: F(time, rng.uniform(0.3, 0.8)),
+        lambda time: hs.FrictionRamp(time, rng.uniform(0.3, 0.8)),
+    ]
+    makers = makers if friction == "ramps" else makers[:6] if friction == "changes" else makers[:5]
+    begun = [N(0.0, 0.006)] if rng.random() < 0.7 else []
+    times = np.sort(np.round(rng.uniform(0, 10, 8), 1))
+    return begun + [makers[rng.integers(len(makers))](float(time)) for time in times]
+
+
+def check_fork(ensemble, events, time, earlier, tolerance, instrument):
+    """Compare the past of events with that of a fork, also once other events follow it; return whether it had one."""
+
+    def state(events, time):
+        return hs.Replay(ensemble, events, saturate=True, instrument=instrument).state(time)
+
+    original = hs.Replay(ensemble, events, saturate=True, instrument=instrument)
+    past = [event for event in events if event.time <= time]
+    fork = sorted(past + fork_waypoints(events, time, original.state, instrument), key=lambda event: event.time)
+    planar = any(isinstance(event, hs.loads.events.TangentialEvent) and event.planar for event in events)
+    more = [N(20.0, 0.003), U(20.0, (0.0, 0.0) if planar else 0.0)]
+    more += [] if planar else [hs.FrictionRamp(20.0, 0.1)]
+    for moment in (earlier, time):
+        expected = state(events, moment)
+        for forked in (state(fork, moment), state(fork + more, moment)):
+            assert forked.approach == pytest.approx(expected.approach, abs=0.02 * tolerance)
+            assert forked.tangential_load == pytest.approx(expected.tangential_load, abs=0.003 * tolerance)
+            assert forked.tangential_displacement == pytest.approx(
+                expected.tangential_displacement, abs=0.01 * tolerance
+            )
+            assert forked.dissipated_energy == pytest.approx(
+                expected.dissipated_energy, rel=tolerance, abs=1e-7 * tolerance
+            )
+
+
+FORKED = {
+    # saturated loads, mixed control and an instrument, exact: to rounding
+    "exact": ({}, {"amplitude": 1.5, "friction": "changes", "planar": False}, 1e-8, 40),
+    # two ramps of both loads in place of one: the energy of each is refined until it is settled
+    "own coefficients": (
+        {"friction": [0.5, 0.4, 0.6]},
+        {"amplitude": 1.5, "friction": "none", "planar": False},
+        1e-4,
+        40,
+    ),
+    # chords settle to 1e-4 in loads and displacements, and to 1e-3 in energy
+    "friction ramps": ({}, {"amplitude": 0.4, "friction": "ramps", "planar": False}, 2e-3, 40),
+    "wear": (
+        {"wear": hs.wear.EnergyWear(volume_per_energy=1e-3)},
+        {"amplitude": 0.4, "friction": "none", "planar": False},
+        5e-3,
+        8,
+    ),
+    "two directions": ({}, {"amplitude": 0.7, "friction": "none", "planar": True}, 1e-2, 3),
+}
+
+
+@pytest.mark.parametrize("kind", FORKED)
+def test_a_fork_reproduces_the_past_of_a_random_history(kind):
+    options, how, tolerance, count = FORKED[kind]
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01, -0.03], [1.0, 2.0, 0.5], **({"friction": 0.5} | options))
+    done = 0
+    for seed in range(count):
+        rng = np.random.default_rng(seed)
+        events = random_fork_events(rng, **how)
+        instrument = hs.Instrument(lateral_stiffness=0.05) if seed % 2 else hs.Instrument()
+        begin, end = events[0].time, events[-1].time
+        time = float(rng.choice([rng.uniform(begin, end + 1), events[rng.integers(len(events))].time]))
+        try:
+            check_fork(ensemble, events, time, float(rng.uniform(begin, time)), tolerance, instrument)
+        except hs.LoadError:
+            continue
+        except AssertionError as error:
+            raise AssertionError(f"seed {seed}, fork at {time}: {events}") from error
+        done += 1
+    assert done > count / 2
+
+
+def test_a_fork_writes_the_request_of_a_saturated_load(ensemble):
+    events = [N(0.0, 0.006), T(0.0, 0.0), N(1.0, 0.001), T(1.0, 0.0025)]
+    job = hs.Replay(ensemble, events, saturate=True)
+    assert job.state(0.9).tangential_load == pytest.approx(0.5 * 0.0015)
+    normal, tangential = fork_waypoints(events, 0.9, job.state, job.instrument)
+    assert (normal.value, tangential.value) == (pytest.approx(0.0015), pytest.approx(0.9 * 0.0025))
+
+
+def test_a_fork_keeps_the_waypoints_of_friction(ensemble):
+    events = [N(0.0, 0.006), hs.FrictionRamp(0.0, 0.5), hs.FrictionRamp(1.0, 0.4), U(2.0, 0.01), F(2.0, 0.2)]
+    events += [F(3.0, 0.3), hs.FrictionRamp(5.0, 0.5)]
+    state = hs.Replay(ensemble, events).state
+    found = [event for event in fork_waypoints(events, 4.0, state, hs.Instrument()) if event.name == "friction_ramp"]
+    # on its way from 0.4 at 1 s to 0.5 at 5 s, changed to 0.2 at 2 s and to 0.3 at 3 s
+    expected = [(2.0, 0.425), (3.0, 0.2 + 0.3 / 3), (4.0, 0.4)]
+    assert [(event.time, event.friction) for event in found] == [(t, pytest.approx(mu)) for t, mu in expected]
+    held = fork_waypoints(events[:5], 2.0, state, hs.Instrument())
+    assert held == [N(2.0, 0.006), hs.FrictionRamp(2.0, 0.4)]
+
+
+def test_a_fork_holds_a_drive_where_it_is(ensemble):
+    # between two events the path is straight in approach and displacement, and the drive is off its waypoint
+    instrument = hs.Instrument(lateral_stiffness=0.05)
+    events = [N(0.0, 0.006), U(1.0, -0.06), N(1.0, 0.006), N(2.0, 0.001)]
+    job = hs.Replay(ensemble, events, instrument=instrument)
+    state = job.state(1.6)
+    (found,) = (event for event in fork_waypoints(events, 1.6, job.state, instrument) if isinstance(event, U))
+    assert found.value == instrument.drive_displacement(state.tangential_displacement, state.tangential_load) != -0.06
+    # at an event time it is at its waypoint
+    assert fork_waypoints(events[:3], 2.0, job.state, instrument)[-1] == U(2.0, -0.06)
+
+
+def test_a_fork_before_the_loads_lets_them_begin_later(ensemble):
+    events = [F(0.0, 0.3), N(5.0, 0.006)]
+    state = hs.Replay(ensemble, events[:1]).state
+    assert fork_waypoints(events[:1], 1.0, state, hs.Instrument()) == [N(1.0, 0.0)]
