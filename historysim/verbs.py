@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import attrs
 
 from historysim.basics.files import as_path, is_netcdf, kind_text
-from historysim.basics.wording import Lines, brief
+from historysim.basics.wording import Lines, brief, shell_word
 from historysim.errors import InputError
 from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_result, read_table
 
@@ -157,7 +157,8 @@ def _no_map(path: Path) -> str:
         long = count.isdecimal() and int(count) > MOST_CHANNELS * len(names)
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
             seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
-            return f"{path}: is a record with the columns {seen}, and no height map; expected historysim columns {path}"
+            command = f"historysim columns {shell_word(path)}"
+            return f"{path}: is a record with the columns {seen}, and no height map; expected {command}"
     return ""
 
 
@@ -419,7 +420,7 @@ def _page(what: object, name: str) -> str:
             raise InputError(f"{error}, and then historysim report of its result") from error
         return comparison_page(compare(what), what.title or what.path.stem, what.text)
     if isinstance(what, EventLog):
-        raise InputError(f"{name}: is a log; expected its result; historysim run {name} makes it again")
+        raise InputError(f"{name}: is a log; expected its result; historysim run {shell_word(name)} makes it again")
     if page_of.dispatch(type(what)) is page_of.dispatch(object):
         raise InputError(f"{name}: has no report; {EXPECTED}")
     return page_of(what)

@@ -17,6 +17,7 @@ LIMITS = {
     "KEY_PARTS": 64,  # names with dots between them, and tables within tables
     "LINE_BYTES": 20_000_000,  # of a text
     "BLOCKS": 5_000,  # tables of a text
+    "COLUMNS": 20_000,  # of a table that is listed
     "SECONDS_OF_VALIDATION": 3,  # of walking the loads
     "HDF5_DEPTH": 32,  # groups within groups
     "HDF5_SECONDS": 5,  # of a processor, and two more for each MB up to 60, to read how a file is laid out

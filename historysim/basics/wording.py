@@ -25,6 +25,14 @@ def nearest(word: str, known: Collection[str]) -> str:
     return f"expected one of {listed(known)}" if known else "none is expected here"
 
 
+def shell_word(path: object) -> str:
+    """Return a file name as one word of a shell command, quoted where that is needed; never an option."""
+    import shlex
+
+    name = str(path)
+    return shlex.quote(f"./{name}" if name.startswith("-") else name)
+
+
 MOST_NAMED = 100  # words that a message names
 
 

@@ -8,6 +8,7 @@ import click
 
 from historysim.basics.files import replacing
 from historysim.basics.targets import FITTED, PICTURE, SUGGESTED
+from historysim.basics.wording import shell_word
 from historysim.cli import options
 from historysim.cli.output import (
     TABLES_OF_LEVELS,
@@ -53,14 +54,16 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     from historysim.tables import describe, what_is_seen
 
     if file.suffix == ".toml":
-        raise InputError(f"{file}: is a scenario; expected a file of numbers: historysim show {file} reads scenarios")
+        raise InputError(
+            f"{file}: is a scenario; expected a file of numbers: historysim show {shell_word(file)} reads scenarios"
+        )
     try:
         seen, blocks = what_is_seen(file, layout)
         listings = describe(file, layout)
     except InputError as error:
-        raise InputError(f"{error}; a height map is read by historysim show {file}") from error
+        raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
     if len(listings) >= FEWEST_OF_A_MAP and all(each.column.startswith("{") for each in listings):
-        notice(f"{len(listings)} columns without names; if this is a height map: historysim show {file}")
+        notice(f"{len(listings)} columns without names; if this is a height map: historysim show {shell_word(file)}")
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")

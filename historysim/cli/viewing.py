@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from historysim.basics.targets import MOVING, PAGE, PICTURE, OutputFormat, csv_table, netcdf, unmarked
-from historysim.basics.wording import nearest
+from historysim.basics.wording import nearest, shell_word
 from historysim.cli import options
 from historysim.cli.output import check_outputs, notice, save, save_table, write_answer
 from historysim.errors import InputError
@@ -137,7 +137,7 @@ def plot(
         name = picture or ("adhesion" if "adhesion" in choices else map_name if surface else "")
         output = folder / f"{file.stem}{'_' if name else ''}{name}.png"
     if kind == "log":
-        raise InputError(f"{file}: is a log; expected its result; historysim run {file} makes it again")
+        raise InputError(f"{file}: is a log; expected its result; historysim run {shell_word(file)} makes it again")
     one = _one(files, values)
     check_outputs([*options.files_read(one), *files], (output, PICTURE, MOVING))
     if output.suffix.lower() in MOVING.endings:

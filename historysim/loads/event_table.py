@@ -2,24 +2,33 @@
 
 import csv
 import math
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from decimal import Decimal
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import attrs
 
 from historysim.basics.files import is_log, kind_text, replacing
 from historysim.basics.units import quantity
-from historysim.basics.wording import nearest
+from historysim.basics.wording import nearest, shell_word
 from historysim.errors import InputError
-from historysim.loads.events import EVENTS, Event
+from historysim.loads.events import EVENTS, Event, TangentialEvent
 from historysim.tables import Format, opened_rows
 from historysim.tables.columns import settled, split_unit
 from historysim.tables.head import Heading
 from historysim.tables.lines import brief, decimal_hint, number
 
-_NAMES = ("time", *EVENTS.own())
+_ALONG_X, _ALONG_Y = " x", " y"  # end the names of columns of a pair, as in tables of results
+_PAIRS = [
+    name + along
+    for name, kind in EVENTS.own().items()
+    if issubclass(kind, TangentialEvent)
+    for along in (_ALONG_X, _ALONG_Y)
+]
+_NAMES = ("time", *EVENTS.own(), *_PAIRS)
 _EXPECTED = (
     f"a table of events: a text with a header line that names time, and one or more of {', '.join(EVENTS.own())}"
 )
@@ -33,12 +42,13 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
     beside the name, as in ``normal_load [mN]``; a value may also carry its own, as in ``50 mN``. Several coefficients
     of friction, one for each asperity, have spaces between them; a list of only one stands in brackets, ``[0.2]``.
     Indices of chosen asperities stand in front, with a colon: ``0 2: 0.3 0.4``. A change of geometry has heights, a
-    bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out.
+    bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out. In two tangential directions a load or
+    displacement has two columns, ``tangential_load x`` and ``tangential_load y``, as tables of results have them.
 
     Raises InputError: another file, or a value that is no event; the message names line and column.
     """
     if kind := kind_text(path):
-        hint = f"; historysim log {path} --csv TABLE writes its events to one" if is_log(path) else ""
+        hint = f"; historysim log {shell_word(path)} --csv TABLE writes its events to one" if is_log(path) else ""
         raise InputError(f"{path}: {kind}{hint}; expected {_EXPECTED}")
     layout = layout or Format()
     with opened_rows(path, _NAMES, layout) as (heading, rows):
@@ -50,10 +60,11 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
 class _EventColumn:
     """A column: where it stands, its SI unit, and the factor that takes its numbers there."""
 
-    name: str
+    name: str  #: of the kind of event, or "time"
     place: int
     unit: str
     factor: float
+    along_y: "_EventColumn | None" = None  #: the column of the second component
 
     def value(self, text: str, decimal: str) -> float:
         value = number(text, decimal)
@@ -73,19 +84,48 @@ class _EventColumn:
 def _columns(heading: Heading) -> list[_EventColumn]:
     """Return the columns of a table, that of the time first, which the others need."""
     names = [split_unit(name)[0] for name in heading.names]
+    occurrences = Counter(names)
     columns = []
     for place, name in enumerate(names):
-        if name != "time" and name not in EVENTS:
+        kind = _kind_of(name)
+        if kind != "time" and kind not in EVENTS:
             known = dict.fromkeys(("time", *EVENTS.own(), *EVENTS))
             raise InputError(f"column {name!r} is no kind of event; {nearest(name, known)}")
-        if names.count(name) > 1:
-            raise InputError(f"the header names {name!r} {names.count(name)} times; expected it once")
-        unit = "s" if name == "time" else EVENTS[name].unit
+        if occurrences[name] > 1:
+            raise InputError(f"the header names {name!r} {occurrences[name]} times; expected it once")
+        unit = "s" if kind == "time" else EVENTS[kind].unit
         _, factor, *_ = settled(None, heading.units(place), (unit,), f"column {name}")
         columns.append(_EventColumn(name, place, unit, factor))
+    columns = _paired(columns)
     if "time" not in names or len(names) < 2:
         raise InputError(f"the header names {', '.join(names)} alone; expected {_EXPECTED}")
     return sorted(columns, key=lambda column: column.name != "time")
+
+
+def _kind_of(name: str) -> str:
+    """Return the kind of event that a column has, without the component of a pair."""
+    stem = name.removesuffix(_ALONG_X).removesuffix(_ALONG_Y)
+    return stem if stem in EVENTS and issubclass(EVENTS[stem], TangentialEvent) else name
+
+
+def _paired(columns: Sequence[_EventColumn]) -> list[_EventColumn]:
+    """Join the columns of x and y; one without the other, or beside a column of both, is an InputError."""
+    by_name = {column.name: column for column in columns}
+    found = []
+    for column in columns:
+        kind = _kind_of(column.name)
+        if column.name == kind:
+            found.append(column)
+            continue
+        along_x, along_y = f"{kind}{_ALONG_X}", f"{kind}{_ALONG_Y}"
+        for other in (along_x, along_y):
+            if other not in by_name:
+                raise InputError(f"column {column.name!r} stands alone; expected {other!r}, too")
+        if kind in by_name:
+            raise InputError(f"columns {kind!r} and {column.name!r}; expected {along_x!r} and {along_y!r} alone")
+        if column.name == along_x:
+            found.append(attrs.evolve(column, name=kind, along_y=by_name[along_y]))
+    return found
 
 
 def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], decimal: str) -> Iterator[Event]:
@@ -95,10 +135,25 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], de
         try:
             if column.name == "time":
                 time = column.value(text, decimal)
+            elif column.along_y is not None:
+                yield from _pair(time, texts, column, column.along_y, decimal)
             elif text:
                 yield EVENTS[column.name].from_cell(time, text, partial(column.value, decimal=decimal))
         except InputError as error:
             raise InputError(f"line {line}, column {column.name}: {error}") from error
+
+
+def _pair(
+    time: float, texts: Sequence[str], along_x: _EventColumn, along_y: _EventColumn, decimal: str
+) -> Iterator[Event]:
+    """Yield the event of two components; none where both fields are empty."""
+    pair = [(column, texts[column.place].strip()) for column in (along_x, along_y)]
+    if not any(text for _, text in pair):
+        return
+    if not all(text for _, text in pair):
+        raise InputError("one of the components x and y is empty; expected both, or neither")
+    kind: Any = EVENTS[along_x.name]
+    yield kind(time, tuple(column.value(text, decimal) for column, text in pair))
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
@@ -106,10 +161,14 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
     events = list(events)
     own = EVENTS.own()
     present = {event.name for event in events} or set(own)
-    names = [*(name for name in own if name in present), *sorted(present - set(own))]
+    pairs = {event.name for event in events if isinstance(event, TangentialEvent) and event.planar}
+    kinds = [*(name for name in own if name in present), *sorted(present - set(own))]
+    names = [name for kind in kinds for name in ([kind + _ALONG_X, kind + _ALONG_Y] if kind in pairs else [kind])]
     with replacing(path) as unfinished, unfinished.open("w", encoding="utf-8", newline="") as stream:
         writer = csv.writer(stream, lineterminator="\n")
         writer.writerow(["time", *names])
-        writer.writerows(
-            [repr(event.time), *(event.cell if event.name == name else "" for name in names)] for event in events
-        )
+        for event in events:
+            cells = {event.name: event.cell}
+            if event.name in pairs and isinstance(event, TangentialEvent):
+                cells = dict(zip((event.name + _ALONG_X, event.name + _ALONG_Y), map(repr, event.value), strict=True))
+            writer.writerow([repr(event.time), *(cells.get(name, "") for name in names)])

@@ -11,7 +11,7 @@ import numpy as np
 from historysim.basics.arguments import Array
 from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_named
-from historysim.basics.wording import Notify, silent
+from historysim.basics.wording import Notify, shell_word, silent
 from historysim.errors import InputError
 from historysim.loads.event_sequence import time_text
 from historysim.loads.events import Event
@@ -129,7 +129,7 @@ def verify(
         if file is None:
             raise InputError(
                 f"{path}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
-                f"result again from the log inside it: historysim run {path} -o again.nc"
+                f"result again from the log inside it: historysim run {shell_word(path)} -o again.nc"
             )
         return _compared(path, result, file, progress=progress, notify=notify)
 
@@ -229,8 +229,8 @@ def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[
             return content.events[:end], digest
     raise InputError(
         f"{output}: is not the result of {file.path}: it names the digest {digest[:12] or 'none'}…, and the log has "
-        f"{content.links[-1].hex()[:12]}…; one of the two was swapped; historysim run {file.path} makes the "
-        "result again"
+        f"{content.links[-1].hex()[:12]}…; one of the two was swapped; historysim run "
+        f"{shell_word(file.path)} makes the result again"
     )
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 
 from historysim.asperities.instrument import RIGID
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import brief
+from historysim.basics.wording import brief, shell_word
 from historysim.errors import InputError, at
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
@@ -117,8 +117,8 @@ def _opened(record: Record) -> Iterator[tuple[xr.Dataset | Measurement, Scenario
                 yield history, None
             return
         if kind != "scenario":
-            again = f"historysim run {record} makes the result of a log" if kind == "log" else ""
-            mend = again or f"of a record `historysim columns {record} -o my.toml` writes a scenario"
+            again = f"historysim run {shell_word(record)} makes the result of a log" if kind == "log" else ""
+            mend = again or f"of a record `historysim columns {shell_word(record)} -o my.toml` writes a scenario"
             raise InputError(f"{record}: is no scenario (.toml) and no result of historysim run; expected one; {mend}")
         record = load(record)
     if isinstance(record, Scenario):
@@ -143,7 +143,8 @@ def _question(scenario: Scenario) -> str:
         for name in ("tangential_load", "tangential_displacement")
         if name in channels
     ]
-    return f"are the columns right, {' and '.join(used)}? historysim columns {loading.files[0]} shows what there is"
+    command = f"historysim columns {shell_word(loading.files[0])}"
+    return f"are the columns right, {' and '.join(used)}? {command} shows what there is"
 
 
 def _earlier(name: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -10,7 +10,7 @@ import attrs
 
 from historysim.basics.files import is_log, is_netcdf
 from historysim.basics.targets import LOG, RESULT, Output, check_outputs
-from historysim.basics.wording import Notify, silent
+from historysim.basics.wording import Notify, shell_word, silent
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import embedded_log
@@ -162,7 +162,7 @@ class _ScenarioSource(Source):
             raise InputError(
                 f"{self.path}: is not the scenario that {beside} was made from, so the run cannot go on from "
                 "there; run it without --resume to begin again, or go on with the old one: "
-                f"historysim run {beside} --resume"
+                f"historysim run {shell_word(beside)} --resume"
             )
         return file
 

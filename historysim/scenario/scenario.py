@@ -13,7 +13,7 @@ import attrs
 
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import Notify, brief, counted, html_table, silent
+from historysim.basics.wording import Notify, brief, counted, html_table, shell_word, silent
 from historysim.errors import InputError, LoadError, at, misfit
 from historysim.loads.events import Event
 from historysim.loads.friction_course import FrictionCourse
@@ -247,7 +247,7 @@ class Scenario:
         with reported(self.path.name):
             if loading.kind != "file":
                 problem = "has no measured record; expected loading.file, or a scenario to run"
-                raise misfit(f"{problem}: historysim run {self.path}", "loading")
+                raise misfit(f"{problem}: historysim run {shell_word(self.path)}", "loading")
         measured: MeasuredLoading = loading
         return measured
 

@@ -4,7 +4,7 @@ import json
 import os
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import attrs
@@ -14,8 +14,10 @@ from historysim.basics.arguments import Floats
 from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.loads.events import ACROSS
 from historysim.scenario.schema import column_from_toml
 from historysim.tables import Format, Listing, read_table
+from historysim.tables.columns import split_unit
 
 # A word begins at the start of a name or behind a device or a group, and ends where no letter follows.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
@@ -43,7 +45,8 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
     lines += [f"{key} = {_quoted(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)]
     time, normal = _found(listings, "s", _TIME), _found(listings, "N", _NORMAL)
-    left = [each for each in listings if each not in (time, normal)]
+    across = _along_y(listings)
+    left = [each for each in listings if each not in (time, normal, *across.values())]
     friction, stroke = _found(left, "N", _TANGENTIAL), _found(left, "m", _STROKE)
     if time and (count := 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())) > 1:
         lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
@@ -52,8 +55,11 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))
     if friction and not stroke:
         # where the load alone was recorded, it is what was controlled
-        return "\n".join([*lines, _key("tangential_load", friction, "mN")])
-    lines.append(_key("tangential_displacement", stroke, "µm"))
+        return "\n".join([*lines, *_tangential_keys("tangential_load", friction, "mN", across)])
+    lines += _tangential_keys("tangential_displacement", stroke, "µm", across)
+    if stroke in across:
+        # a response has one direction
+        return "\n".join(lines)
     response = ["", "[loading.response]", _key("tangential_load", friction, "mN")] if friction else []
     return "\n".join(lines + response)
 
@@ -141,6 +147,24 @@ def _key(key: str, listing: Listing | None, unit: str, more: str = "", why: str 
         return f"{key} = {reference}{comment}"
     inner = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"
     return f"{key} = {{ {', '.join(filter(None, [inner, *extra]))} }}{comment}"
+
+
+def _tangential_keys(
+    key: str, listing: Listing | None, unit: str, across: Mapping[Listing | None, Listing]
+) -> list[str]:
+    """Return the key of a tangential channel and, where it has a column along y, the key of that."""
+    keys = [_key(key, listing, unit)]
+    return keys if listing not in across else [*keys, _key(key + ACROSS, across[listing], unit)]
+
+
+def _along_y(listings: Sequence[Listing]) -> dict[Listing | None, Listing]:
+    """Return the columns ``NAME y`` by the columns ``NAME x``, as tables of two tangential directions have them."""
+    names = {split_unit(_name(listing))[0]: listing for listing in listings}
+    return {
+        listing: names[f"{stem} y"]
+        for name, listing in names.items()
+        if (stem := name.removesuffix(" x")) != name and f"{stem} y" in names
+    }
 
 
 def _reference(listing: Listing) -> str:

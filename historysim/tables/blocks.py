@@ -106,6 +106,8 @@ def survey(text: Sequence[str], layout: Format) -> tuple[list[Block], list[str]]
             passed += searched
             continue
         heading, look, row = found
+        if heading.width > most("COLUMNS"):
+            raise InputError(f"has {heading.width:,} columns; {at_most('COLUMNS')}")
         layout = attrs.evolve(layout, delimiter=look.delimiter)
         below += _filled(text[passed : heading.above])
         first, last, rows, passed = _pass_rows(text, heading.above, look)

@@ -225,8 +225,8 @@ def describe(text: Sequence[str], layout: Format) -> list[Listing]:
     heading = block.heading
     units = ["s" if clock(first) is not None else ", ".join(heading.units(at)) for at, first in enumerate(block.row)]
     return [
-        Listing(heading.reference(place), units[place], str(block.rows), block.row[place].strip())
-        for place in range(heading.width)
+        Listing(reference, unit, str(block.rows), first.strip())
+        for reference, unit, first in zip(heading.references(), units, block.row, strict=True)
     ]
 
 

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from collections.abc import Collection, Sequence
 
 import attrs
@@ -90,15 +91,22 @@ class Heading:
         below = self.brackets[place] if place < len(self.brackets) and not self.mismatch else ""
         return f"{name} {below}".strip() or f"column {place + 1}"
 
-    def reference(self, place: int) -> str:
-        """Return a column as it is asked for, in TOML."""
-        name = self.names[place] if place < len(self.names) else ""
-        if self.mismatch or not name:
-            under = f" # under {name!r}" if name else ""
-            return f"{{ column = {place + 1} }}{under}"
-        quoted, before = json.dumps(name, ensure_ascii=False), self.names[:place].count(name)
-        alone = self.names.count(name) == 1
-        return quoted if alone else f"{{ column = {quoted}, occurrence = {before + 1} }}"
+    def references(self) -> list[str]:
+        """Return all columns as they are asked for, in TOML."""
+        total, before = Counter(self.names), Counter[str]()
+        references = []
+        for place in range(self.width):
+            name = self.names[place] if place < len(self.names) else ""
+            before[name] += 1
+            quoted = json.dumps(name, ensure_ascii=False)
+            if self.mismatch or not name:
+                under = f" # under {name!r}" if name else ""
+                references.append(f"{{ column = {place + 1} }}{under}")
+            elif total[name] == 1:
+                references.append(quoted)
+            else:
+                references.append(f"{{ column = {quoted}, occurrence = {before[name]} }}")
+        return references
 
 
 def _is_named(column: Column, names: Sequence[str], brackets: Sequence[str] = ()) -> bool:

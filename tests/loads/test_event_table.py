@@ -1,5 +1,7 @@
 """Tables of events to append."""
 
+from pathlib import Path
+
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
@@ -102,6 +104,17 @@ def test_a_header_alone_has_no_events(table):
             "line 2: 3 values where the header names 2 columns; expected one value for each",
         ),
         ("time,friction\n1,[]\n", "line 2, column friction: FrictionChange: friction is empty"),
+        ("time,tangential_load x\n1,2\n", "column 'tangential_load x' stands alone; expected 'tangential_load y', too"),
+        ("time,tangential_load y\n1,2\n", "column 'tangential_load y' stands alone; expected 'tangential_load x', too"),
+        ("time,normal_load x\n1,2\n", "column 'normal_load x' is no kind of event"),
+        (
+            "time,tangential_load,tangential_load x,tangential_load y\n1,2,3,4\n",
+            "expected 'tangential_load x' and 'tangential_load y' alone",
+        ),
+        (
+            "time,tangential_load x,tangential_load y\n1,2,\n",
+            "line 2, column tangential_load: one of the components x and y is empty",
+        ),
     ],
 )
 def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
@@ -110,6 +123,46 @@ def test_what_cannot_be_read_is_named_with_its_place(table, text, message):
     assert str(caught.value).startswith("events.csv: ")
     assert message in str(caught.value)
     assert "give columns by position" not in str(caught.value)
+
+
+PAIRS = [
+    hs.NormalLoad(0.0, 0.05),
+    hs.TangentialDisplacement(1.0, (5e-9, 1e-9)),
+    hs.TangentialDisplacement(2.0, (-5e-9, 8e-9)),
+]
+
+
+def test_a_pair_has_two_columns(table):
+    text = (
+        "time,tangential_displacement y [nm],normal_load,tangential_displacement x\n0,,50 mN,\n1,1,,5 nm\n2,8,,-5e-9\n"
+    )
+    assert read_events(table(text)) == PAIRS
+    write_events(path := table("x"), PAIRS)
+    assert path.read_text(encoding="utf-8").splitlines()[0] == (
+        "time,normal_load,tangential_displacement x,tangential_displacement y"
+    )
+    assert read_events(path) == PAIRS
+
+
+def test_columns_of_pairs_go_round_through_a_table_of_a_result(tmp_path, monkeypatch):
+    # a result as a table, a scenario that the table suggests, and its result
+    from historysim.scenario.suggestion import suggested_loading
+    from historysim.tables import describe
+
+    monkeypatch.chdir(tmp_path)
+    ensemble = hs.Ensemble(hs.MaterialPair(hs.material("silicon"), hs.material("silica")), 0.0, 1e-3, 0.2)
+    hs.write_csv(hs.replay(ensemble, PAIRS).contact.time_series(form="totals"), "series.csv")
+    listings = describe(Path("series.csv"))
+    names = {listing.column for listing in listings}
+    assert {'"tangential_displacement x [m]"', '"tangential_displacement y [m]"'} <= names
+    loading = suggested_loading(Path("series.csv"), listings, Format())
+    assert 'tangential_displacement_y = "tangential_displacement y [m]"' in loading
+    head = '[materials]\nfirst = "silicon"\nsecond = "silica"\n[surface]\nkind = "sphere"\nradius = "1 mm"\n'
+    Path("again.toml").write_text(f"{head}[friction]\ncoefficient = 0.2\n{loading}\n", encoding="utf-8")
+    events = list(hs.load("again.toml").events())
+    moved = [event for event in events if isinstance(event, hs.TangentialDisplacement)]
+    assert [event.value for event in moved if event.time > 0] == [pytest.approx(event.value) for event in PAIRS[1:]]
+    assert [event.value for event in events if isinstance(event, hs.NormalLoad)] == pytest.approx([0.05] * 3)
 
 
 def test_a_decimal_point_beside_commas_is_reported(table):

@@ -1,11 +1,13 @@
 """Reports: of a recorded history, of loops or sliding of a record, of a sweep, of a model beside what was measured."""
 
+import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import xarray as xr
 
 from historysim._version import __version__
+from historysim.basics.wording import shell_word
 from historysim.errors import InputError
 from historysim.measured.comparison import Comparison
 from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
@@ -37,6 +39,8 @@ from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, 
 
 INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
+# a release, with what a build adds to it
+_VERSION = re.compile(r"\d+(\.\d+)*((a|b|rc)\d+)?(\.post\d+)?(\.dev\d+)?(\+[a-z0-9]+([._][a-z0-9]+)*)?", re.ASCII)
 TIME = "Through time"  # the heading of the interactive part
 
 
@@ -61,7 +65,7 @@ def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     sections = [_without_warnings(analysis.summary(history)), validity_section(history), interactive]
     return page(
         _title(history, "Load history"),
-        [*sections, _figures(history, figures), *_provenance(history)],
+        [*sections, _figures(history, figures), *provenance_sections(history)],
         head=library,
     )
 
@@ -128,12 +132,13 @@ def _figures(history: xr.Dataset, figures: Sequence[str]) -> Section:
     return Section("Pictures", tuple(parts))
 
 
-def _provenance(history: xr.Dataset) -> list[Section]:
+def provenance_sections(history: xr.Dataset) -> list[Section]:
+    """Return where a history comes from, and the commands that make it again."""
     rows = [(name, text) for name, text in readable_attributes(history).items() if name not in SEVERAL_LINES]
     parts = [table(rows)]
     if scenario := history.attrs.get("scenario"):
         parts.append(folded("the scenario, as it stands in the result", str(scenario)))
-    name = Path(history.encoding.get("source") or "result.nc").name
+    name = shell_word(Path(history.encoding.get("source") or "result.nc").name)
     if "log_digest" in history.attrs:
         where = "The result holds its events, from which it is made again and compared bit for bit:"
         again = f"historysim run {name} -o again.nc\nhistorysim verify {name}"
@@ -144,8 +149,10 @@ def _provenance(history: xr.Dataset) -> list[Section]:
         where = "The history was made from Python, from an ensemble and events that it does not hold:"
         again = "history = historysim.replay(ensemble, events)"
     version = str(history.attrs.get("historysim_version", __version__))
-    installed = paragraph(f"It was made with version {version}:"), code(f"pip install historysim=={version}")
-    reproduce = Section("How to reproduce", (paragraph(where), code(again), *installed))
+    made_with = [paragraph(f"It was made with version {version}:"), code(f"pip install historysim=={version}")]
+    if not _VERSION.fullmatch(version):
+        made_with = [paragraph("The result does not name the version of historysim that it was made with.")]
+    reproduce = Section("How to reproduce", (paragraph(where), code(again), *made_with))
     return [Section("Provenance", tuple(parts)), reproduce]
 
 

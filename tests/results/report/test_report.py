@@ -1,6 +1,7 @@
 """Reports of a history: what stands in the page."""
 
 import re
+import shlex
 import sys
 from html import unescape
 
@@ -9,7 +10,7 @@ from c_core import ROOT
 
 import historysim as hs
 from historysim.results.plots.pictures import PICTURES
-from historysim.results.report.reports import history_pictures, validity_section
+from historysim.results.report.reports import history_pictures, provenance_sections, validity_section
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
 EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.TangentialDisplacement(2.0, -5e-9)]
@@ -46,6 +47,32 @@ def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
     assert "needs Bokeh: pip install" in plain
     # nothing is fetched
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [
+        ("r.nc", "r.nc"),
+        ("a b; rm -rf ~ $(id).nc", "'a b; rm -rf ~ $(id).nc'"),
+        ("it's.nc", "'it'\"'\"'s.nc'"),
+        ("-o.nc", "./-o.nc"),
+    ],
+)
+def test_shell_lines_of_a_page_quote_names_and_take_versions_by_their_form(name, word):
+    def commands():
+        _, reproduce = provenance_sections(history)
+        return unescape(re.sub("<[^>]*>", "\n", "".join(reproduce.parts))).splitlines()
+
+    history = replayed()
+    history.encoding["source"] = f"/somewhere/{name}"
+    history.attrs |= {"log_digest": "0", "historysim_version": "1.2.3rc1"}
+    lines = commands()
+    assert {f"historysim run {word} -o again.nc", f"historysim verify {word}"} <= set(lines)
+    assert shlex.split(lines[lines.index(f"historysim verify {word}")])[2].removeprefix("./") == name
+    assert "pip install historysim==1.2.3rc1" in lines
+    for version in ("1.0; rm -rf ~", "1.0\nid", "$(id)", "", "1.0 --index-url http://x"):
+        history.attrs["historysim_version"] = version
+        assert not any("pip install" in line for line in commands())
 
 
 def test_findings_stand_as_warnings_with_their_numbers():
