@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Floats, checked, workable
 from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.limits import MOST_FRICTION
 from historysim.basics.registry import Registry
 from historysim.contact.materials import MaterialPair
 from historysim.errors import HistorySimError, InputError, MissingPackageError
@@ -177,6 +178,11 @@ class FrictionLaw(Law):
 def coulomb(friction: npt.ArrayLike, count: int) -> Floats:
     """Return one coefficient μ ≥ 0 per asperity (asperity), of one for all or one per asperity."""
     coefficients = workable("friction", checked("friction", friction, least=0))
+    if (large := coefficients > MOST_FRICTION).any():
+        raise InputError(
+            f"friction is {coefficients[large].ravel()[0]:g}; expected {MOST_FRICTION:g} at most, with which the "
+            "contact sticks as with any larger coefficient: narrower slip zones are not resolved"
+        )
     if coefficients.ndim > 1 or coefficients.size not in {1, count}:
         raise InputError(
             f"friction has shape {coefficients.shape}; expected one coefficient, or one for each of {count} asperities"

@@ -40,18 +40,33 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     token = f"{system.host()}-{os.getpid()}-{os.urandom(8).hex()}"
     beside = path.with_name(f".{path.name}.{token}.part{ending}")
     try:
-        os.close(os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
-        yield beside
-        sync_file(beside)
-        beside.replace(path)
-        sync_folder(path.parent)
-    except OSError as error:
-        # the block may read other files, and their errors stay as they are
-        if error.filename not in {None, beside, str(beside), os.fsencode(beside)}:
-            raise
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+        with naming(path, beside):
+            os.close(os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
+            yield beside
+            publish(beside, path)
     finally:
         beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def naming(path: Path, *hidden: Path) -> Iterator[None]:
+    """Let an OSError name the user's file where it names none, or a hidden file in its place."""
+    try:
+        yield
+    except OSError as error:
+        # the block may read other files, and their errors stay as they are
+        named = None if error.filename is None else os.fsdecode(error.filename)
+        if named not in {None, *map(str, hidden)}:
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+
+
+def publish(hidden: Path, path: Path) -> None:
+    """Give a hidden file its name: first its bytes reach the disk, then its name. An OSError names `path`."""
+    with naming(path, hidden):
+        sync_file(hidden)
+        hidden.replace(path)
+        sync_folder(path.parent)
 
 
 def tidy(path: Path) -> None:
@@ -221,7 +236,8 @@ class WriterLock:
         """Give the locked file another name, in place of another file, and return its lock."""
         if not system.REPLACES_OPEN_FILES:
             self.release()
-        self._path.replace(path)
+        with naming(path, self._path):
+            self._path.replace(path)
         return self if system.REPLACES_OPEN_FILES else WriterLock(path)
 
     def remove(self) -> None:

@@ -8,6 +8,8 @@ from historysim.errors import InputError
 
 # The largest size of a number that is computed with, and the smallest of what gives others their scale, in SI.
 LARGEST, SMALLEST = 1e60, 1e-60
+# The largest coefficient of friction: HS_MOST_FRICTION of the C library, which says why.
+MOST_FRICTION = 1e4
 SIZE = f"a number of at most {LARGEST:g} in size"  # what a message expects of a number that is larger
 
 LIMITS = {

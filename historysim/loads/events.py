@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 import attrs
 
 from historysim.basics.fields import Force, Length, Numbers, Quantity
-from historysim.basics.limits import SIZE, is_workable
+from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, each_of, in_si, is_number, metres, newtons, seconds
 from historysim.basics.wording import counted, shown
@@ -90,14 +90,16 @@ def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
     return tuple(map(int, given)) if all(whole) else given
 
 
-def each_at_least(noun: str, least: float, expected: str) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
-    """Return a validator of one number or a tuple of them, each at least so large."""
+def each_at_least(
+    noun: str, least: float, expected: str, *, most: float = math.inf
+) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
+    """Return a validator of one number or a tuple of them, each between two others."""
 
     def check(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         if value == ():
             raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each")
         for number in value if isinstance(value, tuple) else (value,):
-            if not (_fits(number) and number >= least):
+            if not (_fits(number) and least <= number <= most):
                 raise _field_error(event, attribute.name, number, expected)
 
     return check
@@ -110,7 +112,8 @@ def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> No
         raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}")
 
 
-_coefficients = each_at_least("coefficient", 0.0, "a finite number of 0 or more")
+_COEFFICIENT = f"a finite number of 0 or more, {MOST_FRICTION:g} at most (the contact sticks as with any larger one)"
+coefficients_within = each_at_least("coefficient", 0.0, _COEFFICIENT, most=MOST_FRICTION)
 _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finite number, in m"))
 
 
@@ -386,7 +389,7 @@ class FrictionChange(Event):
     """
 
     time: float = attrs.field(converter=seconds, validator=_finite)
-    friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
+    friction: Numbers = attrs.field(converter=as_numbers, validator=coefficients_within)
     asperities: tuple[int, ...] | None = attrs.field(default=None, converter=_as_indices, validator=_indices)
 
     name = "friction"
@@ -425,7 +428,7 @@ class FrictionRamp(Event):
     """
 
     time: float = attrs.field(converter=seconds, validator=_finite)
-    friction: Numbers = attrs.field(converter=as_numbers, validator=_coefficients)
+    friction: Numbers = attrs.field(converter=as_numbers, validator=coefficients_within)
 
     name = "friction_ramp"
     noun = "coefficient"

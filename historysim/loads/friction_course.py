@@ -9,7 +9,15 @@ import attrs
 
 from historysim.basics.fields import Quantity
 from historysim.errors import InputError
-from historysim.loads.events import Event, FrictionChange, LoadEvent, TangentialDisplacement, as_numbers, each_at_least
+from historysim.loads.events import (
+    Event,
+    FrictionChange,
+    LoadEvent,
+    TangentialDisplacement,
+    as_numbers,
+    coefficients_within,
+    each_at_least,
+)
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -44,7 +52,7 @@ class FrictionCourse:
     #: Coefficients, as many as times or distances; straight in between. At each event the coefficient becomes that of
     #: its time or distance, and acts on what comes behind it.
     coefficient: Annotated[tuple[float, ...], Quantity("1")] = attrs.field(
-        converter=as_numbers, validator=each_at_least("coefficient", 0.0, "a finite number of 0 or more")
+        converter=as_numbers, validator=coefficients_within
     )
 
     def __attrs_post_init__(self) -> None:

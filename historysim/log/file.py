@@ -19,7 +19,7 @@ from urllib.parse import quote
 import attrs
 import numpy as np
 
-from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text
+from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text, naming
 from historysim.basics.system import sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
@@ -129,7 +129,8 @@ class LogFile:
                     pass
             settle(path)
             lock = lock.moved(path)
-            sync_folder(path.parent)
+            with naming(path):
+                sync_folder(path.parent)
             return cls(path, lock=lock)
         except BaseException:
             lock.release()

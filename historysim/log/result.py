@@ -141,7 +141,7 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
             f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
         ) from error
     except OSError as error:
-        if error.filename is not None:
+        if error.filename not in {None, str(unfinished.output)}:
             raise
         message = f"{error.strerror}; then go on with --resume"
         raise OSError(error.errno, message, str(unfinished.output)) from error

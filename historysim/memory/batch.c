@@ -172,7 +172,7 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
     if (!batch) return NULL;
     batch->displacement_ratio = displacement_ratio;
     batch->used = FIRST_ROOM * count;
-    memcpy(batch->friction, friction, (size_t)frictions * sizeof *friction);
+    for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_usable_friction(friction[i]);
     memcpy(batch->scale, scale, (size_t)scales * sizeof *scale);
     for (int64_t i = 0; i < count; ++i) {
         batch->place[i] = FIRST_ROOM * i;

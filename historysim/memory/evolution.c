@@ -157,7 +157,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
             int64_t whose = contact->order[i];
             w->goal[0][whose] = memory->friction[g];
-            w->goal[1][whose] = hs_toward(memory->friction[g], evolution->goal[whose], evolution->goal_fraction);
+            w->goal[1][whose] = hs_toward(memory->friction[g], hs_usable_friction(evolution->goal[whose]), evolution->goal_fraction);
         }
     return HS_OK;
 }

@@ -160,7 +160,7 @@ int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *d
     double *leading = (double *)malloc((size_t)contact->groups * sizeof *leading);
     if (!leading) return HS_OUT_OF_MEMORY;
     for (int64_t index = 0; index < contact->groups; ++index)
-        leading[index] = friction[contact->order[contact->first[index]]];
+        leading[index] = hs_usable_friction(friction[contact->order[contact->first[index]]]);
     status = change(memory, leading, target, drive->tolerance);
     free(leading);
     return status;

@@ -57,6 +57,10 @@ typedef struct hs_units {
     double stiffness;    /* tangential [N/m] */
 } hs_units;
 
+/* The largest coefficient of friction. The slip zone of a displacement U at an approach δ is U/(μδ) of it wide; below some 1e-9
+ * doubles do not resolve it. A larger coefficient is taken for this one, with which a contact sticks as with any larger one. */
+#define HS_MOST_FRICTION 1e4
+
 /* ---- contact: which summits there are, and which of them share what they remember; it is never changed -------------- */
 
 /* Asperities stand by their groups, and in a group by ascending gap; groups by ascending smallest gap.

@@ -23,6 +23,8 @@
 #define HS_TIE (32.0 * DBL_EPSILON)
 /* rounding that a request at the friction limit may carry from its units */
 #define HS_LIMIT_SLACK 1e-12
+/* A coefficient of friction that is resolved, with which the contact sticks where it would with the one given. */
+static inline double hs_usable_friction(double friction) { return friction > HS_MOST_FRICTION ? HS_MOST_FRICTION : friction; }
 /* approach over R0, and load in its unit, below which there is no contact that floats could hold */
 #define HS_LEAST_APPROACH 1e-150
 #define HS_LEAST_LOAD 1e-225

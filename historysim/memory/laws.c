@@ -29,11 +29,13 @@ static double in_table(const hs_law *law, double distance) {
 int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, double *friction) {
     const double *load = loaded->normal_load, *radius = loaded->summit_radius;
     double total = law->coefficient;
-    if (law->kind == HS_CALLERS_LAW) return law->function(law->user, loaded, friction) ? HS_LAW_FAILED : HS_OK;
+    if (law->kind == HS_CALLERS_LAW && law->function(law->user, loaded, friction)) return HS_LAW_FAILED;
     if (law->kind == HS_POWER_LAW && law->depends_on == HS_ON_TOTAL_LOAD)
         total *= pow(loaded->total_normal_load / law->reference_load, law->exponent);
     for (int64_t i = 0; i < loaded->count; ++i) {
-        if (law->kind == HS_SHEAR_STRENGTH) {
+        if (law->kind == HS_CALLERS_LAW) {
+            /* filled in already */
+        } else if (law->kind == HS_SHEAR_STRENGTH) {
             /* T_max = τ0 π a² */
             double a = hs_cube_root(cubed_radius(load[i], radius[i], modulus, law->work_of_adhesion));
             friction[i] = law->shear_strength * PI * (a * a) / load[i];
@@ -46,6 +48,7 @@ int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, 
         } else {
             friction[i] = total;
         }
+        friction[i] = hs_usable_friction(friction[i]);
     }
     return HS_OK;
 }

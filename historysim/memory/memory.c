@@ -96,7 +96,7 @@ hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
     memory->identity = identity_of(contact, friction);
     memset(memory->friction, 0, size_of_numbers(contact));
     for (int64_t index = 0; index < contact->groups; ++index)
-        memory->friction[index] = friction[contact->order[contact->first[index]]];
+        memory->friction[index] = hs_usable_friction(friction[contact->order[contact->first[index]]]);
     return memory;
 }
 

@@ -522,7 +522,7 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
     for (int64_t group = 0; group < contact->groups; ++group)
-        line->friction[group] = friction[contact->order[contact->first[group]]];
+        line->friction[group] = hs_usable_friction(friction[contact->order[contact->first[group]]]);
     int by_load = line->tangential_control == HS_LOAD;
     hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};

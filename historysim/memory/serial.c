@@ -131,7 +131,23 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     return HS_OK;
 }
 
+/* Sizes of what is computed with, so that powers of them are numbers; the same that input has (basics/limits.py). */
+#define LARGEST_SIZE 1e60
+
+/* Whether numbers in units of the contact are of a size that input may have. */
+static int are_usable(const double *numbers, int64_t count, double unit) {
+    for (int64_t i = 0; i < count; ++i)
+        if (!(fabs(numbers[i]) * unit <= LARGEST_SIZE)) return 0;
+    return 1;
+}
+
 static int is_control(int64_t control) { return control == HS_LOAD || control == HS_DISPLACED; }
+
+static int are_coefficients(const double *friction, int64_t count) {
+    for (int64_t i = 0; i < count; ++i)
+        if (!(friction[i] >= 0.0 && friction[i] <= HS_MOST_FRICTION)) return 0;
+    return 1;
+}
 
 static int all_finite(const double *numbers, int64_t count) {
     for (int64_t i = 0; i < count; ++i)
@@ -193,7 +209,7 @@ static int is_contact(const hs_contact *contact) {
         if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0) return 0;
     for (int64_t i = 1; i < contact->watched; ++i)
         if (contact->watch[i] < contact->watch[i - 1]) return 0;
-    return isfinite(contact->datum) && all_finite(contact->gap, contact->count) &&
+    return fabs(contact->datum) <= LARGEST_SIZE && are_usable(contact->gap, contact->count, one->length) &&
            all_finite(contact->weight, contact->count) && all_finite(contact->watch, contact->watched);
 }
 
@@ -231,9 +247,14 @@ static int is_evolved(const hs_memory *memory) {
 const char *hs_memory_check(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
-    if (!all_finite(&memory->approach, 6) || !all_finite(memory->friction, contact->groups) ||
+    const hs_units *units = &contact->units;
+    if (!are_usable(&memory->approach, 1, units->length) || !are_usable(&memory->displacement, 1, units->displacement) ||
+        !are_usable(&memory->normal_load, 1, units->load) || !are_usable(&memory->tangential_load, 1, units->load) ||
+        !are_usable(&memory->excess, 1, units->load) || !isfinite(memory->dissipated) ||
         !all_finite(memory->each, contact->count))
-        return "a load, a displacement, a coefficient or an energy is not finite";
+        return "a load, a displacement or an energy is not finite, or beyond the largest that is computed with";
+    if (!are_coefficients(memory->friction, contact->groups))
+        return "a coefficient of friction is not between 0 and the largest that is computed with";
     if (!is_control(memory->normal_control) || !is_control(memory->tangential_control))
         return "a channel is controlled in no known way";
     hs_curve all = hs_all_of(contact);
@@ -241,7 +262,7 @@ const char *hs_memory_check(const hs_memory *memory) {
     if (fabs(memory->normal_load - load) > blur_at(all, memory->approach, load))
         return "the normal load is not that of the approach";
     for (int64_t index = 0; index < contact->groups; ++index)
-        if (memory->friction[index] < 0.0 || memory->steep[index] > 1 || !is_stack(memory, index))
+        if (memory->steep[index] > 1 || !is_stack(memory, index))
             return "the vertices of a group do not fit its friction, its loads, or where the contact is";
     for (int64_t i = 0; memory->slides && i < hs_watched(contact); ++i)
         if (isinf(memory->slides->time[i])) return "a time is not finite";

@@ -17,7 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION, Array
-from historysim.basics.files import WriterLock, own_file, sync_file
+from historysim.basics.files import WriterLock, naming, own_file, publish, sync_file
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
@@ -271,9 +271,10 @@ class Unfinished:
         self._lock.remove()
 
     def _make(self) -> None:
-        os.close(own_file(self.path, begins=_BEGINS))
-        # a snapshot will say that rows stand in it
-        sync_folder(self.path.parent)
+        with naming(self.output, self.path):
+            os.close(own_file(self.path, begins=_BEGINS))
+            # a snapshot will say that rows stand in it
+            sync_folder(self.path.parent)
 
     def renew(self) -> None:
         """Make it anew, and empty: a damaged file that HDF5 has failed to open is not closed, nor written again."""
@@ -282,9 +283,7 @@ class Unfinished:
 
     def publish(self) -> None:
         """Rename it to the result: first its bytes reach the disk, then its name."""
-        sync_file(self.path)
-        self.path.replace(self.output)
-        sync_folder(self.output.parent)
+        publish(self.path, self.output)
 
 
 def check_room(folder: Path, needed: int) -> None:

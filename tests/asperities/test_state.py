@@ -2,6 +2,7 @@
 
 import functools
 import pickle
+import struct
 
 import numpy as np
 import pytest
@@ -114,3 +115,22 @@ def test_a_step_that_wipes_out_a_deep_memory_is_that_of_the_whole():
     many, _ = ENSEMBLE.advance_many(whole, tangential_displacement=targets)
     assert state == many
     assert len(state.vertices()) < 6
+
+
+def test_forged_numbers_have_the_limits_of_input():
+    # the checksum is right, as whoever writes bytes of their own makes it
+    from historysim.basics.library import ffi, lib
+
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
+    state = ensemble.advance(state, tangential_displacement=1e-3)
+    memory = state.memory
+    fields = {"coefficient": 0.3125, "displacement": memory.displacement, "approach": memory.approach}
+    for number in (1e300, float("inf"), float("nan"), -1e300):
+        for field, value in fields.items():
+            content = state.to_bytes()
+            assert content.count(struct.pack("<d", value)) >= 1, field
+            forged = content.replace(struct.pack("<d", value), struct.pack("<d", number), 1)[:-8]
+            forged += struct.pack("<Q", lib.hs_digest(0, ffi.from_buffer(forged), len(forged)))
+            with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
+                type(state).from_bytes(forged)

@@ -3,6 +3,7 @@
 import errno
 import os
 import sqlite3
+import stat
 import subprocess
 import sys
 from contextlib import closing
@@ -12,6 +13,7 @@ import h5py
 import netCDF4
 import pytest
 
+import historysim as hs
 from historysim.basics import system
 from historysim.basics.files import (
     check_replaceable,
@@ -109,6 +111,47 @@ def test_whatever_the_system_refuses_is_told_of_the_name_asked_for(older, refuse
     assert (caught.value.errno, caught.value.filename) == (errno.ENOSPC, str(older))
     assert older.read_text(encoding="utf-8") == "older"
     assert names(older.parent) == ["out.nc"]
+
+
+@pytest.mark.parametrize(
+    ("target", "refused"),
+    [
+        ("result", "fsync"),
+        ("result", "rename"),
+        ("result", "fsync of the folder"),
+        # SQLite syncs the bytes of a log by itself
+        ("log", "rename"),
+        ("log", "fsync of the folder"),
+    ],
+)
+def test_a_failure_at_the_end_names_the_file_asked_for(tmp_path, target, refused, monkeypatch):
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
+    events = [hs.NormalLoad(0.0, 0.01)]
+    called = {"fsync": os.fsync, "replace": Path.replace}
+
+    def refuse_sync(handle):
+        if (refused == "fsync of the folder") == stat.S_ISDIR(os.fstat(handle).st_mode):
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        called["fsync"](handle)
+
+    def refuse_replace(path, other):
+        raise OSError(errno.EIO, os.strerror(errno.EIO), str(path), None, str(other))
+
+    log = hs.EventLog.create(tmp_path / "a.history", ensemble, events)
+    log.close()
+    if refused == "rename":
+        monkeypatch.setattr(Path, "replace", refuse_replace)
+    else:
+        monkeypatch.setattr(os, "fsync", refuse_sync)
+    name = "b.nc" if target == "result" else "b.history"
+    write = {
+        "result": lambda: hs.run(tmp_path / "a.history", tmp_path / name),
+        "log": lambda: hs.EventLog.create(tmp_path / name, ensemble, events),
+    }
+    with pytest.raises(OSError, match="Input/output error") as caught:
+        write[target]()
+    monkeypatch.undo()
+    assert caught.value.filename == str(tmp_path / name)
 
 
 @pytest.mark.parametrize("name", ["none/out.nc", "folder"])

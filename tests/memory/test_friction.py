@@ -1,5 +1,6 @@
 """A change of friction: a jump is what many small falls are, and how far the springs then are from Coulomb's law."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,8 @@ from polylines import Polylines
 from rings import Rings
 
 import historysim as hs
+from historysim.basics import limits
+from historysim.loads.friction_course import FrictionCourse
 from historysim.results import analysis
 
 UNIT = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -199,3 +202,48 @@ def test_where_friction_no_longer_holds_a_load_the_contact_slides_from_where_it_
     assert held.tangential_load == pytest.approx(0.5 * LIMIT)
     again = SPHERE.advance(held, friction=FRICTION, saturate=True)
     assert again.tangential_load == pytest.approx(0.6 * LIMIT)
+
+
+@pytest.mark.parametrize("motion", [1.0, 1e-3, 1e-5])
+@pytest.mark.parametrize("law", [limits.MOST_FRICTION, hs.laws.ShearStrength(1e30)])
+def test_the_largest_coefficient_is_full_stick(motion, law):
+    # T = 8 G* a U of a contact that does not slip; the slip zone, U/(μδ) wide, takes a quarter of that share off
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, law)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
+    displacement = motion * state.approach
+    stick = 8 * 0.25 * math.sqrt(state.approach) * displacement
+    state = ensemble.advance(state, tangential_displacement=displacement)
+    assert state.tangential_load == pytest.approx(stick, rel=3e-5 * motion + 1e-6)
+    assert ensemble.advance(state, tangential_displacement=0.0).tangential_load == pytest.approx(
+        0.0, abs=stick * (1e-4 * motion + 1e-6)
+    )
+
+
+def test_larger_coefficients_are_refused_wherever_they_are_given():
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    ensemble = hs.Ensemble(pair, [0.0, -0.1], 1.0, 0.2)
+    state = ensemble.initial_state()
+    curves, rows = hs.Ensemble.from_normal_curves, np.linspace(0.1, 1.0, 8)
+    large = 1.01 * limits.MOST_FRICTION
+    for give in (
+        lambda: hs.Ensemble(pair, 0.0, 1.0, large),
+        lambda: hs.Ensemble(pair, [0.0, -0.1], 1.0, [0.2, large]),
+        lambda: hs.ContactBatch(pair, radius=1.0, friction=large, count=2),
+        lambda: curves(pair, rows, rows[:, None] ** 1.5, friction=large),
+        lambda: hs.FrictionChange(0.0, large),
+        lambda: hs.FrictionRamp(0.0, (0.2, large)),
+        lambda: FrictionCourse(time=[0.0, 1.0], coefficient=[0.2, large]),
+        lambda: ensemble.advance(state, friction=large),
+    ):
+        with pytest.raises(hs.InputError, match="10000 at most"):
+            give()
+
+
+def test_the_library_takes_larger_coefficients_for_the_largest():
+    # as a law of the caller's or a factor of an FMU may make them
+    from historysim.basics.library import ffi, lib
+
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
+    memory = lib.hs_memory_new(ensemble.initial_state().memory.contact, ffi.new("double *", 1e20))
+    assert memory.friction[0] == limits.MOST_FRICTION
+    lib.hs_memory_free(memory)

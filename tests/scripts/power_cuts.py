@@ -73,7 +73,7 @@ CHANGES = {
     "no sync of the folder": ("run", no_sync_of_folders),
     "synchronous = OFF": ("append", lambda: with_pragma("synchronous = OFF")),
     "journal = OFF on append": ("append", lambda: with_pragma("journal_mode = OFF")),
-    "the result not synced before its rename": ("run", lambda: without(netcdf, "sync_file")),
+    "the result not synced before its rename": ("run", lambda: without(files, "sync_file")),
     "no sync of the folder that rows are written in": ("run of a log", lambda: without(netcdf, "sync_folder")),
     "the journal of a log that is replaced left to the new one": ("run anew", lambda: without(log_file, "settle")),
     "the journal of a log that is replaced removed at once": ("run anew", journal_removed),
