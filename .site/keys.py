@@ -144,9 +144,14 @@ def beside_fields(kind: type) -> dict[str, str]:
         field = re.match(r"    (\w+): ", code)
         if field and (mark or above):
             words = " ".join([*above, text]).strip()
-            found[field[1]] = words[0].upper() + words[1:].removesuffix(".") + "."
+            found[field[1]] = capitalised(words.removesuffix(".")) + "."
         above = [*above, text] if mark and not code.strip() else []
     return found
+
+
+def capitalised(text: str) -> str:
+    """Return a sentence with a capital first letter; symbols such as ``ν [1]`` and ``c/a`` are unchanged."""
+    return re.sub(r"^[a-z]+(?=[\s,:;]|$)(?! \[)", lambda word: word[0].capitalize(), text)
 
 
 def example(kind: type) -> str:

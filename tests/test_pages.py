@@ -1,7 +1,10 @@
 """The pages of the documentation: what stands in them runs, and they stand where they say."""
 
+import ast
+import inspect
 import re
 import shutil
+from functools import lru_cache
 from pathlib import Path
 
 import pages
@@ -99,6 +102,59 @@ def test_an_example_of_a_key_stands_in_a_scenario(example, tmp_path):
         # a fit needs a record
         hs.validate(path)
     assert hs.load(path).events()
+
+
+# Documented modules that are not attributes of `historysim`: fields of extensions, the core for compiled callers.
+DOCUMENTED = {f"historysim.{name}" for name in ("basics.fields", "basics.library", "asperities.running_in")}
+MODULES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
+    for path in (ROOT / "historysim").rglob("*.py")
+}
+SCRIPTS = sorted((ROOT / "scenarios").rglob("*.py"))
+# pages of the tests import helpers of the tests
+FOR_USERS = [path for path in (*PROSE, *SCRIPTS) if ROOT / "tests" not in path.parents]
+
+
+@lru_cache
+def public_modules(module=hs):
+    """The names of the modules that users reach from `historysim` by public attributes."""
+    parts = [getattr(module, name) for name in getattr(module, "__all__", ())]
+    spaces = [part for part in parts if inspect.ismodule(part) and part.__name__.startswith("historysim.")]
+    return {module.__name__}.union(*map(public_modules, spaces))
+
+
+def imported_modules(code):
+    """The modules of the package that Python code imports: in `from a import b`, b where that is a module, else a."""
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parts = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (part if part in MODULES else node.module for part in parts)
+
+
+@pytest.mark.parametrize("page", FOR_USERS, ids=name_of)
+def test_pages_and_scripts_import_public_modules_alone(page):
+    text = page.read_text(encoding="utf-8")
+    blocks = [text] if page.suffix == ".py" else re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+    imported = {name for block in blocks for name in imported_modules(block) if name.startswith("historysim")}
+    assert imported - public_modules() - DOCUMENTED == set()
+
+
+def test_the_site_has_a_heading_for_the_tutorials():
+    contents = (ROOT / ".site" / "contents.md").read_text(encoding="utf-8")
+    trees = re.findall(r"```{toctree}\n:caption: (.*?)\n(.*?)```", contents, re.DOTALL)
+    (tutorials,) = (tree for caption, tree in trees if caption == "Tutorials")
+    files = sorted(path.stem for path in (ROOT / "scenarios" / "tutorials").glob("*.md"))
+    assert re.findall(r"<scenarios/tutorials/(.*)>", tutorials) == files
+    assert contents.count("scenarios/tutorials/") == len(files)
+
+
+def test_symbols_of_keys_keep_their_case():
+    """A meaning may begin with a symbol, ν or c/a, whose capital is another symbol."""
+    cells = [line.split(" | ")[-1] for line in KEYS.read_text(encoding="utf-8").splitlines() if line.startswith("| ")]
+    assert [cell for cell in cells if re.match(r"[Α-Ω]|[A-Z]\w?(/\w+)? \[", cell)] == []
+    assert any(cell.startswith("ν [1]") for cell in cells)
 
 
 def test_every_key_says_what_it_means():

@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import historysim as hs
-from historysim.contact import adhesion
 
 LOADS = np.array([10e-3, 30e-3, 50e-3, 70e-3, 90e-3])
 BALLS = {"a  Si": ("silicon", 0.12), "b  SiO₂": ("silica", 0.1)}
@@ -30,7 +29,7 @@ def _law(name: str, pair: hs.MaterialPair, friction: float) -> float | hs.laws.F
     # τ₀ that gives the told μ on the area of JKR
     area = (
         np.pi
-        * adhesion.jkr_contact_radius(
+        * hs.contact.adhesion.jkr_contact_radius(
             REFERENCE, summit_radius=RADIUS, contact_modulus=pair.contact_modulus, work_of_adhesion=work
         )
         ** 2
@@ -78,7 +77,7 @@ def drawn(found: xr.Dataset) -> list[Figure]:
             looks = {"across": "diameter", "limit": False, "steps": steps, "labels": labels, "title": law}
             hs.plots.traction(_slid(ball, law), ax=axes, **looks)
             axes.get_legend().set_loc("lower center")
-        figure.axes[0].set_ylim(0, 1.05e-6 * float(found.greatest_traction.sel(ball=ball).max()))
+        figure.axes[0].set_ylim(0, 1.05 * float(found.greatest_traction.sel(ball=ball).max()))
         figures.append(figure)
     return figures
 

@@ -13,7 +13,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import historysim as hs
-from historysim.results import analysis
 
 RUNS = {"rises": "fig_5_19_rising_loads.toml", "falls": "fig_5_24_falling_loads.toml"}
 BALLS = {"ZrO₂": ("zirconia", "24 nm", 0.17), "Al₂O₃": ("alumina", "21 nm", 0.16)}
@@ -29,7 +28,7 @@ def calculated(seeds: int = 4) -> xr.Dataset:
                 settings = {"materials.first": material, "surface.rms_height": roughness, "surface.seed": seed}
                 settings |= {"friction.coefficient": friction, "loading.substeps": 1}
                 history = hs.run(hs.load(Path(__file__).with_name(file), settings))
-                found = analysis.preliminary_displacement(history).values
+                found = hs.analysis.preliminary_displacement(history).values
                 ends = [found[np.isclose(history.total_normal_load, load)][-1] for load in LOADS]
                 values[run, row, :, seed - 1] = ends
     return xr.Dataset(
