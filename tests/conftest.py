@@ -1,5 +1,7 @@
 import pytest
+from drawn_data import hidden_data
 from hypothesis import settings
+from matplotlib.figure import Figure
 
 # the first example of a property may wait for a library to load or for code to be compiled
 settings.register_profile("thorough", deadline=None, max_examples=500)
@@ -12,3 +14,18 @@ settings.load_profile("unhurried")
 def alone(monkeypatch):
     """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
     monkeypatch.setattr("threading.active_count", lambda: 1)
+
+
+@pytest.fixture(autouse=True)
+def every_picture_shows_its_data(request, monkeypatch):
+    """Whatever a test draws shows its data, unless the test is marked `hides_data`: it draws something else."""
+    figures, create = [], Figure.__init__
+
+    def remember(figure, *args, **options):
+        create(figure, *args, **options)
+        figures.append(figure)
+
+    monkeypatch.setattr(Figure, "__init__", remember)
+    yield
+    if request.node.get_closest_marker("hides_data") is None:
+        assert [fault for figure in figures for fault in hidden_data(figure)] == []

@@ -20,6 +20,7 @@ import historysim as hs
 ROUGHNESS = np.array([24e-9, 0.1e-6, 1e-6])
 LOADS = np.array([10e-3, 50e-3, 55e-3, 90e-3])
 SIDES = np.array([64, 128, 256])
+"""Points, and µm, along a side of a surface."""
 MIDDLE = 1
 """Which load is 50 mN."""
 
@@ -61,7 +62,7 @@ def calculated(seeds: int = 10, sizes: int = 40) -> xr.Dataset:
         {
             "rms_height": ("rms_height", ROUGHNESS, {"units": "m"}),
             "normal_load": ("normal_load", LOADS, {"units": "N"}),
-            "side": SIDES,
+            "side": ("side", SIDES * 1e-6, {"units": "m", "long_name": "side of the surface"}),
         },
     )
 

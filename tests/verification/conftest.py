@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 FOLDER = Path(__file__).parent
 PAGE = FOLDER / "README.md"
@@ -194,6 +195,9 @@ def page(request):
     """The case that a test makes; at its end it is written, or compared with what stands on the page."""
     case = Case(request.node)
     yield case
+    if case.drawn is not None:
+        # the picture shows its data, as every figure of a test
+        case.drawn(Figure().add_subplot())
     if request.node.stash.get(FAILED, True):
         return
     if not request.config.getoption("page", default=False):
@@ -215,7 +219,6 @@ def pytest_runtest_makereport(item, call):
 def draw_picture(case):
     """Draw a case, small."""
     import matplotlib as mpl
-    from matplotlib.figure import Figure
 
     with mpl.rc_context({"font.size": 8, "lines.linewidth": 1.2, "legend.frameon": False}):
         figure = Figure(figsize=(3.6, 2.4), layout="constrained")

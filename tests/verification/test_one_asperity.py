@@ -217,7 +217,7 @@ def test_eleven_paths(page):
             start = START[before][-1]
             axes.annotate("", (normal, tangential), (1, start), arrowprops={"arrowstyle": "->", "lw": 1})
             axes.plot(1, start, "k.", ms=3)
-        axes.plot([0.7, 1.6], [0.7, 1.6], "0.6", [0.7, 1.6], [-0.7, -1.6], "0.6")
+        axes.plot([0.7, 1.1], [0.7, 1.1], "0.6")
         axes.set(xlim=(0.7, 1.6), ylim=(-0.5, 1.1), xlabel="N over N at the start", ylabel="T over μN at the start")
 
     page.picture(draw)

@@ -135,8 +135,9 @@ def _draw_zones(axes: "Axes") -> None:
     line: dict[str, Any] = {"color": FAINT, "linewidth": 0.8, "zorder": 1}
     axes.plot(x, hertz, **line)
     between = dmt & (below_rigid < hertz)
-    # on a logarithmic axis the line must leave the picture through its lower edge, not end above it
-    axes.plot(x[between], np.maximum(below_rigid, bottom / 10)[between], **line)
+    # on a logarithmic axis the line ends at the lower edge of the picture, not above it
+    shown = between & (np.maximum(below_rigid, np.roll(below_rigid, 1)) > bottom)
+    axes.plot(x[shown], np.maximum(below_rigid, bottom)[shown], **line)
     for limit in (DMT_BELOW, JKR_ABOVE):
         axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)
 

@@ -20,6 +20,7 @@ from historysim.results.plots.style import (
     DASHED,
     FAINT,
     INK,
+    MOVED,
     SPAN,
     STATE_COLOURS,
     label_loop,
@@ -74,7 +75,7 @@ class MeasuredLoopsPicture(Titled):
             _draw_loops(canvas, axes, sets, self.labels)
         if trends:
             _draw_trends(trends, [each.to_dataset() for each in sets], 2 if canvas.width < WIDE else 1)
-        canvas.legend(axes, handles=_direction_handles() if trends else ())
+        canvas.legend(axes, handles=_direction_handles() if trends else (), extra=MOVED if trends else "")
 
 
 def _panels(canvas: Canvas, *, trends: bool) -> "list[Axes]":
@@ -218,7 +219,7 @@ class LoopTrendsPicture(Titled):
         """Draw what `Loops.to_dataset` gives."""
         grid = canvas.several(len(TRENDS)).subplots(2, 2)
         _draw_trends(grid.ravel(), [data], 2)
-        canvas.legend(handles=_direction_handles())
+        canvas.legend(handles=_direction_handles(), extra=MOVED)
 
 
 def _direction_handles() -> "list[Artist]":
@@ -298,7 +299,7 @@ class LoopLevelsPicture(Titled):
         along = table[next(name for name in ("level", "amplitude_class") if name in table.coords)]
         for axes in grid[-1]:
             axes.set_xlabel(f"{along.attrs['long_name']} ({printed(along.attrs['units'])})")
-        canvas.legend(extra="bars: standard deviation of one loop")
+        canvas.legend(extra=f"bars: standard deviation of one loop; {MOVED}")
         if not self.title:
             canvas.heading(str(table.attrs.get("title", "")))
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -73,6 +74,7 @@ SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "sh
 WITH_PREFIX = {"m", "m²", "m³", "N", "N/m", "J", "J/m²", "Pa"}
 MOST_POINTS = 100_000  # points of a line: more than a picture can show
 APART = 5.0  # how far marks with error bars stand from those of the next line [pt]
+MOVED = "marks at one value are set side by side"  # says so in the legend
 MOST_PIECES = 256  # pieces of one colour in a coloured line
 # Greatest over smallest number of a logarithmic axis up to which 2 and 5 have ticks with numbers, too.
 FEW_DECADES = 30.0
@@ -105,17 +107,32 @@ def parted(label: str) -> tuple[str, str]:
     return (found[1], found[2]) if found else (label, "")
 
 
+# Of the formatters of axes whose label has a prefix: the SI unit, and the end of the label with that prefix.
+_PREFIXED: "WeakKeyDictionary[Any, tuple[str, str]]" = WeakKeyDictionary()
+
+
 def name_prefix(axis: Any) -> None:
-    """Give an axis that is labelled in SI units, "load (N)", a prefix; what its ticks share goes into the label."""
+    """Give an axis that is labelled in SI units, "load (N)", a prefix; what its ticks share goes into the label.
+
+    Axes that share limits share the formatter of their ticks, and so the prefix: it is chosen for all of them, also
+    where one of them has got its prefix before.
+    """
     from matplotlib.ticker import ScalarFormatter
 
-    quantity, unit = parted(axis.get_label_text())
-    formatter, seen = axis.get_major_formatter(), axis.offsetText.get_visible()
-    axis.offsetText.set_visible(False)
+    group, formatter = _sharing(axis), axis.get_major_formatter()
+    seen = formatter in _PREFIXED or any(each.offsetText.get_visible() for each in group)
+    for each in group:
+        each.offsetText.set_visible(False)
+    labels = {each: _si_label(each) for each in group}
+    unit = labels[axis][1]
     if not isinstance(formatter, ScalarFormatter) or not (unit in WITH_PREFIX or seen):
         return
+    if formatter in _PREFIXED:
+        # as of a new axis
+        formatter.set_useOffset(True)
+        formatter.set_scientific(True)
     formatter.format_ticks(axis.get_majorticklocs())
-    if not any(label.get_visible() for label in axis.get_ticklabels()):
+    if not any(label.get_visible() for each in group for label in each.get_ticklabels()):
         return
     offset = float(formatter.offset)
     far = axis.get_view_interval() - offset
@@ -127,15 +144,37 @@ def name_prefix(axis: Any) -> None:
         ticks = f"$10^{{{power}}}$ {unit}".rstrip() if power else unit
     else:
         return
-    text = f"{quantity} ({ticks})".strip() if ticks else quantity
+    end = f" ({ticks})" if ticks else ""
     if offset:
         factor, its_unit = scale_of(unit, offset)
-        text += f", from {factor * offset:.10g} {its_unit}".rstrip()
+        end += f", from {factor * offset:.10g} {its_unit}".rstrip()
         # as many ticks as there may be in another size, they keep what the label says
         formatter.set_useOffset(offset)
     formatter.set_scientific(bool(power))
     formatter.set_powerlimits((power, power))
-    axis.set_label_text(text)
+    _set_prefix(formatter, labels, unit, end)
+
+
+def _sharing(axis: Any) -> list[Any]:
+    """Return the axes (x or y) that have the limits of one, itself among them."""
+    shared = axis.axes.get_shared_x_axes() if axis.axis_name == "x" else axis.axes.get_shared_y_axes()
+    return [getattr(axes, f"{axis.axis_name}axis") for axes in shared.get_siblings(axis.axes)]
+
+
+def _si_label(axis: Any) -> tuple[str, str]:
+    """Return the quantity and the SI unit of an axis, also of one whose label has a prefix already."""
+    text = axis.get_label_text()
+    unit, end = _PREFIXED.get(axis.get_major_formatter(), ("", ""))
+    known = end and f" {text}".endswith(end)
+    return (f" {text}".removesuffix(end).strip(), unit) if known else parted(text)
+
+
+def _set_prefix(formatter: Any, labels: dict[Any, tuple[str, str]], unit: str, end: str) -> None:
+    """Let the labels of all axes that share a formatter and a unit end alike."""
+    _PREFIXED[formatter] = unit, end
+    for axis, (quantity, own_unit) in labels.items():
+        if own_unit == unit and axis.get_label_text():
+            axis.set_label_text(f"{quantity}{end}".strip())
 
 
 def label_loop(axes: "Axes") -> None:
@@ -167,15 +206,19 @@ def by_factors(axis: Any) -> None:
     """Make an axis, once its data are drawn, logarithmic, with plain numbers: 0.4, and not 4 × 10⁻¹."""
     from matplotlib.ticker import FuncFormatter, LogLocator
 
+    labels = {each: _si_label(each) for each in _sharing(axis)}
     (axis.axes.set_xscale if axis.axis_name == "x" else axis.axes.set_yscale)("log")
-    low, high = axis.get_data_interval()
-    quantity, unit = parted(axis.get_label_text())
+    ends = np.array([each.get_data_interval() for each in labels])
+    ends = ends[np.isfinite(ends).all(axis=1)]
+    low, high = float(ends[:, 0].min()), float(ends[:, 1].max())
+    unit = labels[axis][1]
     factor, ticks = scale_of(unit, high)
-    if unit in WITH_PREFIX:
-        axis.set_label_text(f"{quantity} ({ticks})")
     axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < FEW_DECADES * low else (1,)))
     axis.set_minor_formatter("")
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * factor:g}"))
+    formatter = FuncFormatter(lambda value, _: f"{value * factor:g}")
+    axis.set_major_formatter(formatter)
+    if unit in WITH_PREFIX:
+        _set_prefix(formatter, labels, unit, f" ({ticks})")
 
 
 def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:
@@ -189,7 +232,7 @@ def zero_lines(axes: "Axes", *, vertical: bool = True) -> None:
 
 
 def set_beside(artists: "Iterable[Artist]", number: int, count: int, apart: float = APART) -> None:
-    """Move one of some lines with marks at the same places some points aside, so that each is seen."""
+    """Move one of several lines with marks at the same places sideways; the legend has to say so (`MOVED`)."""
     from matplotlib.transforms import ScaledTranslation
 
     for artist in artists:

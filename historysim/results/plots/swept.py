@@ -16,7 +16,7 @@ from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, misfit
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SWEEP, Panel
-from historysim.results.plots.style import FAINT, INK, LINES, by_factors, printed, scale_of, set_beside
+from historysim.results.plots.style import FAINT, INK, LINES, MOVED, by_factors, printed, scale_of, set_beside
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -92,6 +92,7 @@ class CurvePicture(Panel):
         axes = canvas.axes()
         scales = {"x": (1.0, "") if not numeric else _in_unit(sweep[over], self.over_unit, "over_unit")}
         scales["y"] = _in_unit(sweep[quantity], self.unit, "unit")
+        moved = False
         for number, (member, (colour, dashes, marker)) in enumerate(zip(members, LINES, strict=False)):
             own = sweep if member is None else sweep.isel({each: member})
             line = self._line(own, points, over if numeric else "", quantity)
@@ -103,7 +104,7 @@ class CurvePicture(Panel):
             looks = {"color": colour, "linestyle": dashes if joined else "none", "marker": marker, "ms": size}
             looks |= {"label": labels[number] or None, "linewidth": 1.0}
             # cells that have failed are gaps
-            self._draw_line(axes, line.dropna(subset="y"), looks, number, len(members))
+            moved |= self._draw_line(axes, line.dropna(subset="y"), looks, number, len(members))
         for axis, name in ((axes.xaxis, over), (axes.yaxis, quantity)):
             unit = scales[axis.axis_name][1]
             axis.set_label_text(name_of(sweep, name) + (f" ({unit})" if unit else ""))
@@ -118,7 +119,7 @@ class CurvePicture(Panel):
         if self.logarithmic:
             by_factors(axes.yaxis)
         numbered = each is not None and not self.labels and "seed" not in each and _is_number(sweep, each)
-        canvas.legend(title=name_of(sweep, str(each)) if numbered else None)
+        canvas.legend(title=name_of(sweep, str(each)) if numbered else None, extra=MOVED if moved else "")
         if not self.ends:
             _write_caption(axes, sweep, quantity, {points, each}, self.spread)
 
@@ -144,11 +145,11 @@ class CurvePicture(Panel):
         along = own[over].values if over == points else by_point[over].mean() if over else range(own.sizes[points])
         return line.assign(x=np.asarray(along, dtype=float)).sort_values("x", kind="stable")
 
-    def _draw_line(self, axes: "Axes", line: Any, looks: dict[str, Any], number: int, count: int) -> None:
-        """Draw one of some lines with its spread, and what is fitted to it."""
+    def _draw_line(self, axes: "Axes", line: Any, looks: dict[str, Any], number: int, count: int) -> bool:
+        """Draw one of some lines with its spread and fit; return whether its marks were moved sideways."""
         if line.empty:
-            return
-        x, y = line["x"].to_numpy(), line["y"].to_numpy()
+            return False
+        x, y, moved = line["x"].to_numpy(), line["y"].to_numpy(), False
         if self.spread == "quantiles" and not self.ends:
             axes.fill_between(x, line["y_low"], line["y_high"], color=looks["color"], alpha=0.2, linewidth=0)
             axes.plot(x, y, **looks)
@@ -159,10 +160,11 @@ class CurvePicture(Panel):
                     low, high = line[axis] - line[f"{axis}_low"], line[f"{axis}_high"] - line[axis]
                     lengths[f"{axis}err"] = np.maximum([low, high], 0.0)
             bars = axes.errorbar(x, y, **lengths, **looks, capsize=2, elinewidth=0.8)
-            if "yerr" in lengths:
+            if moved := "yerr" in lengths and count > 1:
                 set_beside(bars.get_children(), number, count, BARS_APART)
         if self.fit is not None:
             _draw_fit(axes, x, y, self.fit, looks["color"])
+        return moved
 
     def _axes_of(self, sweep: xr.Dataset, quantity: str) -> tuple[str, str, str | None]:
         """Return what is on the axis, the dimension of the points, and that of the lines."""

@@ -6,15 +6,20 @@ import zlib
 from xml.etree import ElementTree as ET
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from drawn_data import hidden_data
 from swept import BALL
 
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
+from historysim.results.plots import style
 from historysim.results.plots.canvas import drawn, new_figure
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 
 
 def test_a_figure_has_its_size_in_millimetres():
@@ -100,3 +105,97 @@ def test_labels_have_prefixes_and_what_all_ticks_have_in_common():
         # the tick and what the label says are the place
         assert [offset + 1e-9 * number for number in numbers] == pytest.approx(axes.get_xticks(), rel=1e-12, abs=1e-24)
         assert not axes.xaxis.offsetText.get_visible()
+
+
+@pytest.fixture
+def ball_loops():
+    """Loops of one ball under 50 mN and under 5 N: mN and nm by themselves, N and µm beside the larger."""
+
+    def loop(load, amplitude):
+        moves = [hs.TangentialDisplacement(1.0 + i, amplitude * (-1) ** i) for i in range(3)]
+        return hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, 0.2), [hs.NormalLoad(0.0, load), *moves], substeps=20)
+
+    return loop(50e-3, 20e-9), loop(5.0, 3e-6)
+
+
+def labels_of(axes):
+    """The units in the labels of axes, and the largest tick of each in SI units."""
+    axes[0].figure.canvas.draw()
+    units = [[re.search(r"\((.*)\)", label)[1] for label in (one.get_xlabel(), one.get_ylabel())] for one in axes]
+    factors = {"m": 1.0, "µm": 1e-6, "nm": 1e-9, "N": 1.0, "mN": 1e-3}
+    for one, pair in zip(axes, units, strict=True):
+        for axis, unit in zip((one.xaxis, one.yaxis), pair, strict=True):
+            place = axis.get_majorticklocs()[-1]
+            text = axis.get_major_formatter().format_ticks(axis.get_majorticklocs())[-1]
+            assert float(text.replace("−", "-")) * factors[unit] == pytest.approx(place, rel=1e-6)
+    return units
+
+
+@pytest.mark.parametrize("order", [(0, 0), (0, 1), (1, 0), (1, 1)])
+@pytest.mark.parametrize("shared", ["x", "y", "xy", "afterwards", "neither"])
+def test_axes_that_share_limits_share_a_prefix(ball_loops, order, shared):
+    if shared == "afterwards":
+        axes = plt.figure().subplots(1, 2)
+        axes[1].sharex(axes[0])
+        axes[1].sharey(axes[0])
+    else:
+        axes = plt.figure().subplots(1, 2, sharex="x" in shared, sharey="y" in shared)
+    for one, number in zip(axes, order, strict=True):
+        hs.plot(ball_loops[number], picture="loop", ax=one)
+    own = [(["nm", "mN"], ["µm", "N"])[number] for number in order]
+    both = ["µm", "N"] if 1 in order else ["nm", "mN"]
+    expected = [
+        [both[0] if shared in {"x", "xy", "afterwards"} else x, both[1] if shared in {"y", "xy", "afterwards"} else y]
+        for x, y in own
+    ]
+    assert labels_of(axes) == expected
+    plt.close("all")
+
+
+def test_twinned_axes_share_the_prefix_of_what_they_share(ball_loops):
+    axes = plt.figure().subplots()
+    hs.plot(ball_loops[0], picture="loop", ax=axes)
+    twin = axes.twinx()
+    hs.plot(ball_loops[1], picture="loop", ax=twin)
+    assert labels_of([axes, twin]) == [["µm", "mN"], ["µm", "N"]]
+    plt.close("all")
+
+
+def test_logarithmic_axes_and_common_parts_of_ticks_are_shared():
+    low, high = plt.figure().subplots(1, 2, sharey=True)
+    for axes, top in ((low, 5e-3), (high, 5.0)):
+        axes.plot([1, 2], [1e-3, top])
+        axes.set_ylabel("load (N)")
+        style.by_factors(axes.yaxis)
+        style.name_prefix(axes.yaxis)
+    assert [axes.get_ylabel() for axes in (low, high)] == ["load (N)"] * 2
+    above, below = plt.figure().subplots(2, 1, sharex=True)
+    for axes, top in ((above, 5e-9), (below, 5e-6)):
+        axes.plot([1 + 1e-9, 1 + top], [1, 2])
+        axes.set_xlabel("stage (m)")
+        style.name_prefix(axes.xaxis)
+    assert [axes.get_xlabel() for axes in (above, below)] == ["stage (µm), from 1 m"] * 2
+    plt.close("all")
+
+
+@pytest.mark.hides_data
+@pytest.mark.parametrize(
+    ("limits", "fault"),
+    [((0, 1e-6), "leaves the axes"), ((0, 1e6), "cover"), ((2, 3), "leaves the axes"), ((0, 1), None)],
+)
+def test_data_that_a_figure_does_not_show_are_found(limits, fault):
+    """A scale that is wrong by six orders of magnitude leaves a panel blank."""
+    axes = plt.figure().subplots()
+    axes.plot([0.0, 1.0], [0.0, 1.0])
+    axes.set_ylim(*limits)
+    found = hidden_data(axes.figure)
+    assert found == [] if fault is None else all(fault in each for each in found[:1]) and found
+    plt.close("all")
+
+
+@pytest.mark.hides_data
+def test_an_empty_panel_is_found():
+    figure, (drawn_on, _) = plt.subplots(1, 2)
+    drawn_on.plot([0.0, 1.0], [0.0, 1.0])
+    assert hidden_data(figure) == ["a panel: empty"]
+    plt.close("all")
