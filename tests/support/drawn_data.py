@@ -1,4 +1,4 @@
-"""Data that a figure does not show: lines outside of their axes, data squeezed into a corner, empty panels."""
+"""Data that a figure does not show: lines outside of their axes and data squeezed into a corner."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,7 +11,7 @@ TOLERANCE = 0.01  # fraction of the axes by which a line may reach beyond them: 
 
 
 def hidden_data(figure):
-    """Describe each panel of a figure whose lines leave it or cover less than a tenth of it, or that is empty."""
+    """Describe each panel of a figure whose lines leave it or cover less than a tenth of it."""
     panels = [axes for axes in figure.findobj(Axes) if axes.axison and axes.get_visible()]
     panels = [axes for axes in panels if axes.get_label() != "<colorbar>"]
     for axes in panels:
@@ -39,12 +39,14 @@ def cut_off(axes):
 
 def squeezed(axes, known):
     """Describe a direction in which the data of a panel, and of those that share its limits, cover nearly nothing."""
-    if not known[axes].size and not (axes.texts or axes.collections or axes.patches):
-        yield f"{name_of(axes)}: empty"
     for direction, shared in enumerate((axes.get_shared_x_axes(), axes.get_shared_y_axes())):
         together = [known[each][:, direction] for each in shared.get_siblings(axes) if each in known]
         values = np.concatenate(together)
         values = values[np.isfinite(values)]
+        limits, scale = ((axes.get_xlim(), axes.get_xscale()), (axes.get_ylim(), axes.get_yscale()))[direction]
+        if scale == "linear" and min(limits) <= 0 <= max(limits):
+            # what is drawn from zero covers the way from there
+            values = np.append(values, -limits[0] / (limits[1] - limits[0]))
         # a constant has no extent
         if values.size and np.ptp(values) > 1e-12 and np.ptp(np.clip(values, 0.0, 1.0)) < LEAST_COVERAGE:
             yield f"{name_of(axes)}: data cover {np.ptp(np.clip(values, 0, 1)):.3g} of the axes in {'xy'[direction]}"

@@ -191,11 +191,3 @@ def test_data_that_a_figure_does_not_show_are_found(limits, fault):
     found = hidden_data(axes.figure)
     assert found == [] if fault is None else all(fault in each for each in found[:1]) and found
     plt.close("all")
-
-
-@pytest.mark.hides_data
-def test_an_empty_panel_is_found():
-    figure, (drawn_on, _) = plt.subplots(1, 2)
-    drawn_on.plot([0.0, 1.0], [0.0, 1.0])
-    assert hidden_data(figure) == ["a panel: empty"]
-    plt.close("all")
