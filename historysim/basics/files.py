@@ -11,7 +11,7 @@ from pathlib import Path
 from historysim.basics import system
 from historysim.basics.system import sync_folder
 from historysim.basics.wording import brief
-from historysim.errors import InputError
+from historysim.errors import HistorySimError, InputError
 
 # What is added to the name of a file while it is written: who writes it, and what nobody can guess.
 UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
@@ -28,6 +28,78 @@ _KINDS = {
 }
 
 
+_PROBE_BYTES = 1 << 20  # a library that fails may have left a few pages free
+# Causes that a user can remedy.
+_CAUSES = {
+    errno.ENOSPC: "the disk is full",
+    getattr(errno, "EDQUOT", errno.ENOSPC): "the disk is full for this user (quota)",
+    errno.EFBIG: "the file is too large for this disk or a limit (ulimit -f)",
+    errno.EROFS: "the disk is read-only",
+}
+
+
+@contextmanager
+def write_errors(path: Path, partial: Path) -> Iterator[None]:
+    """Raise whatever a library raises when `partial` cannot be written as one OSError that names `path` and the reason.
+
+    Libraries report a full disk as almost anything: "NetCDF: HDF error", "Permission denied", an AttributeError in
+    their own clean-up. Errors with another cause, and those that name another file, are passed on.
+    """
+    try:
+        yield
+    except (HistorySimError, MemoryError):
+        raise
+    except Exception as error:
+        # other files that are read meanwhile have errors of their own
+        named = error.filename if isinstance(error, OSError) else None
+        if isinstance(named, str | bytes | os.PathLike):
+            named = Path(os.fsdecode(named)).absolute()
+        if named not in {None, partial.absolute(), path.absolute()}:
+            raise
+        failure = _refused_write(partial) or _system_error(error)
+        if failure is None:
+            raise
+        raise OSError(failure.errno, write_reason(failure), str(path)) from error
+
+
+def _refused_write(partial: Path) -> OSError | None:
+    """Return the error of the system for more bytes at the end of a file; None if it accepts them."""
+    try:
+        size = partial.stat().st_size
+        with partial.open("r+b", buffering=0) as stream:
+            try:
+                stream.seek(size)
+                written = 0
+                while written < _PROBE_BYTES:
+                    written += stream.write(bytes(_PROBE_BYTES - written))
+            finally:
+                stream.truncate(size)
+    except OSError as error:
+        return error if error.errno in _CAUSES else None
+    return None
+
+
+def _system_error(error: BaseException) -> OSError | None:
+    """Return the error of the system behind an exception, or that of a netCDF library, which does not pass it on."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and (cause is error or cause.errno in _CAUSES):
+            return cause
+        cause = cause.__cause__ or cause.__context__
+    # netCDF4 has no other type of error for whatever the system refuses
+    if isinstance(error, RuntimeError) and str(error).startswith("NetCDF: "):
+        return OSError(errno.EIO, f"it cannot be written ({error})")
+    return None
+
+
+def write_reason(error: OSError) -> str:
+    """Reason of an error of the system in words, followed by those of the system."""
+    said, cause = error.strerror or str(error), _CAUSES.get(error.errno or 0, "")
+    if not cause or cause in said:
+        return said
+    return f"{cause} ({said})"
+
+
 @contextmanager
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     """Yield the name of an empty file that takes the place of another when the block ends without an error.
@@ -40,7 +112,7 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
     token = f"{system.host()}-{os.getpid()}-{os.urandom(8).hex()}"
     beside = path.with_name(f".{path.name}.{token}.part{ending}")
     try:
-        with naming(path, beside):
+        with write_errors(path, beside):
             os.close(os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
             yield beside
             publish(beside, path)
@@ -48,22 +120,9 @@ def replacing(path: Path, ending: str = "") -> Iterator[Path]:
         beside.unlink(missing_ok=True)
 
 
-@contextmanager
-def naming(path: Path, *hidden: Path) -> Iterator[None]:
-    """Let an OSError name the user's file where it names none, or a hidden file in its place."""
-    try:
-        yield
-    except OSError as error:
-        # the block may read other files, and their errors stay as they are
-        named = None if error.filename is None else os.fsdecode(error.filename)
-        if named not in {None, *map(str, hidden)}:
-            raise
-        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
-
-
 def publish(hidden: Path, path: Path) -> None:
     """Give a hidden file its name: first its bytes reach the disk, then its name. An OSError names `path`."""
-    with naming(path, hidden):
+    with write_errors(path, hidden):
         sync_file(hidden)
         hidden.replace(path)
         sync_folder(path.parent)
@@ -236,7 +295,7 @@ class WriterLock:
         """Give the locked file another name, in place of another file, and return its lock."""
         if not system.REPLACES_OPEN_FILES:
             self.release()
-        with naming(path, self._path):
+        with write_errors(path, self._path):
             self._path.replace(path)
         return self if system.REPLACES_OPEN_FILES else WriterLock(path)
 

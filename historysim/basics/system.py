@@ -9,6 +9,7 @@ import errno
 import functools
 import importlib
 import os
+import select
 import signal
 import sys
 import threading
@@ -126,6 +127,18 @@ def is_running(process: int) -> bool:
     return True
 
 
+def open_standard_streams() -> None:
+    """Give standard streams that are closed to the null device, or a file opened later would get what libraries print.
+
+    Python's own streams stay as they are.
+    """
+    with contextlib.suppress(OSError):
+        handle = os.open(os.devnull, os.O_RDWR)
+        while handle <= 2:
+            handle = os.dup(handle)
+        os.close(handle)
+
+
 def processors() -> int:
     """Return the number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -134,34 +147,69 @@ def processors() -> int:
 def limit_processor_time(seconds: int) -> None:
     """Let the system end this process, without a picture of its memory, after so much time of a processor."""
     if resource is not None:
-        for kind, wanted in ((resource.RLIMIT_CPU, seconds), (resource.RLIMIT_CORE, 0)):
-            _, most = resource.getrlimit(kind)
-            resource.setrlimit(kind, (wanted if most == resource.RLIM_INFINITY else min(wanted, most), most))
+        _lower_limit(resource.RLIMIT_CPU, seconds)
+        _lower_limit(resource.RLIMIT_CORE, 0)
 
 
 def limit_memory(more: int) -> None:
     """Let this process take so many bytes more, where the system counts them; it gets no others."""
     with contextlib.suppress(OSError):
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(resource.RLIMIT_AS, (pages * resource.getpagesize() + more, most))
+        _lower_limit(resource.RLIMIT_AS, pages * resource.getpagesize() + more)
 
 
-def copy_ends_well(task: Callable[[], None], seconds: float) -> bool:
-    """Return whether a copy of this process, which carries out a task, ends with code 0 within a time on the wall."""
-    with warnings.catch_warnings():
-        # Python 3.12 warns of other threads
-        warnings.simplefilter("ignore", DeprecationWarning)
-        process = os.fork()
-    if not process:
-        try:
-            # the system ends it, whatever library it is in
-            signal.signal(signal.SIGALRM, signal.SIG_DFL)
-            signal.setitimer(signal.ITIMER_REAL, seconds)
-            task()
-        finally:
-            os._exit(1)
-    return os.waitpid(process, 0)[1] == 0
+def _lower_limit(kind: int, wanted: int) -> None:
+    """Lower a limit of this process, unless it is lower already; a system without this limit is left alone."""
+    soft, hard = resource.getrlimit(kind)
+    limits = [each for each in (wanted, soft, hard) if each != resource.RLIM_INFINITY]
+    with contextlib.suppress(OSError, ValueError):
+        resource.setrlimit(kind, (min(limits), hard))
+
+
+# Bytes by which a process that reads a file reports how far it got. Exit codes do not tell: where the signal of ended
+# children is ignored, the system keeps none.
+_BEGUN, _DONE = b"b", b"d"
+
+
+def copy_ends_well(read: Callable[[], None], seconds: float) -> bool | None:
+    """Return whether a copy of this process ends a task within a time on the wall; None if it could not begin."""
+    receiver, sender = os.pipe()
+    try:
+        with warnings.catch_warnings():
+            # Python 3.12 warns of other threads
+            warnings.simplefilter("ignore", DeprecationWarning)
+            process = os.fork()
+        if not process:
+            try:
+                # the system ends it, whatever library it is in
+                signal.signal(signal.SIGALRM, signal.SIG_DFL)
+                signal.setitimer(signal.ITIMER_REAL, seconds)
+                # where standard streams are closed, the pipe may have their numbers
+                apart = fcntl.fcntl(sender, fcntl.F_DUPFD, 3)
+                carry_out(read, lambda report: os.write(apart, report))
+            finally:
+                os._exit(1)
+        os.close(sender)
+        sender = -1
+        # another thread may have copied this process meanwhile, and the end of the pipe with it
+        told, last = b"", time.monotonic() + seconds + 1
+        while not told.endswith(_DONE) and select.select([receiver], [], [], max(last - time.monotonic(), 0))[0]:
+            report = os.read(receiver, 1)
+            if not report:
+                break
+            told += report
+        # nobody may have waited for it yet, or the system itself has
+        with contextlib.suppress(ChildProcessError):
+            os.waitpid(process, 0)
+    finally:
+        for handle in (receiver, sender):
+            if handle >= 0:
+                os.close(handle)
+    return _judged(told)
+
+
+def _judged(told: bytes) -> bool | None:
+    return told.endswith(_DONE) if told.startswith(_BEGUN) else None
 
 
 # Threads by default, at most: one thread, which walks the history, takes a quarter of the time of a replay.
@@ -179,27 +227,43 @@ def threads_of(given: int | None) -> int:
 
 _SLOWER = 3  # seconds on the wall for each of a processor, which others use, too
 _STARTED = """
-import importlib, json, sys
+import functools, importlib, json, os, pathlib, sys
 sys.path[:], module, name, path, seconds = json.loads(sys.argv[1])
 from historysim.basics import system
-system.carry_out(getattr(importlib.import_module(module), name), path, seconds)
+sender = os.dup(1)
+read = functools.partial(getattr(importlib.import_module(module), name), pathlib.Path(path))
+system.carry_out(system.limited(read, seconds), lambda report: os.write(sender, report))
 """
 
 
 def ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
     """Return whether a process that reads a file with a function of a module ends by itself, in this processor time.
 
-    A library may read a damaged file without end, or end the process.
+    A library may read a damaged file without end, or end the process. True, too, where the system starts no process:
+    the file is then read without this precaution.
     """
-    if not COPIES_PROCESSES:
-        return _started_ends_well(read, path, seconds)
-    # a copy of this process has all libraries, but waits for ever for locks that other threads hold
-    well = copy_ends_well(functools.partial(carry_out, read, path, seconds), _SLOWER * seconds)
-    return well or (threading.active_count() > 1 and _started_ends_well(read, path, seconds))
+    well = None
+    if COPIES_PROCESSES:
+        # a copy of this process has all libraries, but waits for ever for locks that other threads hold
+        with contextlib.suppress(OSError):
+            well = copy_ends_well(limited(functools.partial(read, path), seconds), _SLOWER * seconds)
+    if well is None or (not well and threading.active_count() > 1):
+        well = _started_ends_well(read, path, seconds)
+    return well is not False
 
 
-def carry_out(read: Callable[[Path], None], path: str | Path, seconds: int) -> None:
-    """Read a file in this process, which has nothing else to do, prints nothing, and ends here."""
+def limited(read: Callable[[], None], seconds: int) -> Callable[[], None]:
+    """Return a task that reads within a time of a processor."""
+
+    def task() -> None:
+        limit_processor_time(seconds)
+        read()
+
+    return task
+
+
+def carry_out(task: Callable[[], None], report: Callable[[bytes], object]) -> None:
+    """Carry out a task in this process, which has nothing else to do, prints nothing, reports, and ends here."""
     import faulthandler
 
     with contextlib.suppress(BaseException):
@@ -207,23 +271,31 @@ def carry_out(read: Callable[[Path], None], path: str | Path, seconds: int) -> N
         null = os.open(os.devnull, os.O_WRONLY)
         for stream in (1, 2):
             os.dup2(null, stream)
-        limit_processor_time(seconds)
-        read(Path(path))
+    report(_BEGUN)
+    with contextlib.suppress(BaseException):
+        task()
+    report(_DONE)
     os._exit(0)
 
 
-def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
+def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool | None:
+    """Do as `copy_ends_well` in a fresh Python; None, too, where there is no interpreter to start."""
     import json
     import subprocess
 
     task = json.dumps([sys.path, read.__module__, read.__name__, str(path.absolute()), seconds])
     try:
         done = subprocess.run(  # noqa: S603 - this Python, as it is
-            [sys.executable, "-c", _STARTED, task], check=False, timeout=_SLOWER * seconds, stdin=subprocess.DEVNULL
+            [sys.executable, "-c", _STARTED, task],
+            check=False,
+            timeout=_SLOWER * seconds,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
         )
-    except subprocess.TimeoutExpired:
-        return False
+    except subprocess.TimeoutExpired as error:
+        return _judged(error.stdout or b"")
     except OSError:
-        # a program that embeds Python has no interpreter to start
-        return True
-    return done.returncode == 0
+        # a program that embeds Python, a full process table
+        return None
+    return _judged(done.stdout)

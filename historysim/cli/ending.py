@@ -12,6 +12,8 @@ from typing import Any
 
 import click
 
+from historysim.basics.files import write_reason
+from historysim.basics.system import open_standard_streams
 from historysim.basics.wording import nearest, printable
 from historysim.errors import HistorySimError, InputError, UnlikelyValueWarning
 
@@ -33,7 +35,7 @@ def _ended(error: BaseException) -> Ended | None:
         return Ended(str(error), code=2 if isinstance(error, InputError) else 1)
     if isinstance(error, OSError) and not isinstance(error, BrokenPipeError):
         place = f"{error.filename}: " if error.filename else ""
-        return Ended(f"{place}{error.strerror or error}", code=1)
+        return Ended(f"{place}{write_reason(error)}", code=1)
     if isinstance(error, MemoryError):
         return Ended(OUT_OF_MEMORY, code=1)
     if isinstance(error, KeyboardInterrupt):
@@ -144,6 +146,7 @@ class Commands(click.Group):
 
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run the program; a terminal that does not know a sign gets ? in its place."""
+        open_standard_streams()
         for stream in (sys.stdout, sys.stderr):
             if isinstance(stream, io.TextIOWrapper):
                 stream.reconfigure(errors="replace")

@@ -19,7 +19,16 @@ from urllib.parse import quote
 import attrs
 import numpy as np
 
-from historysim.basics.files import SQLITE, WriterLock, beginning, check_replaceable, is_log, kind_text, naming
+from historysim.basics.files import (
+    SQLITE,
+    WriterLock,
+    beginning,
+    check_replaceable,
+    is_log,
+    kind_text,
+    write_errors,
+    write_reason,
+)
 from historysim.basics.system import sync_folder
 from historysim.errors import InputError, MissingPackageError
 from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
@@ -112,14 +121,14 @@ class LogFile:
         try:
             lock = WriterLock(unfinished, make=True, begins=(SQLITE,))
         except OSError as error:
-            raise OSError(error.errno, error.strerror, str(path)) from None
+            raise OSError(error.errno, write_reason(error), str(path)) from None
         try:
             if path.exists():
                 # whoever writes the old one must be done before it is replaced
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
             _check_journal(unfinished).unlink(missing_ok=True)
-            with reported(path), closing(connect(unfinished, "rw")) as connection:
+            with write_errors(path, unfinished), reported(path), closing(connect(unfinished, "rw")) as connection:
                 # a crash before it has its name leaves nothing behind that anybody asks for
                 connection.execute("PRAGMA journal_mode = MEMORY")
                 connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
@@ -129,7 +138,7 @@ class LogFile:
                     pass
             settle(path)
             lock = lock.moved(path)
-            with naming(path):
+            with write_errors(path, unfinished):
                 sync_folder(path.parent)
             return cls(path, lock=lock)
         except BaseException:
@@ -342,7 +351,8 @@ def reported(path: Path) -> Iterator[None]:
     except (sqlite3.Error, UnicodeDecodeError) as error:
         if number := _refusal(error):
             mend = "what the log holds stands; make room, let it be written, or wait for the other process; then go on"
-            raise OSError(number, f"{os.strerror(number)} ({error}); {mend}", str(path)) from error
+            reason = write_reason(OSError(number, os.strerror(number)))
+            raise OSError(number, f"{reason} ({error}); {mend}", str(path)) from error
         raise InputError(f"{path}: is no log, or damaged ({error}); {_EXPECTED}") from error
 
 

@@ -18,7 +18,7 @@ import attrs
 
 from historysim._version import __version__
 from historysim.basics.fields import one_of
-from historysim.basics.files import replacing
+from historysim.basics.files import replacing, write_errors
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.system import threads_of
 from historysim.basics.wording import Notify, silent
@@ -86,7 +86,11 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             surface_group.write(into, head.surface, head.settings["surface_attributes"])
         embedded_log.write(into, head, content)
 
-    with Unfinished(output) as unfinished, _explained(file.path, unfinished, job.steps()):
+    with (
+        Unfinished(output) as unfinished,
+        _explained(file.path, unfinished, job.steps()),
+        write_errors(output, unfinished.path),
+    ):
         start, written = Start(head.ensemble.initial_state()), ""
         if options.resume:
             if _is_result_of(output, link):
@@ -143,7 +147,7 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
     except OSError as error:
         if error.filename not in {None, str(unfinished.output)}:
             raise
-        message = f"{error.strerror}; then go on with --resume"
+        message = f"{error.strerror}; make room, then go on with --resume"
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 

@@ -9,7 +9,7 @@ import errno
 import math
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, final
 
@@ -17,7 +17,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION, Array
-from historysim.basics.files import WriterLock, naming, own_file, publish, sync_file
+from historysim.basics.files import WriterLock, own_file, publish, sync_file, write_errors, write_reason
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
 from historysim.recording.recorder import Recorder, coordinates_of
@@ -71,7 +71,10 @@ def put_variable(
 @final
 @attrs.define
 class FileRecorder(Recorder):
-    """Rows of one history, written to the file of a result."""
+    """Rows of one history, written to the file of a result.
+
+    Errors of the netCDF library are passed on; `write_errors` around the block explains them.
+    """
 
     path: Path  #: the file; what is there is replaced unless the recorder goes on
     attributes: Mapping[str, Any]  #: of the result
@@ -90,12 +93,11 @@ class FileRecorder(Recorder):
         if self.compression == "none":
             there = self.path.stat() if self.path.exists() else None
             check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))
-        with _reported():
-            self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
-            self._file.set_fill_off()
-            if not self.go_on:
-                self._declare()
-            self._file.set_auto_maskandscale(False)
+        self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
+        self._file.set_fill_off()
+        if not self.go_on:
+            self._declare()
+        self._file.set_auto_maskandscale(False)
 
     def __enter__(self) -> Self:
         return self
@@ -132,20 +134,18 @@ class FileRecorder(Recorder):
         self._filled += times.size
 
     def flush(self) -> None:
-        """Write all rows so far to the disk; rows that cannot be written are an OSError."""
+        """Write all rows so far to the disk."""
         self._put_held()
-        with _reported():
-            self._file.sync()
-            sync_file(self.path)
+        self._file.sync()
+        sync_file(self.path)
 
     def finish(self) -> None:
-        """Make a result of the rows, which are all there; an OSError where it cannot be written."""
+        """Make a result of the rows, which are all there."""
         self._put_held()
-        with _reported():
-            if self.slide_time is not None and self.slide_time.size:
-                self._file[SLIDE_TIME.name][...] = self.slide_time
-            self._file.setncattr("complete", np.int8(1))
-            self._close()
+        if self.slide_time is not None and self.slide_time.size:
+            self._file[SLIDE_TIME.name][...] = self.slide_time
+        self._file.setncattr("complete", np.int8(1))
+        self._close()
 
     def _close(self) -> None:
         try:
@@ -161,7 +161,7 @@ class FileRecorder(Recorder):
         """Take all rows from a finished file of the same history."""
         import netCDF4
 
-        with _reported(), netCDF4.Dataset(source) as given:
+        with netCDF4.Dataset(source) as given:
             given.set_auto_maskandscale(False)
             if self.columns:
                 self.slide_time = given[SLIDE_TIME.name][...]
@@ -216,25 +216,11 @@ class FileRecorder(Recorder):
         if not self._held:
             return
         where = slice(self._filled - self._held, self._filled)
-        with _reported():
-            self._file["time"][where] = self._times[: self._held]
-            for variable, values in self.projected(self.rows[: self._held]):
-                if values.size:
-                    self._file[variable.name][where] = values
+        self._file["time"][where] = self._times[: self._held]
+        for variable, values in self.projected(self.rows[: self._held]):
+            if values.size:
+                self._file[variable.name][where] = values
         self._held = 0
-
-
-@contextlib.contextmanager
-def _reported() -> Iterator[None]:
-    try:
-        yield
-    except (OSError, RuntimeError) as error:
-        # RuntimeError is the netCDF library's only type of error for whatever the system refuses
-        if isinstance(error, RuntimeError) and not str(error).startswith("NetCDF: "):
-            raise
-        why = (error.strerror if isinstance(error, OSError) else "") or str(error)
-        number = (error.errno if isinstance(error, OSError) else 0) or errno.EIO
-        raise OSError(number, f"the rows cannot be written ({why}); is the disk full?") from error
 
 
 class Unfinished:
@@ -259,7 +245,7 @@ class Unfinished:
                 raise
         except OSError as error:
             busy = isinstance(error, BlockingIOError)
-            why = "another process is writing this result" if busy else error.strerror
+            why = "another process is writing this result" if busy else write_reason(error)
             raise OSError(error.errno, why, str(output)) from error
 
     def __enter__(self) -> Self:
@@ -271,7 +257,7 @@ class Unfinished:
         self._lock.remove()
 
     def _make(self) -> None:
-        with naming(self.output, self.path):
+        with write_errors(self.output, self.path):
             os.close(own_file(self.path, begins=_BEGINS))
             # a snapshot will say that rows stand in it
             sync_folder(self.path.parent)
@@ -292,8 +278,7 @@ def check_room(folder: Path, needed: int) -> None:
     if free < needed:
         raise OSError(
             errno.ENOSPC,
-            f"No space left on device: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are "
-            "free; make room",
+            f"the disk is full: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are free",
         )
 
 

@@ -1,3 +1,8 @@
+import errno
+import os
+import signal
+import subprocess
+import sys
 import time
 
 import h5py
@@ -80,7 +85,84 @@ def scale(file):
     return file["t"]
 
 
-@pytest.mark.skipif(not system.COPIES_PROCESSES, reason="copies no processes")
-@pytest.mark.parametrize(("task", "well"), [(bool, True), (lambda: time.sleep(60), False), (lambda: 1 / 0, False)])
-def test_how_a_copy_ends(task, well):
-    assert system.copy_ends_well(lambda: (task(), system.os._exit(0)), 0.5) == well
+copies = pytest.mark.skipif(not system.COPIES_PROCESSES, reason="copies no processes")
+
+
+@copies
+@pytest.mark.parametrize(
+    ("task", "well"), [(bool, True), (lambda: 1 / 0, True), (lambda: time.sleep(60), False), (os.abort, False)]
+)
+@pytest.mark.parametrize("action", [signal.SIG_DFL, signal.SIG_IGN])
+def test_a_copy_reports_how_it_ends_whatever_happens_to_the_signal_of_ended_children(task, well, action):
+    before = signal.signal(signal.SIGCHLD, action)
+    try:
+        assert system.copy_ends_well(task, 0.5) == well
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
+def refuse(*_, **__):
+    raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
+
+@copies
+@pytest.mark.parametrize("refused", ["fork", "pipe"])
+def test_where_no_copy_can_be_made_a_fresh_process_reads(tmp_path, monkeypatch, refused):
+    monkeypatch.setenv("HISTORYSIM_MOST_HDF5_SECONDS", "1")
+    monkeypatch.setattr(os, refused, refuse)
+    if refused == "pipe":
+        monkeypatch.setattr(subprocess, "run", refuse)
+    path = made(tmp_path, hostile._circle)
+    if refused == "fork":
+        with pytest.raises(InputError, match="a process that reads it ends by a signal"):
+            check_contained(path)
+    path.unlink()
+    check_contained(made(tmp_path, lambda file, _: file.create_dataset("x", data=np.zeros(3))))
+
+
+@pytest.mark.parametrize("program", ["/bin/false", "/nowhere/python", ""])
+def test_where_no_process_can_be_started_the_file_is_read_here(tmp_path, monkeypatch, program):
+    monkeypatch.setattr(system, "COPIES_PROCESSES", False)
+    monkeypatch.setattr(sys, "executable", program)
+    check_contained(made(tmp_path, lambda file, _: file.create_dataset("x", data=np.zeros(3))))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs the limits and signals of POSIX")
+@pytest.mark.parametrize(
+    "shell",
+    [
+        "trap '' CHLD",
+        "ulimit -v 4000000",
+        "ulimit -t 100; ulimit -c 0",
+        "exec >&-",
+        "exec 2>&-",
+        "exec <&-",
+        "exec <&- >&- 2>&-",
+        "export TMPDIR=/nowhere",
+    ],
+)
+def test_a_result_is_read_in_unusual_surroundings(tmp_path, shell):
+    path = tmp_path / "m.nc"
+    with h5py.File(path, "w") as file:
+        file["time"] = np.arange(3.0)
+    command = f'{shell}; exec "$0" -m historysim columns m.nc'
+    done = subprocess.run(["/bin/sh", "-c", command, sys.executable], cwd=tmp_path, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert (b"time" in done.stdout) != (">&-" in shell.replace("2>&-", ""))
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs the limit of memory of Linux")
+def test_a_limit_of_memory_is_lowered_and_never_raised():
+    program = (
+        "import resource\n"
+        "from historysim.basics.system import limit_memory\n"
+        "limit_memory(1 << 40)\n"
+        "limit_memory(1 << 30)\n"
+        "limit_memory(1 << 40)\n"
+        "print(*resource.getrlimit(resource.RLIMIT_AS))"
+    )
+    command = f"ulimit -Sv 3000000; ulimit -Hv 4000000; exec \"$0\" -c '{program}'"
+    done = subprocess.run(["/bin/sh", "-c", command, sys.executable], capture_output=True, text=True, check=True)
+    soft, hard = map(int, done.stdout.split())
+    assert hard == 4_000_000 * 1024
+    assert 1 << 30 < soft < 3_000_000 * 1024

@@ -580,7 +580,11 @@ def test_bad_input_gets_code_2_and_one_message(with_results, monkeypatch, argume
 @pytest.mark.parametrize(
     ("raised", "code", "said"),
     [
-        (OSError(28, "No space left on device", "ball.nc"), 1, "Error: ball.nc: No space left on device\n"),
+        (
+            OSError(28, "No space left on device", "ball.nc"),
+            1,
+            "Error: ball.nc: the disk is full (No space left",
+        ),
         (PermissionError(13, "Permission denied"), 1, "Error: Permission denied\n"),
         (MemoryError(), 1, "Error: the memory does not suffice; record fewer asperities"),
         (KeyboardInterrupt(), 130, "Error: interrupted; what was not finished is not kept\n"),
@@ -603,7 +607,7 @@ def test_a_full_disk_ends_with_a_message(folder):
     (folder / "ball.toml").write_text(SCENARIO.replace("substeps = 10", "substeps = 100_000"), encoding="utf-8")
     command = ["sh", "-c", 'ulimit -f 1000; exec "$@"', "sh", sys.executable, "-m", "historysim", "run", "ball.toml"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    check_refusal(done, 1, "is the disk full?")
+    check_refusal(done, 1, "ball.nc: the file is too large for this disk or a limit")
     assert files(folder) == ["ball.history", "ball.toml"]
 
 

@@ -5,71 +5,13 @@ import shutil
 import socket
 import stat
 
-import numpy as np
 import pytest
 from click.testing import CliRunner
+from command_table import COMMANDS, READING, with_target, write_inputs
 
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-
-SCENARIO = """
-[materials]
-contact_modulus = 1e10
-shear_modulus = 2.5e9
-[surface]
-kind = "sphere"
-radius = "1 mm"
-[friction]
-coefficient = 0.5
-[loading]
-file = "m.csv"
-[loading.columns]
-time = "t"
-normal_load = { column = "Fn", unit = "mN" }
-tangential_displacement = { column = "x", unit = "nm" }
-[loading.response]
-tangential_load = { column = "Ft", unit = "mN" }
-[fit]
-parameters = ["friction"]
-[sweep.over]
-friction.coefficient = [0.4, 0.5]
-[design]
-key = "friction.coefficient"
-between = [0.1, 1.0]
-target = "10 nm"
-output = "preliminary_displacement"
-"""
-# Arguments of each command that writes, and an ending that it knows.
-COMMANDS = {
-    "run": (["run", "s.toml", "-o", "TARGET"], ".nc"),
-    "run --picture": (["run", "s.toml", "-o", "new.nc", "--picture", "TARGET"], ".png"),
-    "sweep": (["sweep", "s.toml", "-o", "TARGET", "--workers", "1"], ".nc"),
-    "sweep to CSV": (["sweep", "s.toml", "-o", "TARGET", "--workers", "1"], ".csv"),
-    "design": (["design", "s.toml", "-o", "TARGET", "--workers", "1"], ".csv"),
-    "state": (["state", "r.history", "-o", "TARGET"], ".nc"),
-    "state of one": (["state", "r.history", "--asperity", "0", "-o", "TARGET"], ".png"),
-    "fork": (["fork", "r.history", "--at", "10", "-o", "TARGET"], ".history"),
-    "log": (["log", "r.history", "--csv", "TARGET"], ".csv"),
-    "table": (["table", "r.nc", "first-slips", "-o", "TARGET"], ".csv"),
-    "table to netCDF": (["table", "r.nc", "time-series", "-o", "TARGET"], ".nc"),
-    "loops": (["loops", "s.toml", "-o", "TARGET"], ".csv"),
-    "loops --levels": (["loops", "s.toml", "--levels", "TARGET"], ".nc"),
-    "loops --picture": (["loops", "s.toml", "--picture", "TARGET"], ".svg"),
-    "compare": (["compare", "s.toml", "-o", "TARGET"], ".png"),
-    "fit": (["fit", "s.toml", "-o", "TARGET"], ".toml"),
-    "fit --picture": (["fit", "s.toml", "-o", "new.toml", "--picture", "TARGET"], ".pdf"),
-    "sliding": (["sliding", "s.toml", "-o", "TARGET"], ".csv"),
-    "creep": (["creep", "h.toml", "-o", "TARGET"], ".png"),
-    "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
-    "plot moving": (["plot", "r.nc", "-o", "TARGET"], ".gif"),
-    "report": (["report", "r.nc", "-o", "TARGET"], ".html"),
-    "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
-    "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
-    "reduce": (["reduce", "s.toml", "--elements", "4", "-o", "TARGET"], ".json"),
-    "reduce --picture": (["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"], ".png"),
-}
-WRITES_NO_OTHER = {"validate", "show", "columns", "verify", "append", "kinds"}
 
 
 def call(*arguments):
@@ -79,20 +21,7 @@ def call(*arguments):
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
-    turns = np.array([0, 60, -60, 60, -60, 60, -60, 60])
-    x = np.interp(np.arange(0, 70, 1.0), np.arange(0, 80, 10.0), turns)
-    load = np.clip(np.cumsum(np.diff(x, prepend=0)) * 0.05, -5, 5)
-    rows = [f"{t},10,{xi},{force}" for t, (xi, force) in enumerate(zip(x, load, strict=True))]
-    (folder / "m.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
-    (folder / "s.toml").write_text(SCENARIO, encoding="utf-8")
-    # strokes with holds at their ends
-    strokes = [np.append(np.linspace(-end, end, 10), np.full(40, end)) for end in np.tile([60.0, -60.0], 4)]
-    x = np.concatenate([[0.0], *strokes])
-    rows = [f"{t},10,{xi},{np.clip(xi * 0.05, -3, 3)}" for t, xi in enumerate(x)]
-    (folder / "h.csv").write_text("\n".join(["t,Fn,x,Ft", *rows]) + "\n", encoding="utf-8")
-    held = SCENARIO.partition("[sweep.over]")[0].replace("m.csv", "h.csv")
-    (folder / "h.toml").write_text(held, encoding="utf-8")
-    hs.run(folder / "s.toml", folder / "r.nc").close()
+    write_inputs(folder)
     return folder
 
 
@@ -112,7 +41,7 @@ def content(folder):
 
 
 def refused(folder, command, target, *words):
-    arguments = [target if argument == "TARGET" else argument for argument in COMMANDS[command][0]]
+    arguments = with_target(COMMANDS[command][0], target)
     before = content(folder)
     done = call(*arguments, *words)
     said = f"{command} {target}: {done.output}"
@@ -124,7 +53,7 @@ def refused(folder, command, target, *words):
 
 
 def test_all_commands_are_here():
-    assert {arguments[0] for arguments, _ in COMMANDS.values()} | WRITES_NO_OTHER == set(main.found)
+    assert {arguments[0] for arguments, _ in COMMANDS.values()} | set(READING) == set(main.found)
 
 
 @pytest.mark.parametrize("command", ["run", "state of one", "fork", "table", "plot", "fmu", "reduce"])
@@ -179,7 +108,7 @@ def test_an_older_output_of_its_own_is_replaced(folder, command, monkeypatch):
     target.write_bytes(b"a photo")
     # what insists replaces anything
     for insists in (["--force"], []):
-        done = call(*(target if each == "TARGET" else each for each in arguments), *insists)
+        done = call(*with_target(arguments, target), *insists)
         assert done.exit_code == 0, done.output
         assert target.read_bytes() != b"a photo"
     for path in folder.iterdir():

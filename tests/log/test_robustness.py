@@ -206,7 +206,7 @@ def test_every_cut_of_the_power_keeps_the_promise():
 def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):
     scenario, output, written = interrupted(folder, monkeypatch)
     monkeypatch.setattr(shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, -(10**6)))
-    with pytest.raises(OSError, match=r"No space left on device: the result needs .* then go on with --resume"):
+    with pytest.raises(OSError, match=r"the disk is full: the result needs .* then go on with --resume"):
         hs.run(scenario, output, resume=True, snapshot_every=EVERY)
     monkeypatch.undo()
     assert not output.exists()

@@ -226,7 +226,7 @@ def test_what_stood_there_stays_when_writing_fails(folder, command, names, monke
     monkeypatch.setattr("xarray.Dataset.to_netcdf", fail)
     done = call(command, "s.toml", "-o", names[0], "--force")
     assert done.exit_code == 1, done.output
-    assert done.output == f"Error: {names[-1]}: No space left on device\n"
+    assert done.output == f"Error: {names[-1]}: the disk is full (No space left on device)\n"
     assert files(folder) == sorted([*names, *GIVEN])
     assert {(folder / name).read_text(encoding="utf-8") for name in names} == {"old"}
 

@@ -1,0 +1,124 @@
+"""Every command that writes on a disk without room: one message with the user's file name, and no partial output."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+
+import pytest
+from command_table import COMMANDS, with_target, write_inputs
+
+SIZE = 4 << 20  # bytes of the small file system
+FILLER = "filler"
+# Free bytes: none at all; enough to create a file and begin it.
+ROOMS = (0, 8192)
+# The log is the record of a run, kept on purpose; cells of a sweep that are complete are kept for the next attempt.
+KEPT = re.compile(r"\w+\.history|\w+\.cells")
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("inputs")
+    write_inputs(folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def small_disk(tmp_path_factory):
+    """Mount an empty file system of `SIZE` bytes; only root may do so."""
+    folder = tmp_path_factory.mktemp("disk")
+    command = ["mount", "-t", "tmpfs", "-o", f"size={SIZE}", "historysim-test", str(folder)]
+    if not shutil.which("mount") or subprocess.run(command, capture_output=True, check=False).returncode:
+        pytest.skip("a small file system can only be mounted by root on Linux")
+    yield folder
+    subprocess.run([shutil.which("umount"), str(folder)], check=True)
+
+
+@pytest.fixture
+def disk(small_disk, inputs):
+    """Inputs on the small file system, which has nothing else on it."""
+    for path in small_disk.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+    shutil.copytree(inputs, small_disk, dirs_exist_ok=True)
+    return small_disk
+
+
+def fill(folder, room):
+    """Write a file that leaves `room` bytes, to the page, on the disk of a folder."""
+    with (folder / FILLER).open("wb") as stream:
+        stream.write(bytes(shutil.disk_usage(folder).free - room))
+    assert shutil.disk_usage(folder).free == room
+
+
+def run_command(folder, arguments, limit=None):
+    def set_limit():
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    return subprocess.run(
+        [sys.executable, "-m", "historysim", *arguments],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        timeout=120,
+        check=False,
+        preexec_fn=None if limit is None else set_limit,
+        env=os.environ | {"CFLAGS": "-O0", "PYTHONDONTWRITEBYTECODE": "1"},
+    )
+
+
+def snapshot(folder):
+    """Content of all files in a folder except the filler and what is kept on purpose."""
+    return {
+        path.name: path.read_bytes()
+        for path in folder.iterdir()
+        if path.is_file() and path.name != FILLER and not KEPT.fullmatch(path.name)
+    }
+
+
+def check_failure(done, name, reason, before, folder):
+    __tracebackhide__ = True
+    shown = done.stdout + done.stderr
+    assert done.returncode == 1, shown
+    errors = [line for line in done.stderr.splitlines() if not line.startswith(("Note:", "replaying"))]
+    assert len(errors) == 1, shown
+    assert errors[0].startswith("Error: "), shown
+    assert name in errors[0], shown
+    assert reason in errors[0], shown
+    assert ".part" not in errors[0], shown
+    assert ".unfinished" not in errors[0], shown
+    assert snapshot(folder) == before, shown
+
+
+def expected_name(command, target):
+    """Output that fails first; commands with a picture write another file before it."""
+    first = {"run --picture": "new", "fit --picture": "new", "reduce --picture": "new"}
+    return first.get(command, target.split(".")[0])
+
+
+@pytest.mark.ci
+@pytest.mark.parametrize("room", ROOMS)
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command, room):
+    arguments, suffix = COMMANDS[command]
+    before = snapshot(disk)
+    fill(disk, room)
+    done = run_command(disk, with_target(arguments, f"out{suffix}"))
+    if room and done.returncode == 0:
+        assert (disk / f"out{suffix}").stat().st_size <= room
+        return
+    check_failure(done, expected_name(command, f"out{suffix}"), "disk is full", before, disk)
+
+
+@pytest.mark.ci
+@pytest.mark.skipif(sys.platform == "win32", reason="needs RLIMIT_FSIZE")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_limit_of_the_size_of_files_is_reported_with_the_name_of_the_output(inputs, tmp_path, command):
+    arguments, suffix = COMMANDS[command]
+    shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
+    before, limit = snapshot(tmp_path), 100
+    done = run_command(tmp_path, with_target(arguments, f"out{suffix}"), limit)
+    check_failure(done, expected_name(command, f"out{suffix}"), "file is too large", before, tmp_path)
