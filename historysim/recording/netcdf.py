@@ -278,7 +278,8 @@ def check_room(folder: Path, needed: int) -> None:
     if free < needed:
         raise OSError(
             errno.ENOSPC,
-            f"the disk is full: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are free",
+            f"the disk is full: the result needs {needed / 1e6:,.1f} MB more, and {free / 1e6:,.1f} MB are free; "
+            "make room",
         )
 
 
