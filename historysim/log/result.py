@@ -147,7 +147,7 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
     except OSError as error:
         if error.filename not in {None, str(unfinished.output)}:
             raise
-        message = f"{error.strerror.removesuffix('; make room')}; make room, then go on with --resume"
+        message = f"{(error.strerror or '').removesuffix('; make room')}; make room, then go on with --resume"
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
