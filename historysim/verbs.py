@@ -14,7 +14,7 @@ import attrs
 from historysim.basics.files import as_path, is_netcdf, kind_text
 from historysim.basics.wording import Lines, brief, shell_word
 from historysim.errors import InputError
-from historysim.results.result_files import CALLED, FILES, KINDS, kind_of, open_result, read_table
+from historysim.results.result_files import CALLED, FILES, KINDS, damage_reported, kind_of, open_history, read_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -75,56 +75,48 @@ def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading
     >>> hs.open("up.nc").sizes["step"]
     121
     """
-    import xarray as xr
+    path = as_path(path)
+    kind = kind_of(path)
+    if kind == "height map":
+        return _height_map(path, form or "plane", **reading)
+    if unused := ([] if form is None else ["form"]) + list(reading):
+        called = CALLED.get(kind, f"a {kind}")
+        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
+    if kind == "result":
+        return open_history(path)
+    if kind == "log":
+        from historysim.log.event_log import EventLog
 
-    from historysim.log.event_log import EventLog
+        return EventLog(path)
+    if kind == "scenario":
+        from historysim.scenario.scenario import load
 
-    with contextlib.ExitStack() as stack:
-        content = stack.enter_context(opened(path, form=form, **reading))
-        if isinstance(content, EventLog):
-            return EventLog(path)
-        if isinstance(content, xr.Dataset):
-            # the file is closed through the Dataset that opened it, which must not be asked to close itself
-            content = content.copy()
-            content.set_close(stack.pop_all().close)
+        return load(path)
+    content: Content = _read_whole(path, kind)
     return content
+
+
+def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kinds of files have their own types
+    """Read a file whose content fits into memory: loops, friction over time, a sweep, a table, or a registered kind."""
+    if kind not in CALLED:
+        return FILES[kind].read(path)
+    if not is_netcdf(path):
+        from historysim.results.tables import WrittenTable
+
+        return WrittenTable.read(path)
+    if kind == "sliding":
+        from historysim.measured.sliding import Sliding
+
+        return Sliding.from_dataset(read_table(path))
+    return read_table(path)
 
 
 @contextlib.contextmanager
 def opened(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Iterator[Content]":
     """Open any file that historysim knows, and close it when the block ends; parameters and errors as for `open`."""
-    path = as_path(path)
-    kind = kind_of(path)
-    if kind == "height map":
-        yield _height_map(path, form or "plane", **reading)
-        return
-    if unused := ([] if form is None else ["form"]) + list(reading):
-        called = CALLED.get(kind, f"a {kind}")
-        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
-    if kind == "result":
-        with open_result(path) as history:
-            yield history
-    elif kind == "log":
-        from historysim.log.event_log import EventLog
-
-        with EventLog(path) as log:
-            yield log
-    elif kind == "scenario":
-        from historysim.scenario.scenario import load
-
-        yield load(path)
-    elif kind not in CALLED:
-        yield FILES[kind].read(path)
-    elif not is_netcdf(path):
-        from historysim.results.tables import WrittenTable
-
-        yield WrittenTable.read(path)
-    elif kind == "sliding":
-        from historysim.measured.sliding import Sliding
-
-        yield Sliding.from_dataset(read_table(path))
-    else:
-        yield read_table(path)
+    content: Any = open(path, form=form, **reading)
+    with content if hasattr(content, "__exit__") else contextlib.nullcontext(), damage_reported(Path(path)):
+        yield content
 
 
 def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":

@@ -100,27 +100,52 @@ def _kind_of_netcdf(path: Path) -> str:
     return "result"
 
 
-@contextlib.contextmanager
-def open_result(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
-    """Open the result of a run, read lazily, and close it when the block ends.
+def open_history(path: Path, *, own: bool = False) -> xr.Dataset:
+    """Open the result of a run, read lazily; its ``close()`` closes the file.
 
-    An InputError says that there is no such file, or it is no finished result, or damaged, also where that is found as
-    it is read. What this process has just written (``own``) is not looked at by another process first.
+    The Dataset is that of xarray, which also closes files that nobody has closed. It must not be held open by a
+    suspended generator: the garbage collector would end that at any allocation, and wait for a lock of xarray that the
+    same thread may hold.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    own : bool
+        Whether this process has just written it, so that no other process checks it first.
+
+    Raises
+    ------
+    InputError
+        The file does not exist, is not a finished result, or is damaged.
     """
     expected = "expected a result of historysim run (netCDF)"
     _check_exists(path, expected)
     if not is_netcdf(path):
         raise InputError(f"{path}: is not a netCDF file; {expected}")
-    with _opened(path, own=own) as history:
-        if kind := KINDS.get(str(history.attrs.get("content", ""))):
-            raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
-        _check_history(history, path)
+    history = _open_netcdf(path, own=own)
+    try:
+        with damage_reported(path):
+            _check_history(history, path, expected)
+    except BaseException:
+        history.close()
+        raise
+    return history
+
+
+@contextlib.contextmanager
+def open_result(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
+    """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
+
+    Parameters and errors as for `open_history`.
+    """
+    with open_history(path, own=own) as history, damage_reported(path):
         yield history
 
 
 def read_table(path: Path) -> xr.Dataset:
     """Read a sweep, friction loops, a table of them, or friction over time or distance, as it was written."""
-    with _opened(path) as found:
+    with _open_netcdf(path) as found, damage_reported(path):
         return found.load()
 
 
@@ -129,24 +154,27 @@ def _check_exists(path: Path, expected: str) -> None:
         raise InputError(f"{path}: {found}; {expected}")
 
 
-@contextlib.contextmanager
-def _opened(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
+def _open_netcdf(path: Path, *, own: bool = False) -> xr.Dataset:
     if not own:
         check_named(path)
     try:
         # elapsed time in s is no date
-        found = xr.open_dataset(path, engine="netcdf4", decode_times=False)
+        return xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
         raise InputError(f"{path}: is damaged ({error}); make it again") from error
-    with found:
-        try:
-            yield found
-        except (OSError, RuntimeError, AttributeError) as error:
-            # AttributeError where an attribute cannot be read
-            text = error.strerror if isinstance(error, OSError) else str(error)
-            if not str(text).startswith("NetCDF: "):
-                raise
-            raise InputError(f"{path}: is damaged ({error}); make it again") from error
+
+
+@contextlib.contextmanager
+def damage_reported(path: Path) -> Iterator[None]:
+    """Report errors of the netCDF library inside the block as InputError: the file is damaged."""
+    try:
+        yield
+    except (OSError, RuntimeError, AttributeError) as error:
+        # AttributeError if an attribute cannot be read
+        text = error.strerror if isinstance(error, OSError) else str(error)
+        if not str(text).startswith("NetCDF: "):
+            raise
+        raise InputError(f"{path}: is damaged ({error}); make it again") from error
 
 
 STRINGS = (
@@ -159,8 +187,10 @@ KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
 NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
 
 
-def _check_history(history: xr.Dataset, path: Path) -> None:
-    """Check that a result is finished, and that attributes and variables are of the kind that this program writes."""
+def _check_history(history: xr.Dataset, path: Path, expected: str) -> None:
+    """Check that a file is a finished result, with attributes and variables as this program writes them."""
+    if kind := KINDS.get(str(history.attrs.get("content", ""))):
+        raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
     if not history.attrs.get("complete"):
         raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
     if problem := next(_wrong(history), ""):

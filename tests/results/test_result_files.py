@@ -1,5 +1,8 @@
 """What a file is, and the program's own netCDF files."""
 
+import gc
+import inspect
+
 import h5py
 import netCDF4
 import numpy as np
@@ -80,3 +83,25 @@ def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     damaged = pytest.raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
     with damaged, open_result(path) as recorded:
         history_summary.summary(recorded)
+
+
+@pytest.mark.parametrize("name", ["r.nc", "l.nc", "r.history", "s.nc", "t.nc", "h.nc"])
+def test_an_open_file_is_held_by_no_suspended_generator(folder, name):
+    # the garbage collector would end the generator at any allocation, also while this thread holds a lock of xarray
+    content = hs.open(folder / name)
+    generators = [each for each in gc.get_objects() if inspect.isgenerator(each)]
+    suspended = [each for each in generators if inspect.getgeneratorstate(each) == inspect.GEN_SUSPENDED]
+    assert [each.__qualname__ for each in suspended if "historysim/" in each.gi_code.co_filename] == []
+    if hasattr(content, "close"):
+        content.close()
+
+
+def test_a_closed_result_can_be_replaced(folder, tmp_path):
+    path = tmp_path / "again.nc"
+    path.write_bytes((folder / "r.nc").read_bytes())
+    history = hs.open(path)
+    steps = history.sizes["step"]
+    history.close()
+    hs.Replay(BALL, EVENTS[:2], substeps=1).write(path)
+    with hs.open(path) as history:
+        assert history.sizes["step"] == 2 < steps
