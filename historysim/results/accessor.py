@@ -16,34 +16,12 @@ from historysim.errors import InputError
 from historysim.results.asking import Question, questions
 
 
-def _is_one_step(history: xr.Dataset) -> bool:
-    return "step" not in history.dims and "time" in history.coords and history["time"].ndim == 0
-
-
-def _with_steps(history: xr.Dataset) -> xr.Dataset:
-    """Return one step of a history as a history of one step, which keeps its source."""
-    found = history.drop_vars("time").expand_dims("step").assign_coords(time=("step", [history["time"].item()]))
-    found["time"].attrs = history["time"].attrs
-    found.encoding = history.encoding
-    return found
-
-
 def _method(asked: Question) -> Callable[..., Any]:
     """Return a question as a method, with the documentation of the function."""
 
     @functools.wraps(asked.function)
     def method(self: "Questions", /, *args: Any, **kwargs: Any) -> Any:
-        if not _is_one_step(self.history):
-            return asked.function(self.history, *args, **kwargs)
-        if not asked.per_step:
-            raise InputError(
-                f"{asked.name}: needs the steps before, and the history has one step; ask the whole history, and "
-                "choose the step of the answer"
-            )
-        answer = asked.function(_with_steps(self.history), *args, **kwargs)
-        # what was asked of one step has no steps, either
-        has_steps = isinstance(answer, xr.Dataset | xr.DataArray) and "step" in answer.dims
-        return answer.isel(step=0) if has_steps else answer
+        return asked.function(self.history, *args, **kwargs)
 
     parameters = list(inspect.signature(asked.function).parameters.values())
     own = inspect.Parameter("self", inspect.Parameter.POSITIONAL_OR_KEYWORD)

@@ -69,7 +69,7 @@ def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
 
 def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> list[Asperity]:
     """Return one asperity at several steps; parameters and errors as for `asperity_at`."""
-    check_recorded(history, "normal_load", "tangential_load", "summit_radius")
+    check_recorded(history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction")
     column = column_of(asperity, history)
     positions = [position_of(step, history) for step in steps]
     # between steps in two directions the path may be any

@@ -17,7 +17,8 @@ from historysim.basics.files import is_log, is_netcdf, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, VARIABLES, Changes, recorded
+from historysim.recording.variables import COORDINATES, VARIABLES
+from historysim.results.layout import MODULI, NEEDED
 
 # What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import.
 KINDS: Mapping[str, str] = {
@@ -181,10 +182,7 @@ STRINGS = (
     *("content", "date_created", "event_digest", "friction_law", "historysim_version", "history", "id", "license"),
     *("log_digest", "made_with", "scenario", "source", "summary", "title", "validity", "wear_law"),
 )
-MODULI = ("contact_modulus", "shear_modulus")
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
-# variables that every result has; a contact that is given by its loads alone has no area
-NEEDED = {"time", *(variable.name for variable in recorded(Changes(areas=False))[0])}
 
 
 def _check_history(history: xr.Dataset, path: Path, expected: str) -> None:

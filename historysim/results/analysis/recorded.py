@@ -22,7 +22,7 @@ def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, A
 
 def of_patches(history: xr.Dataset) -> bool:
     """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
-    return bool(history.sizes.get("asperity")) and "summit_radius" not in history
+    return bool(history.sizes.get("asperity")) and not {"summit_radius", "contact_radius"} & history.variables.keys()
 
 
 def check_recorded(history: xr.Dataset, *names: str) -> None:
@@ -78,11 +78,12 @@ def is_complete(history: xr.Dataset) -> bool:
     # a separation that was rounded must not make an asperity at the verge of contact look left out
     scale = np.abs(history["summit_height"].values).max(initial=0.0)
     separation = history["separation"].values
+    rounding = max(1e-12, 4 * float(np.finfo(separation.dtype).eps))
     if CHANGING_HEIGHT in history:
-        room = 1e-9 * max(scale, np.abs(separation).max())
+        room = max(1e-9, rounding) * max(scale, np.abs(separation).max())
         touching = (history[CHANGING_HEIGHT].values > separation[:, np.newaxis] - room).sum(axis=1)
         return bool((touching >= history["contact_count"].values).all())
-    room = 1e-12 * max(scale, abs(float(separation.min())))
+    room = rounding * max(scale, abs(float(separation.min())))
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
 
 

@@ -38,6 +38,11 @@ def first_slips(history: xr.Dataset) -> xr.Dataset:
     """
     time = history["time"].values
     moments = {"slide": slide_times(history), "slip": _first_rows(history)}
+    if (moments["slide"] < time[0]).any():
+        raise InputError(
+            f"asperities slid before the first step of the history, at {time[0]:.6g} s, and their first slips are not "
+            "known; expected the history from its beginning: ask it as a whole, and select from the answer"
+        )
     variables = {}
     for name, label in BEGINNINGS.items():
         moment = moments[name]
@@ -69,8 +74,9 @@ def slides_first(history: xr.Dataset) -> Integers:
 def order_of_sliding(history: xr.Dataset, times: Floats) -> Integers:
     """Return the labels of asperities in the order of their instants (asperity) [s]."""
     sliding = np.flatnonzero(~np.isnan(times))
-    labels: Integers = history["asperity"].values[sliding[np.argsort(times[sliding], kind="stable")]]
-    return labels
+    labels: Integers = history["asperity"].values[sliding]
+    # those of one instant in the order of their labels, in whatever order they are stored
+    return labels[np.lexsort((labels, times[sliding]))]
 
 
 def _first_rows(history: xr.Dataset) -> Floats:

@@ -18,6 +18,7 @@ from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.asking import check_direction
+from historysim.results.layout import is_history, standard_layout
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
@@ -143,6 +144,10 @@ class Panel(Titled):
 def data_for(what: Any, picture: Picture) -> Any:
     """Return what a picture draws of a thing: the thing itself; of a scenario its surface, summits or record."""
     made = getattr(what, "picture_data", None)
+    if isinstance(what, list | tuple):
+        what = [standard_layout(each) if is_history(each) else each for each in what]
+    elif is_history(what):
+        what = standard_layout(what)
     for each in what if isinstance(what, list | tuple) else (what,):
         if picture.only_planar and DIRECTION not in getattr(each, "sizes", ()):
             raise InputError(

@@ -18,6 +18,7 @@ from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.asking import check_direction
+from historysim.results.layout import standard_layout
 from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
@@ -72,6 +73,7 @@ def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
 
 def interactive_page(history: xr.Dataset) -> str:
     """Return the interactive part of a history as one HTML page; InputError without asperities or without Bokeh."""
+    history = standard_layout(history)
     try:
         library, section = _explorer(history)
     except ModuleNotFoundError as error:
@@ -345,5 +347,5 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     if content in {TABLE, TIME_SERIES}:
         return table_page(WrittenTable.of(what, _title(what, "Table")))
     if "total_normal_load" in what:
-        return history_page(what, figures)
+        return history_page(standard_layout(what), figures)
     raise InputError(f"this Dataset has no report; {EXPECTED}")

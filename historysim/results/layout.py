@@ -1,0 +1,176 @@
+"""The layout of a history: its variables by name, along ``step`` and ``asperity`` in this order.
+
+Users of xarray join, cut, transpose and rename histories. `standard_layout` undoes what can be undone by the names of
+variables and dimensions, and reports the rest, so that queries and pictures deal with one layout only.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+
+from historysim.basics.arguments import DIRECTION
+from historysim.errors import InputError
+from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, known, recorded
+
+MODULI = ("contact_modulus", "shear_modulus")
+#: Variables of every history; a contact that is given by its loads alone has no area.
+NEEDED = frozenset({"time", *(variable.name for variable in recorded(Changes(areas=False))[0])})
+_LABELS = {"step": "time", "asperity": "asperity"}  # coordinates that remain if one step or asperity is selected
+_COORDINATES = frozenset(variable.name for variable in COORDINATES)
+_SINGLE_PRECISION = np.dtype(np.float32).itemsize
+
+
+def is_history(data: object) -> bool:
+    """Return whether an object is a Dataset with the loads of a history, and not a sweep or a table of such loads."""
+    return isinstance(data, xr.Dataset) and "total_normal_load" in data.variables and "content" not in data.attrs
+
+
+def selected_axes(history: xr.Dataset) -> tuple[str, ...]:
+    """Return which of ``step`` and ``asperity`` are no dimensions because one step or one asperity was selected."""
+    scalars = {axis: label for axis, label in _LABELS.items() if axis not in history.dims}
+    variables = history.variables
+    return tuple(axis for axis, label in scalars.items() if label in variables and not variables[label].dims)
+
+
+def standard_layout(history: xr.Dataset) -> xr.Dataset:
+    """Return a history with its declared dimensions, types and coordinates; the same object if it has them already.
+
+    Undone are ``transpose``, ``swap_dims``, ``reset_coords`` and ``set_coords``, the selection of one step or asperity,
+    the repetition of constants by `xarray.concat`, and flags and counts that became floating-point numbers.
+
+    Raises
+    ------
+    InputError
+        A history with missing variables, attributes, labels or values, with renamed dimensions, with steps that are not
+        in the order of time, or with numbers of too few bits.
+    """
+    _check_complete(history)
+    found = _with_axes(history)
+    selected = selected_axes(found)
+    declarations = _declarations()
+    variables = {
+        str(name): _as_declared(variable, declarations[str(name)], selected) if name in declarations else variable
+        for name, variable in found.variables.items()
+    }
+    foreign = {name for name in found.coords if name not in declarations}
+    coordinates = foreign | (_COORDINATES & variables.keys())
+    if coordinates != {*found.coords} or any(variables[str(name)] is not one for name, one in found.variables.items()):
+        data = {name: variable for name, variable in variables.items() if name not in coordinates}
+        found = xr.Dataset(data, {name: variables[str(name)] for name in coordinates}, history.attrs)
+    if found is not history:
+        # where it comes from
+        found.encoding = history.encoding
+    _check_order(found)
+    return found
+
+
+def _declarations() -> Mapping[str, Sequence[Variable]]:
+    found: dict[str, list[Variable]] = {}
+    for variable in (*COORDINATES, SLIDE_TIME, *known()):
+        found.setdefault(variable.name, []).append(variable)
+    return found
+
+
+def _check_complete(history: xr.Dataset) -> None:
+    """Check that a history has the variables and attributes that every history has."""
+    if not is_history(history):
+        raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
+    if missing := sorted(NEEDED - history.variables.keys()):
+        raise InputError(
+            f"the history has no variable {', '.join(missing)}; expected a Dataset from historysim, with all its "
+            "variables"
+        )
+    for name in MODULI:
+        value = history.attrs.get(name)
+        if not (isinstance(value, float | int | np.number) and math.isfinite(value) and value > 0):
+            raise InputError(
+                f"the history has no attribute {name}; expected those of the original history: "
+                "history.assign_attrs(original.attrs), or xarray.set_options(keep_attrs=True) before"
+            )
+
+
+def _with_axes(history: xr.Dataset) -> xr.Dataset:
+    """Return a history along ``step`` and ``asperity``, which may have been swapped for coordinates."""
+    swapped: dict[str, str] = {}
+    for axis, label in _LABELS.items():
+        lost = axis not in history.dims and label in history.variables and len(history.variables[label].dims) == 1
+        if lost:
+            dimension = str(history.variables[label].dims[0])
+            if dimension not in history.coords:
+                raise InputError(
+                    f'the history goes along {dimension}, and not {axis}; expected history.rename({dimension}="{axis}")'
+                )
+            swapped[dimension] = axis
+    found = history.swap_dims(swapped) if swapped else history
+    if "asperity" in found.dims and "asperity" not in found.variables:
+        raise InputError(
+            "the history has no labels of its asperities; expected those of the original history: "
+            "history.assign_coords(asperity=original.asperity)"
+        )
+    if not found.sizes.get("step", 1):
+        raise InputError("the history has no steps; expected one or more")
+    return found
+
+
+def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]) -> xr.Variable:
+    """Return a variable with the dimensions and the type that it is declared with."""
+    # friction is declared along the steps, and along the asperities, too, if these differ
+    declared = max(declarations, key=lambda each: len({*each.dimensions} & {*variable.dims}))
+    for dimension in {*variable.dims} - {*declared.dimensions, DIRECTION}:
+        variable = _without(variable, str(dimension), declared.name)
+    for axis in declared.dimensions:
+        if axis in selected and axis not in variable.dims:
+            variable = variable.set_dims({axis: 1, **variable.sizes})  # type: ignore[no-untyped-call] # of xarray
+    if missing := [axis for axis in declared.dimensions if axis not in variable.dims]:
+        along = ", ".join(map(str, variable.dims)) or "nothing"
+        raise InputError(f"{declared.name} of the history goes along {along}; expected {' and '.join(missing)}, too")
+    order = (*declared.dimensions, *([DIRECTION] if DIRECTION in variable.dims else []))
+    return _with_type(variable if variable.dims == order else variable.transpose(*order), declared)
+
+
+def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
+    """Return a variable without a dimension along which it is constant, as `xarray.concat` repeats it."""
+    first = variable.isel({dimension: 0}) if variable.size else variable
+    same = (variable == first) | (variable.isnull() & first.isnull())
+    if not variable.size or not bool(same.all()):
+        raise InputError(
+            f"{name} of the history differs along {dimension}; expected parts of one history, or one of several "
+            f"histories: history.isel({dimension}=0)"
+        )
+    return first
+
+
+def _with_type(variable: xr.Variable, declared: Variable) -> xr.Variable:
+    """Return a variable with numbers of its declared type; a flag or count that is missing is an InputError."""
+    kind, size = variable.dtype.kind, variable.dtype.itemsize
+    whole = np.dtype(declared.dtype).kind == "i"
+    if not (kind == "f" and size >= _SINGLE_PRECISION) and not (whole and kind in "iu"):
+        raise InputError(
+            f"{declared.name} of the history holds {variable.dtype}; expected {declared.dtype}, as it was recorded"
+        )
+    if not whole or kind != "f":
+        return variable
+    values = variable.values
+    if not (np.isfinite(values).all() and (values == np.rint(values)).all()):
+        raise InputError(
+            f"{declared.name} of the history has missing or interpolated values; expected recorded steps and "
+            "asperities, selected with isel or sel"
+        )
+    return xr.Variable(variable.dims, values.astype(declared.dtype), variable.attrs)
+
+
+def _check_order(history: xr.Dataset) -> None:
+    """Check that times do not decrease and labels of asperities differ."""
+    time = history.variables["time"].values
+    if not np.isfinite(time).all():
+        raise InputError("the history has steps without a time; expected recorded steps, selected with isel")
+    if falls := np.flatnonzero(np.diff(time) < 0).tolist():
+        raise InputError(
+            f"time decreases after step {falls[0]} of the history; expected each step once, in the order of time: "
+            'history.sortby("time") of parts that do not overlap'
+        )
+    labels = history.variables["asperity"].values if "asperity" in history.dims else np.zeros(0)
+    if np.unique(labels).size < labels.size:
+        raise InputError("asperities of the history have the same label; expected each asperity once")

@@ -1,0 +1,201 @@
+"""Histories that were transformed with xarray: each query and picture gives the same answer, or one clear message."""
+
+import inspect
+from contextlib import suppress
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.errors import HistorySimError
+from historysim.results.asking import questions
+from historysim.results.layout import standard_layout
+from historysim.results.plots.pictures import PICTURES
+
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+HEIGHTS = [-3e-8, 0.0, -1e-8, -5e-9, -2.5e-8]
+EVENTS = [hs.NormalLoad(0.0, 2e-3), *(hs.TangentialDisplacement(float(t), -((-1.0) ** t) * 3e-8) for t in range(1, 6))]
+HISTORY = hs.replay(hs.Ensemble(PAIR, HEIGHTS, 1e-5, friction=0.2, x=np.arange(5) * 1e-5, y=0.0), EVENTS, substeps=8)
+STEPS = HISTORY.sizes["step"]
+GIVEN = {"asperity": 2, "step": 20, "steps": [5, 20], "first": 10, "second": 30}
+
+
+def concat(parts, along):
+    # as users call it, with the defaults of every version of xarray
+    return xr.concat(parts, along, data_vars="all", coords="different", compat="equals")
+
+
+EQUIVALENT = {
+    "unchanged": lambda history: history,
+    "two halves joined": lambda h: concat([h.isel(step=slice(0, 20)), h.isel(step=slice(20, None))], "step"),
+    "asperities joined": lambda h: concat([h.isel(asperity=slice(0, 2)), h.isel(asperity=slice(2, None))], "asperity"),
+    "all joined": lambda h: xr.concat(
+        [h.isel(step=slice(0, 9)), h.isel(step=slice(9, None))], "step", data_vars="all", coords="all", compat="equals"
+    ),
+    "time as dimension": lambda history: history.swap_dims(step="time"),
+    "heights as dimension": lambda history: history.swap_dims(asperity="summit_height"),
+    "transposed": lambda history: history.transpose(),
+    "32 bits": lambda history: history.astype("float32", keep_attrs=True),
+    "sorted by height": lambda history: history.sortby("summit_height"),
+    "reversed asperities": lambda history: history.isel(asperity=slice(None, None, -1)),
+    "chunked": lambda history: history.chunk(step=7, asperity=2),
+    "coordinates as variables": lambda history: history.reset_coords(),
+    "variables as coordinates": lambda history: history.set_coords([*history.data_vars]),
+    "without index": lambda history: history.drop_indexes("asperity"),
+    "with labels of steps": lambda history: history.assign_coords(step=10 * np.arange(STEPS)),
+    "one more dimension": lambda history: history.expand_dims("run"),
+    "floating-point flags": lambda history: history.assign(slip_state=history.slip_state.astype(float)),
+}
+OTHER = {
+    "steps renamed": lambda history: history.rename(step="i"),
+    "asperities renamed": lambda history: history.rename(asperity="k"),
+    "one asperity": lambda history: history.isel(asperity=3),
+    "one step": lambda history: history.isel(step=20),
+    "one step of one asperity": lambda history: history.isel(step=20, asperity=3),
+    "16 bits": lambda history: history.astype("float16", keep_attrs=True),
+    "integers": lambda history: history.astype("int64", keep_attrs=True),
+    "strings": lambda history: history.astype(str),
+    "complex": lambda history: history.astype(complex),
+    "without attributes": lambda history: history.drop_attrs(),
+    "backwards": lambda history: history.sortby("time", ascending=False),
+    "later part": lambda history: history.isel(step=slice(20, None)),
+    "every seventh step": lambda history: history.isel(step=slice(None, None, 7)),
+    "no steps": lambda history: history.isel(step=[]),
+    "no asperities": lambda history: history.isel(asperity=[]),
+    "two asperities": lambda history: history.isel(asperity=[0, 3]),
+    "some asperities masked": lambda history: history.where(history.asperity > 2),
+    "some steps masked": lambda history: history.where(history.time > 2),
+    "stacked": lambda history: history.stack(row=("step", "asperity")),
+    "twice along steps": lambda history: concat([history, history], "step"),
+    "twice along asperities": lambda history: concat([history, history], "asperity"),
+    "two runs": lambda history: concat([history, 2 * history], "run"),
+    "mean over steps": lambda history: history.mean("step", keep_attrs=True),
+    "mean over asperities": lambda history: history.mean("asperity", keep_attrs=True),
+    "labels that were not recorded": lambda history: history.reindex(asperity=np.arange(9)),
+    "means of blocks": lambda history: history.coarsen(step=4, boundary="trim").mean(),
+    "differences": lambda history: history.diff("step"),
+    "padded": lambda history: history.pad(step=1),
+    "rolled": lambda history: history.roll(step=3, roll_coords=True),
+    "dates": lambda history: history.assign_coords(time=history.time.astype("timedelta64[s]")),
+    "labels as strings": lambda history: history.assign_coords(asperity=history.asperity.astype(str)),
+    "table": lambda history: history.contact.time_series(),
+    "table of rows": lambda history: history.contact.time_series(form="long"),
+    "totals": lambda history: history.drop_dims("asperity"),
+    **{f"without {name}": lambda history, name=name: history.drop_vars(name) for name in HISTORY.variables},
+}
+
+
+def answer(history, name):
+    """Return the answer to a query as arrays by name, along the labels of the asperities in ascending order."""
+    parameters = questions()[name].parameters.values()
+    arguments = {one.name: GIVEN[one.name] for one in parameters if one.default is one.empty and one.name in GIVEN}
+    if "second" in arguments and name == "run_drift":
+        arguments["second"] = HISTORY
+    found = getattr(history.contact, name)(**arguments)
+    if name == "asperity":
+        found = found.reversal_points.displacement
+    if hasattr(found, "to_dataset"):
+        found = found.to_dataset(name="answer") if isinstance(found, xr.DataArray) else found.to_dataset()
+    if not isinstance(found, xr.Dataset):
+        return {"answer": np.asarray(found, dtype=None if inspect.isclass(found) else object).astype(str)}
+    found = found.load()
+    found = found.sortby("asperity") if "asperity" in found.dims else found
+    return {str(key): values.values for key, values in found.data_vars.items()}
+
+
+@pytest.fixture(scope="module")
+def expected():
+    answers = {}
+    for name in questions():
+        with suppress(HistorySimError):
+            answers[name] = answer(HISTORY, name)
+    return answers
+
+
+def test_most_queries_have_an_answer(expected):
+    assert len(expected) > 0.7 * len(questions())
+
+
+@pytest.mark.filterwarnings("ignore::FutureWarning")
+@pytest.mark.parametrize("name", [*questions()])
+@pytest.mark.parametrize("transformation", EQUIVALENT)
+def test_an_equivalent_history_gives_the_same_answer(expected, transformation, name):
+    history = EQUIVALENT[transformation](HISTORY)
+    if name not in expected:
+        with pytest.raises(HistorySimError):
+            answer(history, name)
+        return
+    found = answer(history, name)
+    assert found.keys() == expected[name].keys()
+    for key, values in expected[name].items():
+        if values.dtype.kind in "fiu":
+            np.testing.assert_allclose(found[key], values, rtol=1e-4, atol=0)
+        elif transformation != "32 bits":
+            assert found[key].tolist() == values.tolist()
+
+
+@pytest.mark.filterwarnings("ignore::FutureWarning")
+@pytest.mark.parametrize("transformation", OTHER)
+def test_another_history_gives_an_answer_or_a_message(transformation):
+    history = OTHER[transformation](HISTORY)
+    for name in questions():
+        with suppress(HistorySimError):
+            answer(history, name)
+
+
+@pytest.mark.parametrize(
+    ("transformation", "message"),
+    [
+        ("steps renamed", r'goes along i, and not step; expected history\.rename\(i="step"\)'),
+        ("asperities renamed", r'goes along k, and not asperity; expected history\.rename\(k="asperity"\)|asperity'),
+        ("without attributes", r"no attribute contact_modulus; expected .*history\.assign_attrs\(original\.attrs\)"),
+        ("backwards", r"time decreases after step 0 .*sortby"),
+        ("no steps", "no steps; expected one or more"),
+        ("16 bits", "holds float16; expected float64, as it was recorded"),
+        ("some asperities masked", "has missing or interpolated values; expected recorded steps and asperities"),
+        ("twice along steps", "time decreases after step 40"),
+        ("twice along asperities", "asperities of the history have the same label"),
+        ("two runs", r"differs along run; expected .*history\.isel\(run=0\)"),
+        ("without asperity", r"no labels of its asperities; expected .*assign_coords"),
+        ("without contact_count", "has no variable contact_count"),
+        ("table", "this Dataset is no history"),
+    ],
+)
+def test_the_message_has_the_remedy(transformation, message):
+    with pytest.raises(hs.InputError, match=message):
+        OTHER[transformation](HISTORY).contact.slip_shares()
+
+
+def test_one_asperity_answers_as_all_do_for_it():
+    one, whole = (each.contact.stick_ratio() for each in (HISTORY.isel(asperity=3), HISTORY))
+    xr.testing.assert_allclose(one, whole.isel(asperity=3))
+    first = HISTORY.isel(asperity=3).contact.first_slips()
+    xr.testing.assert_identical(first["slide_time"], HISTORY.contact.first_slips()["slide_time"].isel(asperity=3))
+
+
+def test_first_slips_before_the_first_step_are_not_made_up():
+    # all asperities slide forward between 0 and 1 s
+    with pytest.raises(hs.InputError, match=r"asperities slid before the first step of the history, at 2\.5 s"):
+        HISTORY.isel(step=slice(20, None)).contact.first_slips()
+
+
+def test_a_history_in_its_layout_is_not_copied():
+    assert standard_layout(HISTORY) is HISTORY
+
+
+@pytest.mark.filterwarnings("ignore::FutureWarning")
+@pytest.mark.parametrize("transformation", ["two halves joined", "time as dimension", "transposed", "one asperity"])
+def test_pictures_and_pages_show_a_transformed_history(transformation, tmp_path):
+    history = (EQUIVALENT | OTHER)[transformation](HISTORY)
+    for name in [name for name, kind in PICTURES.items() if "history" in kind.of]:
+        with suppress(HistorySimError):
+            hs.plot(history, picture=name)
+        plt.close("all")
+    assert hs.plot(history, picture="loop")
+    plt.close("all")
+    assert "dissipated energy" in str(hs.show(history))
+    assert "total_normal_load" in hs.report(history) or "Load history" in hs.report(history)
+    hs.write_csv(history.contact.time_series(), tmp_path / "series.csv")
+    hs.write_csv(history, tmp_path / "history.csv")
