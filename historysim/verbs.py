@@ -44,6 +44,7 @@ class Reading(TypedDict, total=False):
     height_unit: str
     lateral_unit: str
     channel: int | str
+    missing: "float | str | Sequence[float | str]"
 
 
 def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Content":  # noqa: A001 - as users of xarray and of files call it
@@ -127,18 +128,25 @@ def _height_map(path: Path, form: str, **reading: Unpack[Reading]) -> "Surface":
         surface = read_surface(path, **reading)
     except InputError as error:
         read_so = "read as a height map: neither named .toml nor a result of historysim run"
-        raise InputError(_no_map(path) or f"{error} ({read_so})") from error
+        raise InputError(_no_map(path, given=bool(reading)) or f"{error} ({read_so})") from error
     with representable():
         return surface.detrended(form)
 
 
-def _no_map(path: Path) -> str:
-    """Return what a file is that is no height map, a picture or a record; empty where it may be one."""
+def _no_map(path: Path, *, given: bool) -> str:
+    """Return what a file is that is no height map, a picture or a record; empty where it may be one.
+
+    A list of points may be a map: one of x and z only if lengths or units are ``given``, or its columns name them.
+    """
+    from historysim.surfaces.map_files import find_coordinates
     from historysim.tables import describe
 
     if (kind := kind_text(path)) == "is a picture":
         return f"{path}: {kind}; expected a scenario, a result, a log, a sweep or a height map"
     if is_netcdf(path):
+        return ""
+    points = find_coordinates(path)
+    if points and (given or points.evident or path.suffix.lower() == ".xyz"):
         return ""
     with contextlib.suppress(InputError):
         listings = describe(path)
@@ -150,7 +158,8 @@ def _no_map(path: Path) -> str:
         if 1 < len(names) <= MOST_CHANNELS and (long or not names[0].startswith("{")):
             seen = ", ".join(names[:4]) + (", …" if len(names) > 4 else "")
             command = f"historysim columns {shell_word(path)}"
-            return f"{path}: is a record with the columns {seen}, and no height map; expected {command}"
+            record = f"{path}: is a record with the columns {seen}, and no height map; expected {command}"
+            return f"{record}, or of the points of a profile height_unit and lateral_unit" if points else record
     return ""
 
 

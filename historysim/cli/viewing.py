@@ -51,6 +51,7 @@ HEIGHT_MAP = {
     "pixel-size": 'As "0.5 µm", if it has none; twice for x and y.',
     "height-unit": "Unit of its heights, if it names none.",
     "lateral-unit": "Unit of its coordinates, if it has some without.",
+    "missing": "Number of the file that stands for missing points; once for each.",
     "channel": "Channel of a height map, by its number from 0 or its name.",
     "form": "What to take off a height map first. [default: plane]",
 }
@@ -63,7 +64,7 @@ def _options(texts: dict[str, str]) -> Callable[[Any], Any]:
 
     def add(command: Any) -> Any:
         for name, text in reversed(texts.items()):
-            command = click.option(f"--{name}", multiple=name == "pixel-size", help=text)(command)
+            command = click.option(f"--{name}", multiple=name in {"pixel-size", "missing"}, help=text)(command)
         return command
 
     return add

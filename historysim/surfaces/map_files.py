@@ -6,15 +6,18 @@ import math
 import re
 import warnings
 import zipfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
 
 from historysim.basics.arguments import Array, Floats
+from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_unpacked
+from historysim.basics.units import conversion_factor
 from historysim.errors import InputError
 from historysim.surfaces.heights import MOST_POINTS
 from historysim.tables.from_text import plain_numbers
@@ -169,6 +172,177 @@ def _height(cell: str, decimal: str) -> float | None:
 def _is_scale(values: Floats) -> bool:
     steps = np.diff(values)
     return steps.size > 1 and steps[0] != 0 and bool(np.allclose(steps, steps[0], rtol=1e-6, atol=0))
+
+
+_CELLS = re.compile(r"[\s,;]+")
+_FEWEST_ROWS = 4
+_UNIT_OF_NAME = re.compile(r"[\[(]([^\])]*)[\])]\s*$|([^\s_/]+)\s*$")
+
+
+@attrs.frozen(eq=False)
+class Coordinates:
+    """A list of points in a text, x and z or x, y and z, with the units that its heading names."""
+
+    points: Floats  #: (points, 2) or (points, 3)
+    names: tuple[str, ...]  #: of the columns; empty without a heading
+    lateral_unit: str | None = None
+    height_unit: str | None = None
+
+    @property
+    def evident(self) -> bool:
+        """Whether the columns are lengths without doubt: a grid of x and y, or units or names that say so."""
+        named = {name.strip().lower() for name in self.names}
+        return self.points.shape[1] > 2 or self.height_unit is not None or named in ({"x", "z"}, {"x", "y"})
+
+
+def find_coordinates(path: Path) -> Coordinates | None:
+    """Return the list of points at the end of a text, below any header; None if its rows are none.
+
+    The first of two columns has to increase or decrease; the first two of three columns have to form a full grid.
+    """
+    rows: list[list[float]] = []
+    heading: list[str] = []
+    with path.open(encoding="utf-8-sig", errors="replace") as stream:
+        for line in stream:
+            text = _split_comment(line)[0].strip(" \t\r\n,;")
+            values = [number(cell, ".") for cell in _CELLS.split(text)] if text else []
+            numbers = [value for value in values if value is not None]
+            if len(numbers) in {2, 3} and len(numbers) == len(values) and (not rows or len(numbers) == len(rows[0])):
+                rows.append(numbers)
+                check_size((len(rows), len(numbers)))
+            elif text and rows:
+                return None
+            elif text:
+                heading = [cell.strip() for cell in re.split(r"[,;\t]", text)]
+    if len(rows) < _FEWEST_ROWS:
+        return None
+    points = np.array(rows)
+    if points.shape[1] == 2:
+        steps = np.diff(points[:, 0])
+        fits = bool((steps > 0).all() or (steps < 0).all())
+    else:
+        x, y = (np.unique(column).size for column in points[:, :2].T)
+        fits = x * y == len(points) == len(np.unique(points[:, :2], axis=0)) and min(x, y) > 1
+    if not fits:
+        return None
+    names = tuple(heading) if len(heading) == points.shape[1] else ()
+    units = [_unit_of(name) for name in names] or [None]
+    return Coordinates(points, names, units[0], units[-1])
+
+
+def _unit_of(name: str) -> str | None:
+    """Return the unit of length that the name of a column ends with, as in "Lateral um" or "z [nm]"."""
+    match = _UNIT_OF_NAME.search(name)
+    unit = (match[1] or match[2] or "").strip() if match else ""
+    for each in (unit, unit.lower()):
+        try:
+            conversion_factor(each, "m")
+        except InputError:
+            continue
+        return each
+    return None
+
+
+@READERS.register
+class NetcdfMapReader(MapReader):
+    """A variable with heights of a netCDF file, with its coordinates and units (CF, or as SurfaceTopography writes)."""
+
+    kind, endings = "netcdf map", (".nc", ".nc4", ".cdf")
+
+    def read(self, path: Path, channel: int | str | None) -> RawMap:
+        """Read the heights along x and y, which the names of the dimensions tell apart."""
+        import netCDF4
+
+        check_contained(path)
+        with blamed("is damaged, or no netCDF file with heights"), netCDF4.Dataset(path) as file:
+            variables = file.variables
+            heights = variables[_height_variable(file, channel)]
+            check_size(heights.shape)
+            axes = [variables.get(name) for name in heights.dimensions]
+            if len(axes) == 1 and axes[0] is None and "x" in variables:
+                # SurfaceTopography has x of uneven profiles along n
+                axes = [variables["x"]]
+            values = np.ma.filled(np.ma.asarray(heights[...]).astype(np.float64), np.nan)
+            if "mask" in variables and variables["mask"].shape == values.shape:
+                values[np.asarray(variables["mask"][...], dtype=bool)] = np.nan
+            if len(axes) == 2 and _is_y(heights.dimensions[0], axes[0]) and not _is_y(heights.dimensions[1], axes[1]):
+                values, axes = values.T, axes[::-1]
+            steps = [_step(axis, points) for axis, points in zip(axes, values.shape, strict=True)]
+            units = [_text_of(axis, "units", "unit") for axis in axes]
+            backwards = tuple(slice(None, None, -1 if step is not None and step < 0 else 1) for step in steps)
+            spacing, lateral_unit = _in_one_unit(steps, units)
+            return RawMap(
+                np.ascontiguousarray(values[backwards]),
+                unit=_text_of(heights, "units", "unit"),
+                spacing=spacing,
+                lateral_unit=lateral_unit,
+                periodic=axes[0] is not None and bool(getattr(axes[0], "periodic", 0)),
+            )
+
+
+def _height_variable(file: Any, channel: int | str | None) -> str:
+    """Return the name of the variable with the heights: the channel, or the only one, or one called so."""
+    beside = {*file.dimensions, "mask", *(getattr(each, "bounds", "") for each in file.variables.values())}
+    uneven = {"x"} if "n" in file.dimensions else set()
+    found = [
+        name
+        for name, each in file.variables.items()
+        if name not in beside | uneven and each.ndim in {1, 2} and getattr(each.dtype, "kind", "") in "fiu"
+    ]
+    maps: list[str] = [name for name in found if file.variables[name].ndim == 2] or found
+    listed = ", ".join(f"{index} {name!r}" for index, name in enumerate(maps)) or "none"
+    if channel is not None:
+        chosen = [name for index, name in enumerate(maps) if channel in {name, index} and not isinstance(channel, bool)]
+    else:
+        chosen = [name for name in maps if name.lower() in {"heights", "height", "z"}] or maps
+    if len(chosen) != 1:
+        what = "channel" if channel is None else f"channel {channel!r}"
+        raise InputError(f"has {len(maps)} variables with points; give {what} as the name or index of one: {listed}")
+    return chosen[0]
+
+
+def _is_y(dimension: str, axis: Any) -> bool:
+    return dimension.lower() == "y" or str(getattr(axis, "axis", "")).upper() == "Y"
+
+
+def _text_of(variable: Any, *attributes: str) -> str | None:
+    """Return the first of some attributes of a variable; None if it has none of them."""
+    texts = [str(getattr(variable, name)).strip() for name in attributes if hasattr(variable, name)]
+    return next((text for text in texts if text), None)
+
+
+def _step(axis: Any, points: int) -> float | None:
+    """Return the distance of the points along an axis, in its unit, negative if it decreases; None if unknown."""
+    if axis is None:
+        return None
+    positions = np.ma.filled(np.ma.asarray(axis[...]).astype(np.float64), np.nan)
+    if hasattr(axis, "length"):
+        even = float(axis.length) / points
+    elif positions.shape != (points,) or points < 2:
+        return None
+    else:
+        even = float(positions[-1] - positions[0]) / (points - 1)
+    # positions with 32 bits are rounded
+    steps = np.diff(positions) if positions.shape == (points,) else np.zeros(0)
+    if steps.size and steps.any() and not np.allclose(steps, even, rtol=1e-2, atol=0):
+        raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+    return even if np.isfinite(even) and even else None
+
+
+def _in_one_unit(
+    steps: Sequence[float | None], units: Sequence[str | None]
+) -> tuple[tuple[float, float] | None, str | None]:
+    """Return the distances of the points along x and y, and their unit, in m if the two axes have different ones."""
+    known = [abs(step) for step in steps if step is not None]
+    if len(known) != len(steps):
+        return None, None
+    if None in units and {*units} != {None}:
+        raise InputError("names the unit of one of its coordinates only; add the attribute units to the other")
+    unit = units[0]
+    if len({*units}) > 1:
+        known = [step * conversion_factor(str(each), "m") for step, each in zip(known, units, strict=True)]
+        unit = "m"
+    return (known[0], known[-1]), unit
 
 
 @READERS.register

@@ -1,9 +1,11 @@
 """Measured height maps → `Surface`: which reader a file needs, SurfaceTopography among them, its lengths and units."""
 
 import importlib
+import io
 import math
 import re
 import warnings
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -15,10 +17,11 @@ from historysim.basics.files import as_path, what_is_there
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.map_files import COORDINATES, MapReader, RawMap, blamed
+from historysim.surfaces.map_files import COORDINATES, Coordinates, MapReader, RawMap, blamed
+from historysim.surfaces.plausibility import placeholder_notice, scale_notice
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
 FEWEST_POINTS = 3
@@ -28,6 +31,9 @@ _NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|e
 # formats that any file of a fitting length passes for
 _ONLY_BY_NAME = ("hgt", "nms")
 _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
+
+_POINTS = ".xyz"  # ending of lists of points
+_UNEVEN = "is no even grid or profile; expected points at even distances: interpolate it"
 
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 # a number that someone typed may be rounded
@@ -41,6 +47,7 @@ def read_surface(
     height_unit: str | None = None,
     lateral_unit: str | None = None,
     channel: int | str | None = None,
+    missing: float | str | Sequence[float | str] = (),
 ) -> Surface:
     """Read a measured height map or an evenly spaced profile.
 
@@ -61,6 +68,8 @@ def read_surface(
     channel : int or str, optional
         Which channel of the file, by its index from 0 or its name. By default the one that its format puts first,
         among those with heights.
+    missing : float or sequence of floats, optional
+        Heights, as numbers of the file, that stand for missing points, such as ``-9999``.
 
     Returns
     -------
@@ -73,6 +82,12 @@ def read_surface(
         A file that is missing, damaged, or of no known format, with line and column; a length or unit that is missing,
         or contradicts the file; no such channel, or one without heights; infinite heights, or fewer than three points
         with a height; more than 2²⁸ points; SurfaceTopography needed and not installed.
+
+    Warns
+    -----
+    UnlikelyValueWarning
+        A few values far from all others, such as -9999, which may stand for missing points; or distances of the points
+        that are implausible beside the heights.
 
     Notes
     -----
@@ -88,19 +103,41 @@ def read_surface(
     """
     path = as_path(path)
     try:
-        found = _read(path, channel)
+        found = _read(path, channel, is_matrix=pixel_size is not None)
         factor = _factor("height_unit", found.unit, height_unit, "heights")
         spacing = _spacing(found, pixel_size, lateral_unit)
-        _check_points(found.heights)
+        heights = _without_missing(found.heights, missing)
+        _check_points(heights)
         with np.errstate(over="ignore"):
-            return Surface(found.heights * factor, spacing, periodic=found.periodic)
+            surface = Surface(heights * factor, spacing, periodic=found.periodic)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from error
     except OSError as error:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
+    for notice in (placeholder_notice(heights), scale_notice(surface)):
+        if notice:
+            warnings.warn(f"{path.name}: {notice}", UnlikelyValueWarning, stacklevel=2)
+            break
+    return surface
 
 
-def _read(path: Path, channel: int | str | None) -> RawMap:
+def _without_missing(heights: Floats, missing: float | str | Sequence[float | str]) -> Floats:
+    """Return heights with NaN in place of the numbers that stand for missing points."""
+    given = missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
+    for each in given:
+        try:
+            value = float(each)
+        except (TypeError, ValueError):
+            raise InputError(f"missing is {each!r}; expected a number of the file, such as -9999") from None
+        # heights of 32 bits have a rounded one
+        found = np.isclose(heights, value, rtol=1e-6, atol=0)
+        if not found.any():
+            raise InputError(f"missing is {value:g}, but no height is; expected a number of the file, or leave it out")
+        heights = np.where(found, np.nan, heights)
+    return heights
+
+
+def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
     """Return what the file holds, by the reader that its ending and its first lines call for."""
     if problem := what_is_there(path):
         expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
@@ -112,11 +149,18 @@ def _read(path: Path, channel: int | str | None) -> RawMap:
     reader: MapReader | None = reader_of(path, MapReader)
     if reader is not None:
         return reader.read(path, channel)
-    if path.suffix.lower() not in TEXT_ENDINGS:
+    ending = path.suffix.lower()
+    if ending not in {*TEXT_ENDINGS, _POINTS}:
         return read_topography(path, channel)
     if start in _UTF16:
         raise InputError("is UTF-16 text; save it as UTF-8")
-    if header := map_files.foreign_header(path):
+    header = map_files.foreign_header(path)
+    # the library reads a list of points in a file of its own ending, but no heading that it does not know
+    is_list = header or ending != _POINTS
+    if is_list and not is_matrix and (points := map_files.find_coordinates(path)):
+        map_files.refuse_channel(channel)
+        return read_points(points)
+    if header or ending == _POINTS:
         return read_topography(path, channel, header)
     map_files.refuse_channel(channel)
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
@@ -193,6 +237,27 @@ def read_topography(path: Path, channel: int | str | None, header: str = "") -> 
         if reader.format() in _ONLY_BY_NAME and reader.format() != ending:
             raise InputError(_UNKNOWN)
         return _read_channel(path, reader, channel, header)
+
+
+def read_points(listed: Coordinates) -> RawMap:
+    """Read a list of points, x and z or x, y and z, by SurfaceTopography."""
+    library = _library("")
+    rows = io.BytesIO("\n".join(" ".join(map(repr, row)) for row in listed.points.tolist()).encode())
+    with blamed(f"its list of points {_UNEVEN}"), library.open_topography(rows, format="xyz") as reader:
+        chosen = reader.default_channel
+        if chosen.is_uniform is False:
+            raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+        topography = chosen.topography()
+        heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
+        if heights.size != len(listed.points):
+            raise InputError(f"its list of points {_UNEVEN}")
+        x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
+    return RawMap(
+        heights,
+        unit=listed.height_unit,
+        spacing=(x, y[0] if y else x),
+        lateral_unit=listed.lateral_unit,
+    )
 
 
 def _library(header: str) -> Any:

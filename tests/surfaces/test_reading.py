@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from records_shared import SHARED
 
-from historysim.errors import InputError
+from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces import map_files
 from historysim.surfaces.reading import read_surface
 
@@ -583,3 +583,127 @@ def test_what_an_archive_unpacks_to_has_a_bound(tmp_path, monkeypatch):
     for name in ("zeros.npz", "zeros.x3p"):
         with pytest.raises(InputError, match=r"unpack to .*UNPACKED_BYTES"):
             read_surface(tmp_path / name, pixel_size=1e-6, height_unit="m")
+
+
+# netCDF by CF, lists of points in any text, and implausible numbers
+
+
+def cf_map(path, units, *, dimensions=("x", "y"), key="units"):
+    """Write a map of 40 × 50 points, 2 µm apart, with lengths in the given units, and return its heights [m]."""
+    xr = pytest.importorskip("xarray")
+    heights = 1e-6 * rough((40, 50))
+    per = {"m": 1.0, "mm": 1e3, "um": 1e6, "µm": 1e6, "nm": 1e9, None: 1e6}
+    attributes = {name: {key: unit} if unit else {} for name, unit in units.items()}
+    positions = {
+        axis: (axis, np.arange(points) * 2e-6 * per[units[axis]], attributes[axis])
+        for axis, points in zip("xy", heights.shape, strict=True)
+    }
+    stored = xr.DataArray(heights * per[units["heights"]], dims=("x", "y"), attrs=attributes["heights"])
+    xr.Dataset({"heights": stored.transpose(*dimensions)}, positions).to_netcdf(path, engine="netcdf4")
+    return heights
+
+
+@pytest.mark.parametrize("key", ["units", "unit"])
+@pytest.mark.parametrize("dimensions", [("x", "y"), ("y", "x")])
+@pytest.mark.parametrize("units", [("mm", "mm", "um"), ("m", "m", "m"), ("µm", "µm", "nm"), ("mm", "um", "nm")])
+def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
+    path = tmp_path / "map.nc"
+    heights = cf_map(path, dict(zip(("x", "y", "heights"), units, strict=True)), dimensions=dimensions, key=key)
+    surface = read_surface(path)
+    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-12)
+    np.testing.assert_allclose(surface.heights, heights, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("units", "given", "message"),
+    [
+        (("mm", "mm", None), {}, "does not name the unit of its heights; give height_unit"),
+        ((None, None, "um"), {}, "does not name the unit of its distances; give lateral_unit"),
+        (("mm", None, "um"), {}, "names the unit of one of its coordinates only"),
+        (("mm", "mm", "um"), {"height_unit": "nm"}, "says that its heights are in um, but height_unit is 'nm'"),
+        (("mm", "mm", "um"), {"pixel_size": "5 µm"}, "says that its points are 2e-06 m"),
+        (("mm", "mm", "um"), {"channel": "other"}, "has 1 variables with points; give channel 'other' .* 0 'heights'"),
+    ],
+)
+def test_a_netcdf_map_without_units_or_with_others(tmp_path, units, given, message):
+    path = tmp_path / "map.nc"
+    cf_map(path, dict(zip(("x", "y", "heights"), units, strict=True)))
+    with pytest.raises(InputError, match=message):
+        read_surface(path, **given)
+
+
+@pytest.mark.parametrize("name", ["list.csv", "list.txt", "list.xyz"])
+@pytest.mark.parametrize("delimiter", [",", " ", ";", "\t"])
+def test_a_list_of_points_in_any_text(library, tmp_path, name, delimiter):  # noqa: ARG001 - skips where it is missing
+    heights = rough((5, 6)).round(6)
+    text = "\n".join(
+        delimiter.join(f"{v:g}" for v in (2 * i, 2 * j, heights[i, j])) for j in range(6) for i in range(5)
+    )
+    path = written(tmp_path / name, text)
+    with pytest.raises(InputError, match="does not name the unit of its heights; give height_unit"):
+        read_surface(path)
+    surface = read_surface(path, height_unit="nm", lateral_unit="µm")
+    assert surface.pixel_size == pytest.approx((2e-6, 2e-6), rel=1e-9)
+    np.testing.assert_allclose(surface.heights, heights * 1e-9, rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["profile.csv", "profile.xyz"])
+def test_a_profile_with_a_header_of_its_instrument(library, tmp_path, name):  # noqa: ARG001 - skips where it is missing
+    heights = [-0.01, 0.02, -0.01, 0.015, -0.012]
+    rows = "\n".join(f"{i:.1f},{z}" for i, z in enumerate(heights))
+    path = written(tmp_path / name, f"Scan Parameters\nLength,5 um\n\nLateral um,Raw Micrometer\n{rows}\n")
+    surface = read_surface(path)
+    assert surface.pixel_size[0] == pytest.approx(1e-6, rel=1e-9)
+    np.testing.assert_allclose(surface.heights[:, 0], np.array(heights) * 1e-6, rtol=1e-12)
+
+
+def test_a_list_of_points_needs_the_library(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    path = written(tmp_path / "list.csv", "0,0,1\n1,0,2\n0,1,3\n1,1,5\n")
+    with pytest.raises(InputError, match=r'needs SurfaceTopography, .*pip install "historysim\[surfaces\]"'):
+        read_surface(path, height_unit="nm", lateral_unit="µm")
+
+
+@pytest.mark.parametrize("placeholders", [[-9999.0], [1e10], [-9999.0, 1e10], [9999.0], [-32768.0]])
+def test_placeholders_of_missing_points_are_reported(tmp_path, placeholders):
+    heights = rough((40, 50))
+    for index, value in enumerate(placeholders):
+        heights[3 + index, 4:7] = value
+    path = tmp_path / "map.txt"
+    np.savetxt(path, heights)
+    options = {"pixel_size": "2 µm", "height_unit": "µm"}
+    with pytest.warns(UnlikelyValueWarning, match=r"heights are .*all others are between .* give missing = "):
+        read_surface(path, **options)
+    surface = read_surface(path, **options, missing=placeholders)
+    np.testing.assert_array_equal(surface.missing, np.isin(heights.T, placeholders))
+    with pytest.raises(InputError, match="missing is 7, but no height is"):
+        read_surface(path, **options, missing=7)
+
+
+def test_a_particle_is_no_placeholder(tmp_path):
+    heights = rough((40, 50))
+    heights[10:15, 10:15] += 400 * np.hanning(5)[:, None] * np.hanning(5)
+    np.savetxt(tmp_path / "map.txt", heights)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_surface(tmp_path / "map.txt", pixel_size="2 µm", height_unit="nm")
+
+
+@pytest.mark.parametrize(
+    ("pixel_size", "height_unit", "implausible"),
+    [("4 m", "nm", True), ("1 µm", "nm", False), ("1 µm", "mm", True), ("0.5 mm", "nm", False), ("2 nm", "nm", False)],
+)
+def test_an_implausible_scale_is_reported(tmp_path, pixel_size, height_unit, implausible):
+    np.savetxt(tmp_path / "map.txt", 4 * rough((40, 50)))
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        read_surface(tmp_path / "map.txt", pixel_size=pixel_size, height_unit=height_unit)
+    assert ["which is implausible; check the units" in str(each.message) for each in found] == [True] * implausible
+
+
+@measured_files
+def test_measured_maps_are_plausible(library):  # noqa: ARG001 - skips where it is missing
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for name in ("di-4.di", "x3p-2.x3p"):
+            read_surface(HEIGHTS / name)

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import representable
-from historysim.basics.fields import Key, Length, Lengths, Number, Quantity
+from historysim.basics.fields import Key, Length, Lengths, Number, Numbers, Quantity
 from historysim.basics.wording import Notify, shown, silent
 from historysim.errors import InputError, at, misfit
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
@@ -171,6 +171,7 @@ class MeasuredMap(HeightMap):
     height_unit: str | None = None  #: unit of the heights, likewise
     lateral_unit: str | None = None  #: unit of coordinates, likewise
     channel: int | str | None = None  #: number, from 0, or name of the channel of a file that has several
+    missing: Numbers = ()  #: numbers of the file that stand for missing points, such as ``-9999``
 
     @property
     def source(self) -> str:
