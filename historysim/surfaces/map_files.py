@@ -308,7 +308,8 @@ def _is_y(dimension: str, axis: Any) -> bool:
 def _text_of(variable: Any, *attributes: str) -> str | None:
     """Return the first of some attributes of a variable; None if it has none of them."""
     texts = [str(getattr(variable, name)).strip() for name in attributes if hasattr(variable, name)]
-    return next((text for text in texts if text), None)
+    # SurfaceTopography writes Å in ASCII
+    return next(("Å" if text == "A" else text for text in texts if text), None)
 
 
 def _step(axis: Any, points: int) -> float | None:

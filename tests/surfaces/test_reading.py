@@ -441,9 +441,9 @@ def test_numpy_arrays_keep_their_axes(tmp_path, kind, order):
     np.save(tmp_path / "map.npy", heights)
     np.savez_compressed(tmp_path / "map.npz", heights)
     for name in ("map.npy", "map.npz"):
-        surface = read_surface(tmp_path / name, pixel_size=(1e-6, 2e-6), height_unit="m")
+        surface = read_surface(tmp_path / name, pixel_size=(1.0, 2.0), height_unit="m")
         assert surface.heights.tolist() == np.arange(12.0).reshape(4, 3).tolist()
-        assert surface.pixel_size == (1e-6, 2e-6)
+        assert surface.pixel_size == (1.0, 2.0)
 
 
 @pytest.mark.parametrize(
