@@ -237,7 +237,8 @@ def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answe
     origin, answer = found
     if answer is None:
         raise InputError(
-            f'{origin.settings["title"]}: has no contact maps; expected a surface with interaction = "full"'
+            f"{origin.settings.get('title') or 'the history'}: has no contact maps; expected a surface with "
+            'interaction = "full"'
         )
     return answer
 
