@@ -136,7 +136,7 @@ def test_an_equivalent_history_gives_the_same_answer(expected, transformation, n
             assert found[key].tolist() == values.tolist()
 
 
-@pytest.mark.filterwarnings("ignore::FutureWarning")
+@pytest.mark.filterwarnings("ignore::FutureWarning", "ignore:overflow:RuntimeWarning")
 @pytest.mark.parametrize("transformation", OTHER)
 def test_another_history_gives_an_answer_or_a_message(transformation):
     history = OTHER[transformation](HISTORY)
@@ -145,16 +145,17 @@ def test_another_history_gives_an_answer_or_a_message(transformation):
             answer(history, name)
 
 
+@pytest.mark.filterwarnings("ignore:overflow:RuntimeWarning")
 @pytest.mark.parametrize(
     ("transformation", "message"),
     [
         ("steps renamed", r'goes along i, and not step; expected history\.rename\(i="step"\)'),
-        ("asperities renamed", r'goes along k, and not asperity; expected history\.rename\(k="asperity"\)|asperity'),
+        ("asperities renamed", "of the history differs along k"),
         ("without attributes", r"no attribute contact_modulus; expected .*history\.assign_attrs\(original\.attrs\)"),
         ("backwards", r"time decreases after step 0 .*sortby"),
         ("no steps", "no steps; expected one or more"),
         ("16 bits", "holds float16; expected float64, as it was recorded"),
-        ("some asperities masked", "has missing or interpolated values; expected recorded steps and asperities"),
+        ("some asperities masked", "differs along asperity; expected parts of one history"),
         ("twice along steps", "time decreases after step 40"),
         ("twice along asperities", "asperities of the history have the same label"),
         ("two runs", r"differs along run; expected .*history\.isel\(run=0\)"),
