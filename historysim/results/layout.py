@@ -77,11 +77,8 @@ def _check_complete(history: xr.Dataset) -> None:
     """Check that a history has the variables and attributes that every history has."""
     if not is_history(history):
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-    if missing := sorted(NEEDED - history.variables.keys()):
-        raise InputError(
-            f"the history has no variable {', '.join(missing)}; expected a Dataset from historysim, with all its "
-            "variables"
-        )
+    if "time" not in history.variables:
+        raise missing_variables(history)
     for name in MODULI:
         value = history.attrs.get(name)
         if not (isinstance(value, float | int | np.number) and math.isfinite(value) and value > 0):
@@ -89,6 +86,14 @@ def _check_complete(history: xr.Dataset) -> None:
                 f"the history has no attribute {name}; expected those of the original history: "
                 "history.assign_attrs(original.attrs), or xarray.set_options(keep_attrs=True) before"
             )
+
+
+def missing_variables(history: xr.Dataset) -> InputError:
+    """Return the error of a history without variables that every history has."""
+    missing = ", ".join(sorted(NEEDED - history.variables.keys()))
+    return InputError(
+        f"the history has no variable {missing}; expected a Dataset from historysim, with all its variables"
+    )
 
 
 def _with_axes(history: xr.Dataset) -> xr.Dataset:
