@@ -112,7 +112,6 @@ def unmarked(name: str, *endings: str) -> OutputFormat:
 RESULT = netcdf("a result of historysim")
 LOG = marked("the log of a run", ".history", mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER")
 PICTURE = marked("a picture of historysim", ".png", ".pdf", ".svg")
-MOVING = marked("a moving picture of historysim", ".gif", ".mp4", ".webm")
 PAGE = marked("a page of historysim", ".html", ".htm")
 FITTED = marked("a fitted scenario", ".toml", mark=b"# fitted")
 SUGGESTED = unmarked("a scenario to start from", ".toml")

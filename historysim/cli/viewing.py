@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from historysim.basics.targets import MOVING, PAGE, PICTURE, OutputFormat, csv_table, netcdf, unmarked
+from historysim.basics.targets import PAGE, PICTURE, OutputFormat, csv_table, netcdf
 from historysim.basics.wording import nearest, shell_word
 from historysim.cli import options
 from historysim.cli.output import check_outputs, notice, save, save_table, write_answer
@@ -92,10 +92,7 @@ def show(files: tuple[Path, ...], verbose: bool, values: dict[str, Any], **heigh
 
 @click.command()
 @several_files
-@options.output_option(
-    "The picture (PNG, PDF, SVG), or the contact map moving over the last loop of a result (GIF, MP4). "
-    "[default: FILE's name with .png]"
-)
+@options.output_option("The picture (PNG, PDF, SVG). [default: FILE's name with .png]")
 @click.option("--picture", cls=PictureOption)
 @options.with_option("OPTION=VALUE", "An option of the picture.")
 @_options(SHORT)
@@ -140,28 +137,12 @@ def plot(
     if kind == "log":
         raise InputError(f"{file}: is a log; expected its result; historysim run {shell_word(file)} makes it again")
     one = _one(files, values)
-    check_outputs([*options.files_read(one), *files], (output, PICTURE, MOVING))
-    if output.suffix.lower() in MOVING.endings:
-        if len(files) > 1:
-            raise InputError(f"{output}: a moving picture is of one result; expected one FILE")
-        if unused := [f"--{name}" for name in ("picture" if picture else "", *choices) if name]:
-            raise InputError(f"{output}: a moving picture takes no {', '.join(unused)}; expected another ending")
-        _animate(file, output, size)
-    else:
-        from historysim.verbs import plot as drawn
+    check_outputs([*options.files_read(one), *files], (output, PICTURE))
+    from historysim.verbs import plot as draw
 
-        what = one if len(files) == 1 else list(files)
-        save(drawn(what, picture=picture, size=size, **choices, **_given(others)), output)
+    what = one if len(files) == 1 else list(files)
+    save(draw(what, picture=picture, size=size, **choices, **_given(others)), output)
     click.echo(output)
-
-
-def _animate(file: Path, output: Path, size: tuple[float, float] | None) -> None:
-    """Write a moving picture of a result."""
-    from historysim.results.plots.contact_maps import animate_contact_map, save_animation
-    from historysim.results.result_files import open_result
-
-    with open_result(file) as history:
-        save_animation(animate_contact_map(history, size=size), output)
 
 
 @click.command()
@@ -229,9 +210,6 @@ def _given(height_map: dict[str, object]) -> dict[str, Any]:
     return given
 
 
-VTU = unmarked("a mesh for ParaView", ".vtu")
-
-
 class QuestionName(click.ParamType):  # type: ignore[type-arg]
     """The name of a question, with hyphens or underscores."""
 
@@ -272,7 +250,7 @@ def _tables() -> "dict[str, Question]":
 @click.command(cls=TableCommand)
 @click.argument("result", type=options.path_type)
 @click.argument("question", type=QuestionName())
-@options.output_option("The table (CSV, netCDF; VTU of point-maps). [default: RESULT_QUESTION.csv]")
+@options.output_option("The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="The asperity, for a question about one.")
 @click.option("--step", type=int, help="The step, for a question about one. [default: the last]")
 @options.with_option("NAME=VALUE", "Another parameter of the question, such as first=0; may be given several times.")
@@ -291,8 +269,7 @@ def table(
     """
     asks, shown = _tables()[question], question.replace("_", "-")
     output = output or result.with_name(f"{result.stem}_{shown}.csv")
-    mesh = question == "point_maps" and output.suffix.lower() == ".vtu"
-    files = check_outputs([result], (output, VTU) if mesh else (output, *_outputs()))
+    files = check_outputs([result], (output, *_outputs()))
     given = {name: _number(value) for name, value in choices.items()}
     if asperity is not None:
         given["asperity"] = asperity
@@ -314,12 +291,7 @@ def table(
         if question == "profiles":
             # a row for each radius
             dataset = dataset.isel(step=0)
-        if mesh:
-            from historysim.results.rebuilt import write_vtk
-
-            write_vtk(dataset, output)
-        else:
-            save_table(dataset, output)
+        save_table(dataset, output)
         write_answer(files=files, data=lambda: dataset)
 
 

@@ -5,7 +5,6 @@ replayed from those; where its loads then differ from the recorded ones, the eve
 """
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import attrs
@@ -17,7 +16,6 @@ from historysim.asperities.asperity import Asperity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import DIRECTION, Floats, scalar
-from historysim.basics.files import replacing
 from historysim.contact import hertz
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
@@ -269,26 +267,6 @@ def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
     flags = np.array([SEPARATED, STICKS, SLIPS], dtype=np.int8)
     variables["contact_state"][2].update(flag_values=flags, flag_meanings="separated sticks slips")
     return xr.Dataset(variables, axes, {"title": history.attrs.get("title", ""), "time": at, "step": step})
-
-
-def write_vtk(maps: xr.Dataset, path: str | Path) -> None:
-    """Write what `point_maps` returns as a mesh of squares, one for each point, which ParaView opens (VTU)."""
-    try:
-        import meshio
-    except ImportError as error:
-        raise InputError(
-            'a file for ParaView needs an extra; expected pip install "historysim[vtk]", or a netCDF file (.nc)'
-        ) from error
-    spaced = [(maps[name].values, maps[name].values[1] - maps[name].values[0]) for name in ("x", "y")]
-    edges = [np.append(at, at[-1] + step) - 0.5 * step for at, step in spaced]
-    corners = np.stack(np.meshgrid(*edges, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
-    nx, ny = maps.sizes["x"], maps.sizes["y"]
-    first = (np.arange(nx)[:, None] * (ny + 1) + np.arange(ny)).ravel()
-    squares = np.stack([first, first + ny + 1, first + ny + 2, first + 1], axis=1)
-    values = {str(name): [each.values.ravel()] for name, each in maps.data_vars.items()}
-    mesh = meshio.Mesh(corners, [("quad", squares)], cell_data=values)
-    with replacing(Path(path)) as unfinished:
-        meshio.write(unfinished, mesh, file_format="vtu")
 
 
 FEWEST_OF_GREENWOOD_WILLIAMSON = 20  # summits, below which a deviation of their heights says little

@@ -1,7 +1,6 @@
-"""Pictures of the contact at a step: summits, or zones of a map with interacting asperities; and as they move."""
+"""Pictures of the contact at a step: summits, or zones of a map with interacting asperities."""
 
-from collections.abc import Callable, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import attrs
@@ -11,24 +10,16 @@ import xarray as xr
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import Floats
-from historysim.basics.files import replacing
 from historysim.basics.units import quantity_text
-from historysim.errors import InputError
 from historysim.replaying import Replay
-from historysim.results.analysis.along_time import friction_loops
-from historysim.results.analysis.recorded import check_recorded, position_of
 from historysim.results.analysis.slips import representative_step, slip_shares
 from historysim.results.origin import Origin
-from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size, in_style, name_prefixes, new_figure
+from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
-from historysim.results.plots.style import DIVERGING, FAINT, INK, STATE_COLOURS, Extent, draw_image, label_loop, thinned
+from historysim.results.plots.style import DIVERGING, INK, STATE_COLOURS, Extent, draw_image
 from historysim.results.plots.surfaces import (
-    caption_at,
     contact_at,
-    draw_distribution,
-    draw_map,
     draw_surface,
-    placed,
     step_number,
     surface_of,
 )
@@ -36,7 +27,6 @@ from historysim.results.rebuilt import SLIPS, SOLVED, STICKS, answered, maps_of,
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
-    from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
 NO_CONTACT = "#d9d9d6"
@@ -177,143 +167,3 @@ def _draw_field(axes: "Axes", values: Floats, extent: Extent, name: str, *, sign
     image = draw_image(axes, values, extent, cmap=colours, vmin=low, vmax=largest)
     axes.set_title(name, **SMALL_TITLE)
     axes.figure.colorbar(image, ax=axes, shrink=0.8, label=f"{name} (Pa)")
-
-
-LOOP = ("tangential_displacement", "total_tangential_load")
-MOST_FRAMES = 60
-FRAMES_PER_SECOND = 12
-DOTS_PER_INCH = 110
-WRITERS = {".gif": "pillow", ".mp4": "ffmpeg", ".webm": "ffmpeg"}  # endings of moving pictures, and what writes them
-
-
-def animate_contact_map(
-    history: xr.Dataset, steps: Sequence[int] | None = None, *, size: Size | None = None
-) -> "FuncAnimation":
-    """Return a moving picture of the contact map, beside the friction loop with a dot where it stands.
-
-    Parameters
-    ----------
-    history : xarray.Dataset
-        A history with asperities. Without their positions the asperity distribution takes the place of the map. Of
-        asperities that press on one another, from the file of a result, the map has the zones that stick and slip.
-    steps : sequence of int, optional
-        Positions of the steps that are shown; by default up to 60 of the last friction loop, or of all where there is
-        no whole loop.
-    size : (float, float), optional
-        Width and height [mm].
-
-    Returns
-    -------
-    matplotlib.animation.FuncAnimation
-        180 mm wide, or of that size; see `save_animation`.
-
-    Raises
-    ------
-    InputError
-        A history without asperities, or a step that it does not have.
-    """
-    from matplotlib.animation import FuncAnimation
-
-    check_recorded(history, "slip_state")
-    frames = _last_cycle(history) if steps is None else [position_of(step, history) for step in steps]
-    if not frames:
-        raise InputError("steps is empty; expected one step or more")
-    draw_frame, captions = _frames(history, frames)
-    with new_figure(size, (TWO_COLUMNS, 95.0)) as figure:
-        canvas = Canvas.of(figure)
-        loop, contacts = figure.subplots(1, 2) if canvas.width >= 120.0 else figure.subplots(2, 1)
-        label_loop(loop)
-        thin, now = (each[[*LOOP]].load() for each in (thinned(history), history.isel(step=frames)))
-        loop.plot(*(thin[name] for name in LOOP), color=FAINT, linewidth=0.8)
-        (dot,) = loop.plot([], [], "o", color=STATE_COLOURS[2], mec=INK, ms=6)
-        loop.margins(0.06)
-        loop.set_title("Friction loop")
-
-    def show(frame: int) -> None:
-        with in_style():
-            contacts.clear()
-            draw_frame(contacts, frame)
-            dot.set_data(*([float(now[name][frame])] for name in LOOP))
-            name_prefixes(figure)
-            canvas.legend()
-            canvas.heading("", captions[frame])
-            # ticks are made when they are first drawn, and that is to be in this style
-            figure.draw_without_rendering()
-
-    # one layout is that of all frames, with room for the longest heading: otherwise the axes would tremble
-    show(max(range(len(frames)), key=lambda frame: len(captions[frame])))
-    figure.set_layout_engine("none")
-    show(0)
-    return FuncAnimation(figure, show, frames=len(frames), interval=1000 / FRAMES_PER_SECOND, init_func=lambda: None)
-
-
-def _frames(history: xr.Dataset, frames: Sequence[int]) -> "tuple[Callable[[Axes, int], None], list[str]]":
-    """Return what draws the contact of a frame, zones or summits, and the captions of all."""
-    surface, captions = surface_of(history), [caption_at(history, step) for step in frames]
-    # asperities that press on one another have no summits, but zones
-    if SOLVED in surface:
-        maps, extent = zones_at(history, frames)
-
-        def draw_zone(axes: "Axes", frame: int) -> None:
-            draw_zones(axes, maps[frame], extent)
-            axes.set(title="Contact map", xlabel="$x$ (m)", ylabel="$y$ (m)")
-
-        return draw_zone, [f"{text}, {zone_shares(zone)}" for text, zone in zip(captions, maps, strict=True)]
-
-    def draw_summits(axes: "Axes", frame: int) -> None:
-        contact = contact_at(surface, history, frames[frame])
-        if placed(surface):
-            draw_map(axes, surface, contact)
-        else:
-            draw_distribution(axes, contact)
-
-    return draw_summits, captions
-
-
-def save_animation(animation: "FuncAnimation", path: str | Path) -> None:
-    """Write a moving picture to a file, which appears when it is complete.
-
-    Parameters
-    ----------
-    animation : matplotlib.animation.FuncAnimation
-    path : path
-        Ending with .gif, or with .mp4 or .webm where the program ffmpeg is installed.
-
-    Raises
-    ------
-    InputError
-        Another ending, or there is no ffmpeg.
-    OSError
-        The file cannot be written.
-    """
-    from matplotlib.animation import writers
-
-    from historysim.results.plots.printed import MADE_BY
-
-    path = Path(path)
-    writer = WRITERS.get(path.suffix.lower())
-    if writer is None:
-        raise InputError(f"{path}: {path.suffix or 'no'} ending; expected {', '.join(WRITERS)}")
-    if not writers.is_available(writer):
-        raise InputError(f"{path}: is written by the program {writer}, which is not installed; expected .gif")
-    options: dict[str, Any] = {"fps": FRAMES_PER_SECOND, "dpi": DOTS_PER_INCH}
-    with replacing(path, path.suffix) as unfinished:
-        animation.save(unfinished, writer=writer, metadata={"comment": MADE_BY}, **options)
-        if writer == "pillow":
-            _sign(unfinished, MADE_BY.encode())
-
-
-def _sign(path: Path, text: bytes) -> None:
-    """Put what has made a GIF into it, as a comment before its end: matplotlib does not pass it on to pillow."""
-    with path.open("r+b") as stream:
-        stream.seek(-1, 2)
-        stream.write(b"\x21\xfe" + bytes([len(text)]) + text + b"\x00\x3b")
-
-
-def _last_cycle(history: xr.Dataset) -> list[int]:
-    """Return the steps of the last friction loop, or all, thinned."""
-    try:
-        first, _, last = friction_loops(history).ends[-1]
-    except InputError:
-        first, last = 0, history.sizes["step"] - 1
-    return [int(step) for step in np.unique(np.linspace(first, last, MOST_FRAMES).round())]
