@@ -14,7 +14,7 @@ LEAVES = {
     "reduced models": ["exchange/reduced"],
     "report": ["results/report"],
     "gallery": ["studies/gallery.py"],
-    "design studies": ["studies/design.py", "studies/design_studies.py"],
+    "design studies": ["studies/design.py"],
     "adhesion theory": ["contact/adhesion*", "asperities/adhering.py", "results/plots/adhesion*.py"],
     "controllers and batches": ["coupling.py", "asperities/contact_batch.py"],
 }

@@ -103,7 +103,6 @@ def system(dt):
 
 
 MODULI = {"contact_modulus": 4e10, "shear_modulus": 8e9, "hardness": 6e9, "yield_stress": 2e9}
-STUDY = {"radius": 1e-5, "normal_load": 1e-3, "friction": 0.2}
 CURVE = {
     "approach": [1e-9, 2e-9, 3e-9, 4e-9],
     "load": [1e-4, 3e-4, 6e-4, 1e-3],
@@ -258,14 +257,6 @@ CALLS = {
     ),
     "wear.ArchardWear": (hs.wear.ArchardWear, {"coefficient": 1e-3, "hardness": 6e9}),
     "wear.EnergyWear": (hs.wear.EnergyWear, {"volume_per_energy": 1e-15}),
-    **{
-        f"design_studies.{name}": (lambda name=name, **found: getattr(hs.design_studies, name)(PAIR, **found), given)
-        for name, given in {
-            "equal_asperities": {**STUDY, "pitch": 1e-4, "count": [(1, 1)], "scaling": "self-similar"},
-            "radius_load_friction": {**STUDY, "later_load": 2e-3},
-            "texture_tolerances": {**STUDY, "count": (2, 2), "pitch": 1e-4, "height_scatter": 1e-9, "seeds": [1]},
-        }.items()
-    },
 }
 
 # What takes none, or is not called here, and why.
@@ -284,7 +275,6 @@ NUMBERS_ALONE = {
     "summary": "what another function has found",
     "volume": "what a law is asked with",
     "first_loading": "what a law is asked with",
-    "roughness": "a sweep of seconds; its arguments are keys of scenarios",
     "read_surface": "needs a file; its pixel_size is that of Surface",
     "write_fmu": "needs a compiler; tried by the command",
 }

@@ -6,6 +6,8 @@ factor): the drift is the difference of the preliminary displacements. The sourc
 
 # historysim gallery: example
 
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -15,16 +17,18 @@ import historysim as hs
 FACTORS = (1, 10, 100)
 CHANGES = np.array([0.0, 0.5, 1, 2, 4, 6, 9, 14, 19, 24, 29])
 LEAST = 0.1e-6
+SCENARIO = Path(__file__).parents[1] / "20_radius_load_friction.toml"
+SETTINGS = {f"loading.waypoints[{number}].normal_load": "10 mN" for number in (0, 2)}
 
 
 def calculated() -> xr.Dataset:
     """Return the drift [m] over factor and relative change of the radius."""
-    pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+    scenario = hs.load(SCENARIO, SETTINGS)
     drift = []
     for factor in FACTORS:
-        radii = LEAST * factor * (1 + CHANGES)
-        found = hs.design_studies.radius_load_friction(pair, radius=radii, normal_load="10 mN", friction=0.5)
-        drift.append(hs.drift_along(found, "surface_radius").values.ravel())
+        radii = {"surface.radius": LEAST * factor * (1 + CHANGES)}
+        table = hs.sweep(scenario, radii, outputs=["preliminary_displacement"])
+        drift.append(hs.drift_along(table, "surface_radius").values.ravel())
     return xr.Dataset(
         {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
         {

@@ -5,6 +5,8 @@ By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (given
 
 # historysim gallery: example
 
+from pathlib import Path
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -12,19 +14,19 @@ from matplotlib.figure import Figure
 import historysim as hs
 
 CHANGES = np.array([0.0, 0.1, 0.15, 0.2, 0.25])
+SCENARIO = Path(__file__).parents[1] / "20_radius_load_friction.toml"
+SETTINGS = {f"loading.waypoints[{number}].normal_load": "10 mN" for number in (0, 2)}
 STARTS = {"from 0.2": (0.2, 1), "from 0.7": (0.7, 1), "from 0.9": (0.9, 1), "from 0.9 down": (0.9, -1)}
 
 
 def calculated() -> xr.Dataset:
     """Return the drift [m] over start and change of μ."""
-    pair = hs.MaterialPair(hs.material("alumina"), hs.material("zirconia"))
+    scenario = hs.load(SCENARIO, SETTINGS)
     drift = []
-    for first, sign in STARTS.values():
-        coefficients = first + sign * CHANGES
-        found = hs.design_studies.radius_load_friction(
-            pair, radius="0.5 µm", normal_load="10 mN", friction=coefficients
-        )
-        drift.append(hs.drift_along(found, "friction_coefficient").values.ravel())
+    for start, sign in STARTS.values():
+        coefficients = {"friction.coefficient": start + sign * CHANGES}
+        table = hs.sweep(scenario, coefficients, outputs=["preliminary_displacement"])
+        drift.append(hs.drift_along(table, "friction_coefficient").values.ravel())
     return xr.Dataset(
         {"drift": (("start", "change"), drift, {"units": "m", "long_name": "drift"})},
         {
