@@ -224,21 +224,13 @@ def fmu(
     "--output",
     "outputs",
     multiple=True,
-    help="The model: .json, .csv, .mo (Modelica), .m (MATLAB), .tcl (OpenSees), .py (see --for); may be given several "
-    "times.",
-)
-@click.option(
-    "--for",
-    "form",
-    help="The program that a .py is for: openseespy, pyharm or tmdsimpy. [default: openseespy]",
-    type=click.Choice(["openseespy", "pyharm", "tmdsimpy"]),
+    help="The model: .json, .mo (Modelica), .tcl (OpenSees) or .py (OpenSeesPy); may be given several times.",
 )
 @options.path_option("--picture", help="Draw model and contact to this file (PNG, PDF, SVG).")
 @options.shared("size", "json", "force", "set")
 def reduce(
     scenario: Path,
     outputs: tuple[Path, ...],
-    form: str | None,
     picture: Path | None,
     size: tuple[float, float] | None,
     values: dict[str, Any],
@@ -251,17 +243,16 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.model_texts import form_of, format_of
+    from historysim.exchange.reduced.model_texts import format_of
     from historysim.exchange.reduced.reduced_model import ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
-    forms = {path: form_of(path, form if path.suffix.lower() == ".py" else None) for path in outputs}
     options.check_drawn(size, [picture])
-    written = [(path, format_of(name)) for path, name in forms.items()]
+    written = [(path, format_of(path)) for path in outputs]
     files = check_outputs(source.files, *written, (picture, PICTURE))
     model = carry_out(source, notify=notice, **choices)
-    for path, name in forms.items():
-        model.write(path, form=name, force=options.given("force"))
+    for path in outputs:
+        model.write(path, force=options.given("force"))
     if picture is not None:
         save(ReducedPicture().figure(model, {"size": size}), picture)
     write_answer(model.summary(), files=files, data=model.dataset)

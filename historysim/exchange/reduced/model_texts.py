@@ -15,23 +15,13 @@ from historysim.errors import InputError
 ReducedModel = Any
 
 
-def form_of(output: Path, form: str | None) -> str:
-    """Return the form of a file by its name, unless one is given; errors as for `ReducedModel.write`."""
-    if form is not None:
-        if form not in FORMS:
-            raise InputError(f"form {form!r} is not known; expected one of {listed(FORMS)}")
-        return form
-    for name, (ending, _) in FORMS.items():
-        if output.suffix.lower() == ending:
-            return name
-    check_place(output)
-    endings = listed(list(dict.fromkeys(ending for ending, _ in FORMS.values())))
-    raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {endings}")
-
-
-def format_of(form: str) -> OutputFormat:
-    """Return what is written, as `check_outputs` takes it."""
-    return marked("a reduced model of historysim", FORMS[form][0])
+def format_of(output: Path) -> OutputFormat:
+    """Return the format of an output by its extension; InputError for an unknown one."""
+    extension = output.suffix.lower()
+    if extension not in FORMATS:
+        check_place(output)
+        raise InputError(f"{output}: {output.suffix or 'no'} ending; expected one of {listed(FORMATS)}")
+    return marked("a reduced model of historysim", extension)
 
 
 def _head(model: ReducedModel, comment: str) -> str:
@@ -59,12 +49,6 @@ def _rows(*columns: Floats) -> list[tuple[float, ...]]:
     return [*zip(*(column.tolist() for column in columns), strict=True)]
 
 
-def _csv(model: ReducedModel, _: str) -> str:
-    rows = enumerate(_rows(model.stiffness, model.limit, model.slip_displacement))
-    lines = "".join(f"{number},{k!r},{f!r},{r!r}\n" for number, (k, f, r) in rows)
-    return f"{_head(model, '#')}spring,stiffness [N/m],limit [N],slip_displacement [m]\n{lines}"
-
-
 def _opensees(model: ReducedModel, _: str) -> str:
     rows = [*enumerate(_rows(model.stiffness, model.slip_displacement), start=1)]
     lines = "".join(f"uniaxialMaterial ElasticPP [expr $tag + {i}] {k!r} {r!r}\n" for i, (k, r) in rows)
@@ -76,92 +60,25 @@ if {{![info exists tag]}} {{ set tag 1 }}
 """
 
 
-def _in_python(model: ReducedModel, text: str, of_rows: str, second: Floats, function: str) -> str:
-    """Return a module with the springs, a row of stiffness and a second number each, and a function of them."""
-    rows = "".join(f"    ({k!r}, {value!r}),\n" for k, value in _rows(model.stiffness, second))
-    return f'''{_head(model, "#")}"""{text}"""\n\nSPRINGS = [  # {of_rows}\n{rows}]\n\n\n{function}'''
-
-
 def _openseespy(model: ReducedModel, _: str) -> str:
-    text = "Make the contact a uniaxial material of OpenSees: force in N, deformation in m."
-    of_rows = "stiffness [N/m], displacement at which it slides [m]"
-    function = '''def contact(ops, tag):
+    rows = "".join(f"    ({k!r}, {slip!r}),\n" for k, slip in _rows(model.stiffness, model.slip_displacement))
+    return f'''{_head(model, "#")}"""Make the contact a uniaxial material of OpenSees: force in N, deformation in m."""
+
+SPRINGS = [  # stiffness [N/m], displacement at which it slides [m]
+{rows}]
+
+
+def contact(ops, tag):
     """Define material `tag`; the tags above it, one for each spring, have to be free."""
     for number, (stiffness, slip) in enumerate(SPRINGS, start=1):
         ops.uniaxialMaterial("ElasticPP", tag + number, stiffness, slip)
     ops.uniaxialMaterial("Parallel", tag, *range(tag + 1, tag + 1 + len(SPRINGS)))
 '''
-    return _in_python(model, text, of_rows, model.slip_displacement, function)
-
-
-def _tmdsimpy(model: ReducedModel, _: str) -> str:
-    function = '''def contact(force, Q, T):
-    """Return nonlinear forces, to be added to a VibrationSystem; `force` is TMDSimPy's JenkinsForce."""
-    return [force(Q, T, stiffness, limit) for stiffness, limit in SPRINGS]
-'''
-    text = "The contact as nonlinear forces of TMDSimPy."
-    return _in_python(model, text, "kt [N/m], Fs [N]", model.limit, function)
-
-
-def _pyharm(model: ReducedModel, _: str) -> str:
-    elements = {
-        f"contact_{number}": {"type": "Jenkins", "k": k, "mu": 1.0, "N0": limit}
-        for number, (k, limit) in enumerate(_rows(model.stiffness, model.limit), start=1)
-    }
-    return f'''{_head(model, "#")}\
-"""The contact as elements of pyHarm. Give each of them `connect` and `dirs` of your structure."""
-
-ELEMENTS = {json.dumps(elements, indent=4)}
-
-
-def contact(connect, dirs):
-    """Return the elements between two nodes, for the dictionary `elements` of pyHarm's input."""
-    return {{name: {{**one, "connect": connect, "dirs": dirs}} for name, one in ELEMENTS.items()}}
-'''
-
-
-def _check_name(name: str, what: str) -> None:
-    if not name.isidentifier() or not name.isascii():
-        raise InputError(f"{name} is no name of a {what}; expected a file called by letters, digits and _")
-
-
-def _matlab(model: ReducedModel, name: str) -> str:
-    _check_name(name, "function of MATLAB")
-    scaling, extra, load, at = model.scaling, "", "", ""
-    tables = f"k = [{_matlab_row(model.stiffness)}];\nf = [{_matlab_row(model.limit)}];\n"
-    if scaling is not None:
-        extra, load, at = ", normal_load", ", N", " at the normal load N [N]"
-        tables = f"""load = [{_matlab_row(scaling.normal_load)}];
-stiffness = {_matlab_table(scaling.stiffness)};
-limit = {_matlab_table(scaling.limit)};
-k = interp1(load, stiffness, normal_load);
-f = interp1(load, limit, normal_load);
-"""
-    return f"""function [T, state] = {name}(U, state{extra})
-{_head(model, "%")}\
-% [T, state] = {name}(U, state{load}) carries the contact to the displacement U [m]{at}.
-% Begin with state = []. To try a step, keep the state of before. T is the tangential load [N].
-{tables}if isempty(state)
-  state = struct('U', 0, 'F', zeros(1, numel(k)), 'k', k);
-end
-state.F = max(min(state.F + 0.5*(state.k + k) .* (U - state.U), f), -f);
-state.U = U;
-state.k = k;
-T = sum(state.F);
-end
-"""
-
-
-def _matlab_table(rows: Floats) -> str:
-    return "[\n" + "".join(f"  {_matlab_row(row)}\n" for row in rows) + "]"
-
-
-def _matlab_row(values: Floats) -> str:
-    return " ".join(map(repr, values.tolist()))
 
 
 def _modelica(model: ReducedModel, name: str) -> str:
-    _check_name(name, "model of Modelica")
+    if not name.isidentifier() or not name.isascii():
+        raise InputError(f"{name} is not a name of a Modelica model; expected a file called by letters, digits and _")
     stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))
     return f"""{_head(model, "//")}\
 model {name} "Springs in parallel that slide, in place of a rough frictional contact"
@@ -179,14 +96,10 @@ end {name};
 """
 
 
-# What is written, by name: the ending that chooses it, and the text of a model for a file of a name.
-FORMS: dict[str, tuple[str, Callable[[ReducedModel, str], str]]] = {
-    "json": (".json", _json),
-    "csv": (".csv", _csv),
-    "modelica": (".mo", _modelica),
-    "matlab": (".m", _matlab),
-    "opensees": (".tcl", _opensees),
-    "openseespy": (".py", _openseespy),
-    "pyharm": (".py", _pyharm),
-    "tmdsimpy": (".py", _tmdsimpy),
+# Formats by file extension: the function that returns the content of a file for a model and the stem of its path.
+FORMATS: dict[str, Callable[[ReducedModel, str], str]] = {
+    ".json": _json,
+    ".mo": _modelica,
+    ".tcl": _opensees,
+    ".py": _openseespy,
 }

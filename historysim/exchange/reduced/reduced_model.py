@@ -15,7 +15,7 @@ from historysim.basics.targets import Output, check_outputs
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import html_table
 from historysim.errors import InputError
-from historysim.exchange.reduced.model_texts import FORMS, form_of, format_of
+from historysim.exchange.reduced.model_texts import FORMATS, format_of
 from historysim.results.plots.canvas import COLUMN, Canvas
 from historysim.results.plots.pictures import Picture, figure_of
 from historysim.results.plots.style import FAINT, INK, STATE_COLOURS, label_loop
@@ -246,30 +246,28 @@ class ReducedModel:
         except (OSError, ValueError, RecursionError, InputError) as error:
             raise InputError(f"{path}: {error}") from error
 
-    def write(self, output: str | Path, *, form: str | None = None, force: bool = False) -> None:
+    def write(self, output: str | Path, *, force: bool = False) -> None:
         """Write the model for another program.
 
         Parameters
         ----------
         output : path
-            Its ending says for which: .json, .csv, .m (MATLAB), .mo (Modelica), .tcl (OpenSees), .py (OpenSeesPy).
-        form : str, optional
-            ``"pyharm"`` or ``"tmdsimpy"`` for a .py of these programs.
+            Its extension selects the program: .json, .mo (Modelica), .tcl (OpenSees), .py (OpenSeesPy).
         force : bool
             Replace a file that is none of historysim, too.
 
         Raises
         ------
         InputError
-            An ending or form that is not known, or a file of somebody else.
+            An unknown extension, or a file of somebody else.
         OSError
             It cannot be written.
         """
         path = Path(output)
-        name = form_of(path, form)
-        check_outputs([Output(path, (format_of(name),))], [], force=force)
+        check_outputs([Output(path, (format_of(path),))], [], force=force)
         with replacing(path) as unfinished:
-            unfinished.write_text(FORMS[name][1](self, path.stem), encoding="utf-8", newline="\n")
+            content = FORMATS[path.suffix.lower()](self, path.stem)
+            unfinished.write_text(content, encoding="utf-8", newline="\n")
 
 
 @FILES.register
