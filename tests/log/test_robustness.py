@@ -10,7 +10,7 @@ import netCDF4
 import pytest
 from kill_runs import EVERY, kill_runs
 from preloaded import POSSIBLE, REASON, run_script
-from promises import LONG, WORKLOADS, last_snapshot, variables
+from promises import LONG, last_snapshot, variables
 
 import historysim as hs
 from historysim.log import result as result_writer
@@ -174,33 +174,6 @@ def test_a_write_sync_or_rename_that_fails_is_told_and_resumed(tmp_path):
     calls, _, told, _ = faulty(tmp_path, 97)
     assert calls > 40
     assert told > 2
-
-
-@pytest.mark.slow
-def test_every_write_sync_or_rename_may_fail(tmp_path):
-    calls, through, told, crashed = faulty(tmp_path, 1)
-    assert through + told + crashed == 6 * calls
-    assert crashed < 0.2 * told
-
-
-def power_cuts(*arguments):
-    if not POSSIBLE:
-        pytest.skip(REASON)
-    printed = run_script(TESTS / "scripts" / "power_cuts.py", *arguments)
-    found = dict(re.findall(r"^([\w ]+): \d+ calls, (\d+) disks, 0 broken promises", printed, re.MULTILINE))
-    assert set(found) == set(WORKLOADS), printed
-    return {title: int(disks) for title, disks in found.items()}
-
-
-@pytest.mark.ci
-def test_whatever_a_power_cut_leaves_keeps_the_promise_and_each_precaution_is_needed():
-    assert sum(power_cuts("--every", 16, "--samples", 0, "--changes").values()) > 15
-
-
-@pytest.mark.slow
-def test_every_cut_of_the_power_keeps_the_promise():
-    disks = power_cuts("--samples", 16)
-    assert min(disks["run"], disks["resume"], disks["append"]) > 90
 
 
 def test_a_disk_without_room_for_the_result_is_told_and_the_run_goes_on_later(folder, whole, monkeypatch):

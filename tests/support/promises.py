@@ -1,6 +1,6 @@
 """What runs, resumes, appends and forks promise of the files that they leave, however they end.
 
-`power_cuts.py`, `kill_runs.py` and `fault_runs.py` end each of them at many instants, and open what is left as a user
+`kill_runs.py` and `fault_runs.py` end each of them at many instants, and open the remaining files as a user
 would: the log is sound, or is not there yet; nothing is lost that was done; a result is the older one or the new one,
 whole; and a resume goes on after the last snapshot, to the same bits.
 """
