@@ -89,11 +89,11 @@ def area_laws(
     sums = summit_contact(summits.height, summits.radius, separations, contact_modulus=modulus)
     areas["summits"] = np.interp(loads, sums.normal_load, sums.contact_area, right=np.nan)
     if whole_map:
-        solved = NormalSolutions.of(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
+        solved = NormalSolutions.solve(surface, largest_load=float(loads[-1]) / modulus, notify=notify)
         # a row for each load that was solved; between two of them the area is straight
         areas["whole map"] = np.interp(loads, solved.load.sum(axis=1) * modulus, solved.area.sum(axis=1))
     table, over = np.array(list(areas.values())), ("law", "normal_load")
-    found = xr.Dataset(
+    laws = xr.Dataset(
         {"real_contact_area": (over, table, {"units": "m2", "long_name": "real contact area"})},
         {"law": list(areas), "normal_load": ("normal_load", loads, {"units": "N", "long_name": "normal load"})},
         {"nominal_area": nominal, "rms_slope": float(np.sqrt(2 * moments.m2))},
@@ -102,8 +102,8 @@ def area_laws(
         holds = np.abs(table / table[-1] - 1) <= HOLDS
         if hardness is not None:
             holds[0] = loads / table[-1] >= pascals(hardness)
-        found["holds"] = (over, holds, {"long_name": f"within {HOLDS:.0%} of the whole map"})
-    return found
+        laws["holds"] = (over, holds, {"long_name": f"within {HOLDS:.0%} of the whole map"})
+    return laws
 
 
 # -- laws ------------------------------------------------------------------------------------------
@@ -137,24 +137,24 @@ def bush_gibson_thomas(
     if not alpha > 1.5:
         raise InputError(f"the moments have m0 m4/m2² = {alpha:.4g}; expected more than 1.5, as every surface has")
     heights = np.atleast_1d(checked("separation", separation)) / math.sqrt(m0)
-    found = np.array([_summits_above(height, alpha) for height in heights]).T
+    sums = np.array([_summits_above(height, alpha) for height in heights]).T
     # lengths in √m0 and curvatures in √m4; summits per area from 1/(2π m2)
     scale = m4 / (2 * math.pi * m2)
-    pressure = found[0] * scale * contact_modulus * m0**0.75 * m4**-0.25
-    area = found[1] * scale * math.sqrt(m0 / m4)
+    pressure = sums[0] * scale * contact_modulus * m0**0.75 * m4**-0.25
+    area = sums[1] * scale * math.sqrt(m0 / m4)
     shape = np.shape(separation)
     return pressure.reshape(shape), np.minimum(area, 1.0).reshape(shape)
 
 
 def bush_gibson_thomas_area(pressure: ArrayLike, moments: SpectralMoments, contact_modulus: float) -> Floats:
     """Return A/A0 by Bush, Gibson and Thomas at nominal pressures [Pa]; NaN beyond contact at the mean plane."""
-    wanted = checked("pressure", pressure, least=0)
+    nominal_pressure = checked("pressure", pressure, least=0)
     separations = np.linspace(HIGHEST, 0.0, 241) * math.sqrt(scalar("m0", moments.m0, above=0))
     pressures, areas = bush_gibson_thomas(separations, moments, contact_modulus)
     # between the separations both go nearly as exponentials, and their ratio is nearly constant
     with np.errstate(divide="ignore"):
-        share = np.interp(np.log(wanted), np.log(pressures), areas / pressures)
-    return np.where(wanted > pressures[-1], math.nan, share * wanted)
+        area_per_pressure = np.interp(np.log(nominal_pressure), np.log(pressures), areas / pressures)
+    return np.where(nominal_pressure > pressures[-1], math.nan, area_per_pressure * nominal_pressure)
 
 
 def _summits_above(height: float, alpha: float) -> tuple[float, float]:
@@ -164,7 +164,7 @@ def _summits_above(height: float, alpha: float) -> tuple[float, float]:
     1/3; summits have r < κ, and their density carries the determinant κ² - r². Height and κ correlate by √(3/(2α)).
     """
     correlation = math.sqrt(1.5 / alpha)
-    left = math.sqrt(1 - correlation**2)
+    residual_deviation = math.sqrt(1 - correlation**2)
     deviation = math.sqrt(2 / 3)
     nodes, weights = np.polynomial.legendre.leggauss(CURVATURES)
     middle = correlation * deviation * max(height, 0.0)
@@ -178,8 +178,11 @@ def _summits_above(height: float, alpha: float) -> tuple[float, float]:
     determinant = mean[:, np.newaxis] ** 2 - half**2
     loads, areas = _elliptic((1 - share) / (1 + share))
     # heights above the flat of summits with this mean curvature
-    gap = (height - correlation * mean / deviation) / left
-    deep, shallow = left**1.5 * height_integral(1.5, gap), left * height_integral(1.0, gap)
+    gap = (height - correlation * mean / deviation) / residual_deviation
+    deep, shallow = (
+        residual_deviation**1.5 * height_integral(1.5, gap),
+        residual_deviation * height_integral(1.0, gap),
+    )
     load = of_half * determinant * loads * determinant**-0.25
     area = of_half * determinant * areas * determinant**-0.5
     return float(of_mean * deep @ load.sum(axis=1)), float(of_mean * shallow @ area.sum(axis=1))
@@ -187,8 +190,8 @@ def _summits_above(height: float, alpha: float) -> tuple[float, float]:
 
 def _elliptic(ratio: Floats) -> tuple[Floats, Floats]:
     """Return P √κ/(E* δ^(3/2)) and A κ/δ of Hertzian contacts with this ratio of curvatures and geometric mean κ."""
-    known, load, area = _ellipses()
-    return np.interp(ratio, known, load), np.interp(ratio, known, area)
+    ratios, load, area = _ellipses()
+    return np.interp(ratio, ratios, load), np.interp(ratio, ratios, area)
 
 
 @functools.cache
@@ -196,11 +199,11 @@ def _ellipses() -> tuple[Floats, Floats, Floats]:
     """Tabulate ellipses by their axes' ratio k: ratio of curvatures, load and area as in `_elliptic`."""
     k = np.concatenate([np.geomspace(1e-6, 0.1, 2000), np.linspace(0.1, 1 - 1e-6, 4000)[1:]])
     square = 1 - k**2
-    first, second = special.ellipk(square), special.ellipe(square)
+    elliptic_k, elliptic_e = special.ellipk(square), special.ellipe(square)
     # curvatures over p0/(E* a): Johnson's Eqs. 4.25 to 4.28 with b = k a
-    small = 2 * k * (first - second) / square
-    large = 2 * k * (second / k**2 - first) / square
-    approach = k * first
+    small = 2 * k * (elliptic_k - elliptic_e) / square
+    large = 2 * k * (elliptic_e / k**2 - elliptic_k) / square
+    approach = k * elliptic_k
     mean = np.sqrt(small * large)
     load = 2 / 3 * math.pi * k * np.sqrt(mean) / approach**1.5
     area = math.pi * k * mean / approach

@@ -72,28 +72,28 @@ class HalfSpace:
         """Displacement of points under a unit pressure at the first one (nx, ny)."""
         pressure = np.zeros_like(self.heights)
         pressure[0, 0] = 1.0
-        return self._moved(pressure)
+        return self._displacement_under(pressure)
 
     @property
     def flattening(self) -> float:
         """Mean pressure from which a surface that repeats touches everywhere; infinite of any other."""
         if not self._periodic:
             return np.inf
-        return -0.5 * float(self._steepened(self.heights).min())
+        return -0.5 * float(self._multiply_by_wave_number(self.heights).min())
 
     @property
     def slope(self) -> float:
         """Rms slope of the map, by differences of neighbouring points."""
         squares = (np.diff(self.heights, axis=axis) / side for axis, side in enumerate(self._pixel))
-        return math.sqrt(sum(float((each**2).mean()) for each in squares))
+        return math.sqrt(sum(float((difference**2).mean()) for difference in squares))
 
-    def time_of_iteration(self) -> float:
+    def measure_iteration_time(self) -> float:
         """Return how long a step of the conjugate gradients takes [s]: one displacement, and as much again."""
-        begin = time.perf_counter()
-        self._moved(np.zeros_like(self.heights))
-        return 2 * (time.perf_counter() - begin)
+        start_time = time.perf_counter()
+        self._displacement_under(np.zeros_like(self.heights))
+        return 2 * (time.perf_counter() - start_time)
 
-    def _moved(self, pressure: Floats) -> Floats:
+    def _displacement_under(self, pressure: Floats) -> Floats:
         """Return the displacements under pressures."""
         from scipy import fft
 
@@ -101,7 +101,7 @@ class HalfSpace:
         moved = fft.irfft2(fft.rfft2(pressure, s=self._padded) * self._response, s=self._padded)
         return np.ascontiguousarray(moved[:nx, :ny])
 
-    def _steepened(self, values: Floats) -> Floats:
+    def _multiply_by_wave_number(self, values: Floats) -> Floats:
         """Return values with each wave multiplied by its wave number."""
         from scipy import fft
 
@@ -111,7 +111,7 @@ class HalfSpace:
         """Return approach and pressures under a mean pressure, beginning from the solution before; None without one."""
         pressure, displacement = self._start(mean_pressure)
         direction = response = np.zeros_like(pressure)
-        before = 0.0
+        previous_size = 0.0
         for _ in range(MOST_ITERATIONS):
             gap = displacement - self.heights
             touching = pressure > 0
@@ -125,13 +125,13 @@ class HalfSpace:
                 separation = float((self.heights - displacement)[touching].mean())
                 return float(self.heights.max()) - separation, pressure
             residual = np.where(touching, gap, 0.0)
-            gradient = self._preconditioned(residual, touching)
+            gradient = self._precondition(residual, touching)
             # of a contact that has not changed the directions are conjugate, and their responses are known by sums
             size = float((residual * gradient).sum())
-            share = size / before if before > 0 else 0.0
+            share = size / previous_size if previous_size > 0 else 0.0
             direction = gradient + share * direction
-            response = self._moved(gradient) + share * response
-            before = size
+            response = self._displacement_under(gradient) + share * response
+            previous_size = size
             step = float((residual * direction).sum()) / float((response * direction)[touching].sum())
             changed = pressure - step * direction
             leaving = changed < 0
@@ -139,8 +139,8 @@ class HalfSpace:
                 changed[leaving] = 0.0
                 changed[overlapping] = -self._touch_step * gap[overlapping]
                 pressure = changed * (mean_pressure / changed.mean())
-                displacement = self._moved(pressure)
-                before = 0.0
+                displacement = self._displacement_under(pressure)
+                previous_size = 0.0
             else:
                 pressure, displacement = changed, displacement - step * response
         return None
@@ -149,13 +149,13 @@ class HalfSpace:
         """Return the pressures of the solution before at another mean, or even ones, and their displacements."""
         if not self._pressure.any():
             self._pressure = np.ones_like(self.heights)
-            self._displacement = self._moved(self._pressure)
+            self._displacement = self._displacement_under(self._pressure)
         scale = mean_pressure / float(self._pressure.mean())
         return self._pressure * scale, self._displacement * scale
 
-    def _preconditioned(self, residual: Floats, touching: Booleans) -> Floats:
+    def _precondition(self, residual: Floats, touching: Booleans) -> Floats:
         """Return a direction of pressures in the contact, with a sum of 0."""
-        gradient = np.where(touching, self._steepened(residual), 0.0)
+        gradient = np.where(touching, self._multiply_by_wave_number(residual), 0.0)
         gradient[touching] -= gradient[touching].mean()
         return gradient
 
@@ -212,14 +212,14 @@ class FewPoints:
         touching = np.zeros(self._depth.size, dtype=bool)
         touching[0] = True
         # two points of one height touch at once
-        approach, (_, _, following) = 0.0, self._solved(0.0, touching)
+        approach, (_, _, following) = 0.0, self._solve_active_set(0.0, touching)
         while True:
             count = int(touching.sum())
             target = following if count < EACH_TOUCH else max(following, approach * APPROACH_STEP)
             if not target < self._reach or count > MOST_POINTS:
                 return
             # at a touch the point that comes in carries nothing yet
-            settled = self._settled(target, touching)
+            settled = self._find_active_set(target, touching)
             if settled is None:
                 return
             row, touching, following = settled
@@ -227,28 +227,28 @@ class FewPoints:
                 yield row
             approach = target
 
-    def _solved(self, approach: float, touching: Booleans) -> tuple[Floats, Floats, float]:
+    def _solve_active_set(self, approach: float, touching: Booleans) -> tuple[Floats, Floats, float]:
         """Return the pressures at an approach if these points touch, how they grow, and where the next one touches."""
         from scipy.linalg import cho_factor, cho_solve
 
         matrix = self._matrix[np.ix_(touching, touching)]
-        wanted = np.stack([approach - self._depth[touching], np.ones(int(touching.sum()))], axis=1)
-        pressure, growth = cho_solve(cho_factor(matrix), wanted).T
+        right_sides = np.stack([approach - self._depth[touching], np.ones(int(touching.sum()))], axis=1)
+        pressure, growth = cho_solve(cho_factor(matrix), right_sides).T
         across = self._matrix[np.ix_(~touching, touching)]
         gap, closing = self._depth[~touching] - approach + across @ pressure, 1.0 - across @ growth
         with np.errstate(divide="ignore"):
             ahead = np.where(closing > 0, gap / closing, np.inf)
         return pressure, growth, approach + max(float(ahead.min(initial=np.inf)), 0.0)
 
-    def _settled(self, approach: float, touching: Booleans) -> tuple[Row, Booleans, float] | None:
+    def _find_active_set(self, approach: float, touching: Booleans) -> tuple[Row, Booleans, float] | None:
         """Return the solution at an approach, the points that touch just beyond it, and where the next one touches.
 
         None where points come and leave in turn, which conjugate gradients do not mind.
         """
         touching = touching.copy()
-        first = None
+        row = None
         for _ in range(MOST_TURNS):
-            pressure, growth, following = self._solved(approach, touching)
+            pressure, growth, following = self._solve_active_set(approach, touching)
             inside = np.flatnonzero(touching)
             gap = self._depth - approach + self._matrix[:, inside] @ pressure
             leaves = inside[pressure < -ROUNDING * np.abs(pressure).max()]
@@ -256,10 +256,10 @@ class FewPoints:
             settled = not leaves.size and not comes.size
             # those that come at this approach itself carry nothing before it
             at_once = not leaves.size and not (gap[comes] < -ROUNDING * approach).any()
-            if first is None and (at_once or settled):
-                first = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
-            if settled and first is not None:
-                return first, touching, following
+            if row is None and (at_once or settled):
+                row = Row(approach, self.candidate[inside], np.clip(pressure, 0.0, None), growth)
+            if settled and row is not None:
+                return row, touching, following
             touching[leaves] = False
             touching[comes] = True
         return None
@@ -271,5 +271,5 @@ def _matrix(point: Integers, influence: Floats, *, periodic: bool) -> Floats:
     dx, dy = x[:, None] - x, y[:, None] - y
     if not periodic:
         dx, dy = np.abs(dx), np.abs(dy)
-    found: Floats = influence[dx, dy]
-    return found
+    displacement: Floats = influence[dx, dy]
+    return displacement

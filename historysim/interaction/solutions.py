@@ -27,37 +27,37 @@ DAMAGE = (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile, zlib.erro
 
 
 def cache_folder() -> Path:
-    """Return where it is kept: historysim in the system's folder for caches, which may be emptied at any time."""
-    if given := os.environ.get("HISTORYSIM_CACHE"):
-        return Path(given)
+    """Folder of the cache: historysim in the system's cache folder, which may be emptied at any time."""
+    if folder := os.environ.get("HISTORYSIM_CACHE"):
+        return Path(folder)
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA", Path.home())) / "historysim"
     return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "historysim"
 
 
-def kept(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
-    """Return what is computed from arguments, from the folder where it was before.
+def cached(name: str, arguments: Sequence[Floats], compute: Callable[[], dict[str, Floats]]) -> dict[str, Floats]:
+    """Return the cached arrays of a computation, identified by its arguments; compute and store them if there are none.
 
-    A file that is damaged is computed again; where none can be written, nothing is kept.
+    A damaged file is computed again. If the folder cannot be written to, nothing is cached.
     """
-    of = hashlib.sha256(FORM)
+    digest = hashlib.sha256(FORM)
     for item in enumerate(arguments):
-        of.update(repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes())
-    path = cache_folder() / f"{name}_{of.hexdigest()[:32]}.npz"
+        digest.update(repr((item[0], item[1].shape, item[1].dtype.str)).encode() + item[1].tobytes())
+    path = cache_folder() / f"{name}_{digest.hexdigest()[:32]}.npz"
     try:
         check_archive(path)
         # the archive has a checksum of each array
         with np.load(path, allow_pickle=False) as arrays:
             return {key: arrays[key] for key in arrays.files}
     except DAMAGE:
-        found = compute()
+        result = compute()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as unfinished, unfinished.open("wb") as stream:
-            np.savez_compressed(stream, allow_pickle=False, **found)
+            np.savez_compressed(stream, allow_pickle=False, **result)
     except OSError:
         pass
-    return found
+    return result
 
 
 LIGHTEST = 1e-3  # lightest load over the largest where more points than a few touch at once
@@ -99,7 +99,7 @@ class NormalSolutions:
     coarse: tuple[float, float]
 
     @classmethod
-    def of(
+    def solve(
         cls,
         surface: Surface,
         *,
@@ -122,23 +122,23 @@ class NormalSolutions:
         target = (load / (surface.nominal_area), approach / space.unit)
         key = (np.ascontiguousarray(surface.heights), np.array([*surface.pixel_size, surface.periodic, *target]))
 
-        def solved() -> dict[str, Floats]:
+        def compute() -> dict[str, Floats]:
             return _solve(space, surface, target, progress=progress, notify=notify)
 
-        found = kept("normal_solutions", key, solved)
-        point = found["point"].astype(np.int64)
+        arrays = cached("normal_solutions", key, compute)
+        point = arrays["point"].astype(np.int64)
         touching = np.zeros(surface.shape, dtype=bool)
         touching.flat[point] = True
         return cls(
-            found["approach"] * space.unit,
+            arrays["approach"] * space.unit,
             point,
-            found["pressure"],
-            found["stiffness"] * space.unit,
-            patches_of(touching, periodic=surface.periodic).ravel()[point],
+            arrays["pressure"],
+            arrays["stiffness"] * space.unit,
+            label_patches(touching, periodic=surface.periodic).ravel()[point],
             surface.shape,
             surface.pixel_size,
             float(surface.heights.max()),
-            (float(found["coarse"][0]), float(found["coarse"][1])),
+            (float(arrays["coarse"][0]), float(arrays["coarse"][1])),
         )
 
     @property
@@ -149,16 +149,16 @@ class NormalSolutions:
     @property
     def load(self) -> Floats:
         """Load of each patch over E* (row, patch) [m²]."""
-        return self._summed(self.pressure) * math.prod(self.pixel_size)
+        return self._sum_by_patch(self.pressure) * math.prod(self.pixel_size)
 
     @property
     def area(self) -> Floats:
         """Contact area of each patch (row, patch) [m²]."""
-        return self._summed((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
+        return self._sum_by_patch((self.pressure > 0).astype(np.float64)) * math.prod(self.pixel_size)
 
     @property
     def notices(self) -> tuple[str, ...]:
-        """What has to be known of the solutions."""
+        """Warnings about the resolution of the map."""
         change = self.coarse[1]
         if abs(change) <= MOST_CHANGE:
             return ()
@@ -173,10 +173,10 @@ class NormalSolutions:
 
     @property
     def position(self) -> tuple[Floats, Floats]:
-        """Where each patch carries most [m]: x and y (patch)."""
+        """Position of the most loaded point of each patch [m]: x and y (patch)."""
         order = np.lexsort((-self.pressure[-1], self.patch))
-        first = order[np.searchsorted(self.patch[order], np.arange(self.count))]
-        x, y = (np.asarray(index, dtype=np.float64) for index in np.unravel_index(self.point[first], self.shape))
+        peak_point = order[np.searchsorted(self.patch[order], np.arange(self.count))]
+        x, y = (np.asarray(index, dtype=np.float64) for index in np.unravel_index(self.point[peak_point], self.shape))
         return x * self.pixel_size[0], y * self.pixel_size[1]
 
     @property
@@ -187,15 +187,15 @@ class NormalSolutions:
         """
         row = (self.pressure > 0).argmax(axis=0)
         edges = np.append(0.0, self.approach)
-        found = np.empty(self.point.size)
+        touch_approach = np.empty(self.point.size)
         for index in np.unique(row):
             new = np.flatnonzero(row == index)
             order = new[np.argsort(-self.pressure[index, new], kind="stable")]
-            part = (np.arange(order.size) + 1.0) / order.size
-            found[order] = edges[index] + part * (edges[index + 1] - edges[index])
-        return found
+            fraction = (np.arange(order.size) + 1.0) / order.size
+            touch_approach[order] = edges[index] + fraction * (edges[index + 1] - edges[index])
+        return touch_approach
 
-    def _summed(self, values: Floats) -> Floats:
+    def _sum_by_patch(self, values: Floats) -> Floats:
         sums = np.zeros((values.shape[0], self.count))
         np.add.at(sums.T, self.patch, values.T)
         return sums
@@ -215,7 +215,7 @@ def _solve(
         if mean >= target[0] * ABOVE and row.approach >= target[1] * ABOVE:
             break
     else:
-        for approach, pressure in _heavier(space, surface, mean, target, progress=progress, notify=notify):
+        for approach, pressure in _solve_heavier_loads(space, surface, mean, target, progress=progress, notify=notify):
             # a light load may come out before the last row of few points
             if not rows or approach > rows[-1][0]:
                 touching = np.flatnonzero(pressure)
@@ -225,22 +225,22 @@ def _solve(
     return {
         "approach": np.array([row[0] for row in rows]),
         "point": point,
-        "pressure": np.array([_at(point, *row[1:3]) for row in rows]),
+        "pressure": np.array([_select_points(point, *row[1:3]) for row in rows]),
         "stiffness": np.array([row[3] for row in rows]),
-        "coarse": _change_at_half(space, surface, mean, rows[-1][0], point.size / count),
+        "coarse": _change_at_half_resolution(space, surface, mean, rows[-1][0], point.size / count),
     }
 
 
-def _at(point: Integers, known: Integers, pressure: Floats) -> Floats:
-    """Return pressures at points, in rising order, of those where they are known."""
-    found = np.zeros(point.size)
-    there = np.isin(known, point)
-    found[np.searchsorted(point, known[there])] = pressure[there]
-    return found
+def _select_points(point: Integers, source_point: Integers, pressure: Floats) -> Floats:
+    """Return pressures at sorted points, 0 at points that are not among the source points."""
+    values = np.zeros(point.size)
+    is_source = np.isin(source_point, point)
+    values[np.searchsorted(point, source_point[is_source])] = pressure[is_source]
+    return values
 
 
 def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> None:
-    """Check that what is asked for does not press a map flat that repeats."""
+    """Raise InputError if the requested load or approach presses a periodic map flat."""
     flat = float(space.heights.max() - space.heights.mean())
     if pressure * ABOVE >= (limit := space.flattening):
         raise InputError(
@@ -252,14 +252,14 @@ def _check_flattening(space: HalfSpace, pressure: float, approach: float) -> Non
         )
 
 
-def _heavier(
-    space: HalfSpace, surface: Surface, first: float, target: tuple[float, float], *, progress: bool, notify: Notify
+def _solve_heavier_loads(
+    space: HalfSpace, surface: Surface, lowest: float, target: tuple[float, float], *, progress: bool, notify: Notify
 ) -> Iterator[tuple[float, Floats]]:
-    """Yield approaches and pressures of loads from above a mean pressure to what is asked for."""
+    """Yield approach and pressures for increasing loads, from a mean pressure up to the requested one."""
     top = _top(space, *target)
-    first = first or top * LIGHTEST
-    loads = np.geomspace(first, top, max(math.ceil(math.log(top / first) / math.log(STEP)), 1) + 1)[1:]
-    seconds = loads.size * ITERATIONS * space.time_of_iteration()
+    lowest = lowest or top * LIGHTEST
+    loads = np.geomspace(lowest, top, max(math.ceil(math.log(top / lowest) / math.log(STEP)), 1) + 1)[1:]
+    seconds = loads.size * ITERATIONS * space.measure_iteration_time()
     touching = space.heights.size * min(AREA_PER_PRESSURE * top / space.slope, 1.0)
     memory = _held(surface) + PRESSURE_BYTES * (loads.size + EACH_TOUCH) * touching
     _check_memory(memory, surface.shape)
@@ -271,14 +271,14 @@ def _heavier(
         )
     with progress_bar(progress, "load", loads.size, desc="normal contact", delay=2) as count:
         for load in loads:
-            found = space.solve(float(load))
+            solution = space.solve(float(load))
             count()
-            if found is not None:
-                yield found[0], found[1].ravel()
+            if solution is not None:
+                yield solution[0], solution[1].ravel()
 
 
 def _held(surface: Surface) -> float:
-    """Return what is held of a map while it is solved, pressures of all loads left out [bytes]."""
+    """Memory of a map during its solution, without the pressures of the loads [bytes]."""
     return BYTES + POINT_BYTES[surface.periodic] * surface.heights.size
 
 
@@ -286,11 +286,11 @@ def _check_memory(needed: float, shape: tuple[int, int]) -> None:
     """Check that this machine, where it is known, has as much memory as is needed [bytes]."""
     if not hasattr(os, "sysconf"):
         return
-    there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if needed > there:
+    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > available:
         raise InputError(
             f"the normal contact of {_sides(shape)} points takes some {needed / 2**30:.1f} GiB of memory, and this "
-            f"machine has {there / 2**30:.1f} GiB; expected a smaller map: cut it, or leave points out"
+            f"machine has {available / 2**30:.1f} GiB; expected a smaller map: cut it, or leave points out"
         )
 
 
@@ -298,31 +298,31 @@ def _sides(shape: tuple[int, int]) -> str:
     return " × ".join(f"{side:,}" for side in shape)
 
 
-def _change_at_half(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:
-    """Change of approach and area, relatively, under the largest load if every second point is left out."""
+def _change_at_half_resolution(space: HalfSpace, surface: Surface, top: float, approach: float, area: float) -> Floats:
+    """Relative change of approach and area under the largest load if every second point is left out."""
     heights = surface.heights[::2, ::2]
     x, y = surface.pixel_size
     half = HalfSpace(Surface(heights, (2 * x, 2 * y), periodic=surface.periodic))
     # the mean pressure over an area that is a point larger where their number is odd
-    found = half.solve(top * surface.heights.size / (4 * heights.size))
-    if found is None:
+    solution = half.solve(top * surface.heights.size / (4 * heights.size))
+    if solution is None:
         return np.array([np.inf, np.inf])
     # the highest point may be one of those left out
-    reached = (found[0] * half.unit + float(surface.heights.max() - heights.max())) / space.unit
-    touches = float((found[1] > 0).mean()) * 4 * heights.size / surface.heights.size
+    reached = (solution[0] * half.unit + float(surface.heights.max() - heights.max())) / space.unit
+    touches = float((solution[1] > 0).mean()) * 4 * heights.size / surface.heights.size
     return np.array([reached / approach, touches / area]) - 1.0
 
 
 def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
-    """Mean pressure of the heaviest load: at least one given, and as much as an approach needs."""
+    """Mean pressure of the heaviest load: at least the given one, and enough to reach an approach."""
     top = mean_pressure * ABOVE
     if approach <= 0:
         return top
     trial = max(top, FIRST_PRESSURE * float(np.abs(np.diff(space.heights, axis=0)).max()))
     low, high = 0.0, math.inf
     for _ in range(MOST_DOUBLINGS):
-        found = space.solve(trial)
-        reached = 0.0 if found is None else found[0]
+        solution = space.solve(trial)
+        reached = 0.0 if solution is None else solution[0]
         if reached >= approach * ABOVE:
             high = trial
             if reached <= approach * ABOVE**20:
@@ -333,10 +333,10 @@ def _top(space: HalfSpace, mean_pressure: float, approach: float) -> float:
     return max(top, high)
 
 
-def patches_of(touching: Booleans, *, periodic: bool = False) -> Integers:
-    """Return the number of the patch of each point (nx, ny), -1 where nothing touches; the largest patch is 0.
+def label_patches(touching: Booleans, *, periodic: bool = False) -> Integers:
+    """Label each point (nx, ny) with the number of its patch: -1 out of contact, 0 in the largest patch.
 
-    Points that meet at a side or a corner are of one patch, across the border of a periodic map, too.
+    Points that share a side or a corner belong to one patch, also across the border of a periodic map.
     """
     from scipy import ndimage
     from scipy.sparse import coo_array
@@ -347,15 +347,15 @@ def patches_of(touching: Booleans, *, periodic: bool = False) -> Integers:
     labels, count = ndimage.label(touching, structure=np.ones((3, 3)))
     if periodic:
         meeting = []
-        for edge, other in ((labels[0], labels[-1]), (labels[:, 0], labels[:, -1])):
+        for edge, opposite in ((labels[0], labels[-1]), (labels[:, 0], labels[:, -1])):
             for shift in (-1, 0, 1):
-                both = np.stack([edge, np.roll(other, shift)])
+                both = np.stack([edge, np.roll(opposite, shift)])
                 meeting.append(both[:, (both > 0).all(axis=0)])
         pairs = np.concatenate(meeting, axis=1)
         graph = coo_array((np.ones(pairs.shape[1]), (pairs[0], pairs[1])), shape=(count + 1, count + 1))
         labels = connected_components(graph, directed=False)[1][labels]
-    _, found = np.unique(np.where(touching, labels, -1), return_inverse=True)
-    numbers = found.reshape(touching.shape) - (0 if touching.all() else 1)
+    _, label_rank = np.unique(np.where(touching, labels, -1), return_inverse=True)
+    numbers = label_rank.reshape(touching.shape) - (0 if touching.all() else 1)
     sizes = np.bincount(numbers[numbers >= 0])
     rank = np.empty(sizes.size, dtype=np.int64)
     rank[np.argsort(-sizes, kind="stable")] = np.arange(sizes.size)

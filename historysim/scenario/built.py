@@ -134,7 +134,7 @@ def _as_loaded(
     from historysim.interaction.solutions import NormalSolutions
 
     with reported(name), at("surface", "interaction"):
-        solutions = NormalSolutions.of(
+        solutions = NormalSolutions.solve(
             surface.surface, largest_load=load, largest_approach=approach, progress=True, notify=notify
         )
     for notice in solutions.notices:

@@ -8,7 +8,7 @@ from half_space import HalfSpace as BruteForce
 
 import historysim as hs
 from historysim.interaction.half_space import HalfSpace
-from historysim.interaction.solutions import NormalSolutions, patches_of
+from historysim.interaction.solutions import NormalSolutions, label_patches
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)  # ν = 0: θ = 1
 MU = 0.2
@@ -42,7 +42,7 @@ def judged(seed, parts):
     largest = max(approach for approach, _ in moves)
     brute = DenseContact(surface.heights, surface.pixel_size[0], largest)
     walked = zip(*(brute.history(moves, MU, count) for count in (parts, 2 * parts)), strict=True)
-    solutions = NormalSolutions.of(surface, largest_approach=largest)
+    solutions = NormalSolutions.solve(surface, largest_approach=largest)
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     state, found = ensemble.initial_state(), []
     for (approach, displacement), ((_, q1, e1), (p, q2, e2)) in zip(moves, walked, strict=True):
@@ -79,7 +79,7 @@ def lone(tmp_path_factory):
     """One ball, pressed to an approach of 1."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HISTORYSIM_CACHE", str(tmp_path_factory.mktemp("cache")))
-        return NormalSolutions.of(balls(0.0), largest_approach=1.0)
+        return NormalSolutions.solve(balls(0.0), largest_approach=1.0)
 
 
 def rough(seed, points=64):
@@ -89,7 +89,7 @@ def rough(seed, points=64):
 def compared(surface, moves, parts):
     """Largest differences from the brute force over all moves: of T over μN, and of the traction map (L1) over μN."""
     brute = BruteForce(surface.heights, surface.size[0])
-    solutions = NormalSolutions.of(surface, largest_approach=max(a for a, _ in moves))
+    solutions = NormalSolutions.solve(surface, largest_approach=max(a for a, _ in moves))
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     state, forces, maps = ensemble.initial_state(), [], []
     for (a, u), (p, q) in zip(moves, brute.history(moves, MU, parts), strict=True):
@@ -122,7 +122,7 @@ def test_any_history_agrees_with_a_brute_force_of_all_points():
 def test_the_second_of_deep_loops_that_was_wrong_is_right():
     surface = hs.random_surface((40, 40), 1.6, 0.3, 14.0, seed=1, autocorrelation="gaussian")
     reach = 0.5 * surface.heights.max()
-    solutions = NormalSolutions.of(hs.Surface(surface.heights, 1.6), largest_approach=0.8 * reach)
+    solutions = NormalSolutions.solve(hs.Surface(surface.heights, 1.6), largest_approach=0.8 * reach)
     ensemble = hs.Ensemble.from_solutions(PAIR, solutions, MU)
     state, found = ensemble.initial_state(), []
     for share in (0.7, -0.5, 0.4, -0.2, 0.1, -0.2, 0.5):
@@ -172,7 +172,7 @@ def test_a_lone_ball_has_the_pressures_and_tractions_of_cattaneo(lone):
 def test_the_first_row_is_one_point_as_a_flat_punch():
     surface = rough(1, 32)
     alone = hs.Surface(surface.heights, surface.pixel_size)
-    solutions = NormalSolutions.of(alone, largest_approach=0.3)
+    solutions = NormalSolutions.solve(alone, largest_approach=0.3)
     assert (solutions.pressure[0] > 0).sum() == 1
     # Love: the middle of a square of side s under a unit pressure moves by 8 s ln(1 + √2)/(2 π E*)
     per_pressure = 4 / np.pi * np.log(1 + np.sqrt(2)) * surface.pixel_size[0]
@@ -184,10 +184,10 @@ def test_few_points_and_conjugate_gradients_give_the_same(monkeypatch, tmp_path)
     from historysim.interaction import half_space
 
     surface = rough(2, 48)
-    exact = NormalSolutions.of(surface, largest_approach=0.3)
+    exact = NormalSolutions.solve(surface, largest_approach=0.3)
     monkeypatch.setattr(half_space, "MOST_POINTS", 8)
     monkeypatch.setenv("HISTORYSIM_CACHE", str(tmp_path / "another"))
-    iterated = NormalSolutions.of(surface, largest_approach=0.3)
+    iterated = NormalSolutions.solve(surface, largest_approach=0.3)
     assert np.isnan(iterated.stiffness).sum() > 5 > np.isnan(exact.stiffness).sum()
     curves = [hs.Ensemble.from_solutions(PAIR, each, MU).curves for each in (exact, iterated)]
     between = np.linspace(0.02, 0.3, 50)
@@ -219,14 +219,14 @@ def test_conjugate_gradients_give_what_tamaas_does(periodic):
 def test_a_map_that_repeats_is_not_pressed_flat():
     surface = rough(3, 32)
     with pytest.raises(hs.InputError, match=r"presses the map flat, all of it touches from .*% of that on"):
-        NormalSolutions.of(surface, largest_load=1e3 * surface.nominal_area)
+        NormalSolutions.solve(surface, largest_load=1e3 * surface.nominal_area)
     with pytest.raises(hs.InputError, match=r"presses the map flat: at .* m all of it touches"):
-        NormalSolutions.of(surface, largest_approach=10.0)
+        NormalSolutions.solve(surface, largest_approach=10.0)
 
 
 def test_a_contact_of_few_points_has_a_notice(lone):
     rough_points = hs.Surface(np.random.default_rng(1).normal(size=(8, 8)), 1.0)
-    solutions = NormalSolutions.of(rough_points, largest_load=1e-2)
+    solutions = NormalSolutions.solve(rough_points, largest_load=1e-2)
     (notice,) = solutions.notices
     assert "areas, patches and pressures are those of the grid" in notice
     assert lone.notices == ()
@@ -239,12 +239,12 @@ def test_time_and_memory_are_announced_and_too_much_is_refused(monkeypatch):
     notices = []
     for name, approach in (("LONG", 0.3), ("MUCH", 0.25)):
         monkeypatch.setattr(solutions, name, 0.0)
-        NormalSolutions.of(rough(3, 32), largest_approach=approach, notify=notices.append)
+        NormalSolutions.solve(rough(3, 32), largest_approach=approach, notify=notices.append)
     assert "the normal contact of 32 × 32 points takes some 0 min for" in notices[0]
     assert "takes some 0 min and 0.1 GiB of memory for" in notices[1]
     monkeypatch.setitem(solutions.POINT_BYTES, True, 1e15)
     with pytest.raises(hs.InputError, match=r"32 × 32 points takes some .* GiB of memory, and this machine has .* GiB"):
-        NormalSolutions.of(rough(3, 32), largest_approach=0.2)
+        NormalSolutions.solve(rough(3, 32), largest_approach=0.2)
 
 
 PEAK = """
@@ -254,7 +254,7 @@ from historysim.interaction import solutions
 surface = hs.random_surface((512, 512), 0.5e-6, 24e-9, 20e-6, seed=1, autocorrelation="gaussian")
 if not {periodic}:
     surface = hs.Surface(surface.heights, surface.pixel_size)
-solutions.NormalSolutions.of(surface, largest_load={load})
+solutions.NormalSolutions.solve(surface, largest_load={load})
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, solutions._held(surface))
 """
 
@@ -300,7 +300,7 @@ def test_a_lone_ball_is_hertz(lone):
 def test_two_balls_go_from_independent_to_merged_without_a_jump(lone):
     loads, counts = [], []
     for distance in (60.0, 48.0, 36.0, 30.0, 24.0, 18.0, 12.0, 6.0, 0.0):
-        solutions = NormalSolutions.of(balls(distance), largest_approach=1.0)
+        solutions = NormalSolutions.solve(balls(distance), largest_approach=1.0)
         at_one = np.interp(1.0, solutions.approach, solutions.load.sum(axis=1))
         loads.append(at_one / np.interp(1.0, lone.approach, lone.load.sum(axis=1)))
         counts.append(solutions.count)
@@ -318,7 +318,7 @@ def test_a_periodic_array_of_balls_becomes_an_ensemble_as_their_distance_grows(s
     differences = []
     for side in sides:
         surface = balls(0.0, points=int(side), side=side, periodic=True)
-        solutions = NormalSolutions.of(surface, largest_load=4 / 3 * np.sqrt(400.0) * 0.3**1.5)
+        solutions = NormalSolutions.solve(surface, largest_load=4 / 3 * np.sqrt(400.0) * 0.3**1.5)
         approach, load = solutions.approach[-1], solutions.load[-1].sum()
         differences.append(abs(approach / (0.75 * load / np.sqrt(400.0)) ** (2 / 3) - 1))
     assert differences[0] > 1.3 * differences[1]
@@ -327,20 +327,20 @@ def test_a_periodic_array_of_balls_becomes_an_ensemble_as_their_distance_grows(s
 
 def test_solutions_are_found_in_the_cache(monkeypatch):
     surface = rough(2, 32)
-    first = NormalSolutions.of(surface, largest_load=4.0)
+    first = NormalSolutions.solve(surface, largest_load=4.0)
 
     def never(*_, **__):
         raise AssertionError("solved again")
 
     monkeypatch.setattr("historysim.interaction.solutions._solve", never)
-    again = NormalSolutions.of(surface, largest_load=4.0)
+    again = NormalSolutions.solve(surface, largest_load=4.0)
     np.testing.assert_array_equal(first.pressure, again.pressure)
     with pytest.raises(AssertionError, match="solved again"):
-        NormalSolutions.of(surface, largest_load=5.0)
+        NormalSolutions.solve(surface, largest_load=5.0)
 
 
 def test_points_touch_so_that_the_area_grows_evenly():
-    solutions = NormalSolutions.of(rough(3), largest_load=2.0)
+    solutions = NormalSolutions.solve(rough(3), largest_load=2.0)
     touched = (solutions.first_touch[None] <= solutions.approach[:, None]).sum(axis=1)
     np.testing.assert_array_equal(touched, (solutions.pressure > 0).sum(axis=1))
 
@@ -355,12 +355,12 @@ def test_points_touch_so_that_the_area_grows_evenly():
 )
 def test_maps_that_cannot_be_solved_are_refused(surface, message):
     with pytest.raises(hs.InputError, match=message):
-        NormalSolutions.of(surface, largest_load=1e-3)
+        NormalSolutions.solve(surface, largest_load=1e-3)
 
 
 def test_nothing_to_solve_is_refused():
     with pytest.raises(hs.InputError, match="nothing touches"):
-        NormalSolutions.of(rough(1), largest_load=0.0)
+        NormalSolutions.solve(rough(1), largest_load=0.0)
 
 
 CONTACT = np.array(
@@ -376,7 +376,7 @@ CONTACT = np.array(
 
 
 def test_points_that_meet_at_a_side_or_a_corner_are_one_patch_the_largest_first():
-    found = patches_of(CONTACT)
+    found = label_patches(CONTACT)
     assert (found >= 0).tolist() == CONTACT.tolist()
     assert found[1, 2] == found[2, 2] == found[3, 1] == found[4, 0] == 0
     assert sorted({found[0, 0], found[0, 4], found[4, 4]}) == [1, 2, 3]
@@ -385,5 +385,5 @@ def test_points_that_meet_at_a_side_or_a_corner_are_one_patch_the_largest_first(
 def test_patches_across_a_corner_of_a_surface_that_repeats_meet():
     corners = np.zeros((5, 5), dtype=bool)
     corners[0, 0] = corners[4, 4] = True
-    assert patches_of(corners, periodic=True).max() == 0
-    assert patches_of(corners).max() == 1
+    assert label_patches(corners, periodic=True).max() == 0
+    assert label_patches(corners).max() == 1
