@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from historysim import gallery
-from historysim.studies.gallery import files_of_gallery
+from historysim.studies.gallery import find_gallery_files
 
 SECTION = re.compile(
     # the name of the file, which the page links to, is left out
@@ -40,7 +40,7 @@ def pages(root: Path, drawn: Path) -> dict[str, str]:
     folder = root / "scenarios"
     found = _sections(drawn.read_text(encoding="utf-8")) if drawn.exists() else {}
     parts: dict[str, list[str]] = {}
-    for path in files_of_gallery(folder, scripts=True):
+    for path in find_gallery_files(folder, scripts=True):
         name = path.relative_to(folder).as_posix()
         title, body = found.get(name, (path.stem, "<p>Not drawn.</p>"))
         group = parts.setdefault(name.rpartition("/")[0] or "scenarios", [])

@@ -222,7 +222,7 @@ CALLS = {
         {"normal_load": 1e-3},
     ),
     "contact.GreenwoodWilliamson.of_summits": (
-        hs.contact.GreenwoodWilliamson.of_summits,
+        hs.contact.GreenwoodWilliamson.from_summits,
         {
             "summits": hs.Summits(np.linspace(0, 1e-8, 9), np.full(9, 1e-5), nominal_area=1e-9),
             "contact_modulus": 4e10,

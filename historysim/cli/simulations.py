@@ -115,11 +115,11 @@ def sweep(scenario: Path, output: Path | None, store: Path | None, workers: int,
         raise InputError(f"{store}: is a file; expected a folder for the cells, or the name of a new one")
     from historysim.results.tables import sweep_summary, write_sweep
     from historysim.scenario.scenario import load
+    from historysim.studies.sweep import read_sweep
     from historysim.studies.sweep import sweep as carry_out
-    from historysim.studies.sweep import sweep_of
 
     loaded = load(scenario, values)
-    grid, _ = sweep_of(loaded)
+    grid, _ = read_sweep(loaded)
     check_outputs(loaded.files, (output, *_tables_over(grid.axes)))
     table = carry_out(loaded, store=store, workers=workers, progress=not options.given("quiet"), notify=notice)
     write_sweep(table, output)
@@ -139,10 +139,10 @@ def design(scenario: Path, output: Path | None, workers: int, values: dict[str, 
     from historysim.results.tables import write_sweep
     from historysim.scenario.scenario import load
     from historysim.studies.design import design as carry_out
-    from historysim.studies.design import problem_of, summary
+    from historysim.studies.design import read_problem, summary
 
     loaded = load(scenario, values)
-    problem, grid = problem_of(loaded)
+    problem, grid = read_problem(loaded)
     written = check_outputs(loaded.files, (output, *_tables_over(grid.axes, problem.key)))
     table = carry_out(loaded, workers=workers, progress=not options.given("quiet"), notify=notice)
     for path in written:

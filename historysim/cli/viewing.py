@@ -181,10 +181,10 @@ def gallery(folder: Path, output: Path, workers: int, scripts: bool) -> None:
     as in the repository. Scripts are run with --scripts only, and only those that hold the line "# historysim gallery:
     example".
     """
-    from historysim.studies.gallery import files_of_gallery
+    from historysim.studies.gallery import find_gallery_files
     from historysim.studies.gallery import gallery as written
 
-    files = check_outputs(files_of_gallery(folder, scripts=scripts), (output, PAGE))
+    files = check_outputs(find_gallery_files(folder, scripts=scripts), (output, PAGE))
     progress = not options.given("quiet")
     written(folder, output, workers=workers, scripts=scripts, progress=progress, notify=notice)
     write_answer(files=files)

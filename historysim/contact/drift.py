@@ -28,8 +28,8 @@ def drift(
     friction: tuple[ArrayLike, ArrayLike],
 ) -> Floats:
     """Return the drift between two states of one contact, |δ_t,max,2 - δ_t,max,1| [m]."""
-    first, second = _before_and_after(pair, normal_load, summit_radius, friction)
-    return np.abs(second - first)
+    before_change, after_change = _displacement_pair(pair, normal_load, summit_radius, friction)
+    return np.abs(after_change - before_change)
 
 
 def branch_drift(
@@ -46,23 +46,23 @@ def branch_drift(
     risen the backward branch takes δ1 + δ2, where it has fallen 2 δ2. So it drifts by δ2 - δ1 upward, and by
     2 (δ1 - δ2) downward (Winogrodzka's Fig. 6.6, where the ratio of the numbers is reproduced).
     """
-    first, second = _before_and_after(pair, normal_load, summit_radius, friction)
-    return np.abs(backward_branch(first, second) - 2 * first)
+    forward, backward = _displacement_pair(pair, normal_load, summit_radius, friction)
+    return np.abs(backward_branch(forward, backward) - 2 * forward)
 
 
-def backward_branch(first: Floats, second: Floats) -> Floats:
-    """Return how far a backward branch goes [m]: the strain that is left of the forward one, and as far again."""
-    return np.minimum(first, second) + second
+def backward_branch(forward: Floats, backward: Floats) -> Floats:
+    """Return the length of a backward branch [m]: what remains of the forward strain plus the new displacement."""
+    return np.minimum(forward, backward) + backward
 
 
-def _before_and_after(
+def _displacement_pair(
     pair: MaterialPair,
     normal_load: tuple[ArrayLike, ArrayLike],
     summit_radius: ArrayLike,
     friction: tuple[ArrayLike, ArrayLike],
 ) -> tuple[Floats, Floats]:
-    first, second = (
+    before_change, after_change = (
         preliminary_displacement(pair, normal_load=load, summit_radius=summit_radius, friction=coefficient)
         for load, coefficient in zip(normal_load, friction, strict=True)
     )
-    return first, second
+    return before_change, after_change

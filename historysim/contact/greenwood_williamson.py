@@ -26,10 +26,10 @@ WHOLE_CURVE = -1e8
 def _number(*, signed: bool = False, **options: Any) -> Any:
     """Return a field that is one finite number in SI, and greater than 0 if not signed."""
 
-    def converted(value: Any, field: "attrs.Attribute[float]") -> float:
+    def convert(value: Any, field: "attrs.Attribute[float]") -> float:
         return scalar(field.name, value, above=-math.inf if signed else 0)
 
-    return attrs.field(converter=attrs.Converter(converted, takes_field=True), **options)
+    return attrs.field(converter=attrs.Converter(convert, takes_field=True), **options)
 
 
 @attrs.frozen
@@ -46,8 +46,8 @@ class GreenwoodWilliamson:
     mean_height: float = _number(default=0.0, signed=True)
 
     @classmethod
-    def of_summits(cls, summits: Any, contact_modulus: float) -> Self:
-        """Return the surface with the mean radius, and mean and deviation of the heights, of given `Summits`.
+    def from_summits(cls, summits: Any, contact_modulus: float) -> Self:
+        """Return the surface with the mean radius and the mean and deviation of the heights of `Summits`.
 
         Fewer than two, heights that are all equal, or an area that is not known are an InputError.
         """
@@ -101,11 +101,11 @@ class GreenwoodWilliamson:
 
     @property
     def _load(self) -> float:
-        """Load [N] at F_(3/2) = 1: that of as many summits, each at an approach of σ."""
-        one = hertz.normal_load(
+        """Load [N] at F_(3/2) = 1, i.e. of all summits at an approach of σ."""
+        summit_load = hertz.normal_load(
             self.height_deviation, summit_radius=self.summit_radius, contact_modulus=self.contact_modulus
         )
-        return self._summits * float(one)
+        return self._summits * float(summit_load)
 
     def _integral(self, order: float, separation: ArrayLike) -> Floats:
         over_mean = checked("separation", separation) - self.mean_height
@@ -124,7 +124,7 @@ class SummitContact(NamedTuple):
 def summit_contact(
     summit_height: ArrayLike, summit_radius: ArrayLike, separation: ArrayLike, *, contact_modulus: float
 ) -> SummitContact:
-    """Return what given summits carry under a rigid flat: the sums that `GreenwoodWilliamson` has as integrals.
+    """Return the sums over given summits under a rigid flat that `GreenwoodWilliamson` has as integrals.
 
     Heights (summit) and separations [m] are over one datum, radii [m] one for all or one per summit, E* [Pa]. A summit
     touches where z > d, with the approach δ = z - d.
@@ -205,5 +205,5 @@ def _log_below_mean(order: float, h: Floats) -> Floats:
     argument = -np.maximum(near**2 / 2, 1e-30)
     even = gamma((order + 1) / 2) * hyp1f1(-order / 2, 0.5, argument)
     odd = math.sqrt(2) * -near * gamma(order / 2 + 1) * hyp1f1((1 - order) / 2, 1.5, argument)
-    whole: Floats = np.log(2 ** (order / 2 - 1) / math.sqrt(math.pi) * (even + odd))
-    return whole + order * np.log(np.maximum(h / WHOLE_CURVE, 1))
+    log_sum: Floats = np.log(2 ** (order / 2 - 1) / math.sqrt(math.pi) * (even + odd))
+    return log_sum + order * np.log(np.maximum(h / WHOLE_CURVE, 1))

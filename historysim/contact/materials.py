@@ -43,7 +43,7 @@ def _is(fits: Callable[[Any], bool], expected: str) -> Callable[[object, "attrs.
 
 
 def _is_range(value: Any) -> bool:
-    floats = isinstance(value, tuple) and len(value) == 2 and all(isinstance(each, float) for each in value)
+    floats = isinstance(value, tuple) and len(value) == 2 and all(isinstance(end, float) for end in value)
     return floats and 0 <= value[0] <= value[1] < math.inf
 
 
@@ -122,15 +122,15 @@ class Material:
     def __repr__(self) -> str:
         if MATERIALS.get(self.name) == self:
             return f"material({self.name!r})"
-        values = {one.name: getattr(self, one.name) for one in attrs.fields(type(self)) if one.repr}
+        values = {field.name: getattr(self, field.name) for field in attrs.fields(type(self)) if field.repr}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in values.items())})"
 
     def _repr_html_(self) -> str:
         units = {"surface_energy": "J/m²", "ball_radius": "m", "fracture_toughness": "Pa √m"}
         numbers = [
-            (one.name, getattr(self, one.name))
-            for one in attrs.fields(type(self))
-            if one.name not in {"name", "roughness", "source", "poissons_ratio"}
+            (field.name, getattr(self, field.name))
+            for field in attrs.fields(type(self))
+            if field.name not in {"name", "roughness", "source", "poissons_ratio"}
         ]
         lines = [(name, quantity_text(value, units.get(name, "Pa"))) for name, value in numbers if value is not None]
         texts = [("poissons_ratio", f"{self.poissons_ratio:.4g}"), *([("source", self.source)] if self.source else [])]
@@ -155,15 +155,19 @@ def _key(name: str) -> str:
     return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
-def _built_in() -> Mapping[str, Material]:
-    """Return the materials of the table, in which what is not known is left empty."""
+def _load_materials() -> Mapping[str, Material]:
+    """Read the table of built-in materials; unknown values are empty cells."""
     materials = {}
     with Path(__file__).with_name("materials.csv").open(encoding="utf-8", newline="") as stream:
         for row in csv.DictReader(stream):
             name, source = row.pop("name"), row.pop("source")
-            known = {key: float(value) for key, value in row.items() if value}
-            ends = tuple(known.pop(end) for end in ("least_roughness", "largest_roughness") if end in known)
-            materials[name] = Material(name=name, source=source, roughness=ends or None, **known)
+            values = {key: float(value) for key, value in row.items() if value}
+            ends = tuple(
+                values.pop(name_of_end)
+                for name_of_end in ("least_roughness", "largest_roughness")
+                if name_of_end in values
+            )
+            materials[name] = Material(name=name, source=source, roughness=ends or None, **values)
     return MappingProxyType(materials)
 
 
@@ -171,7 +175,7 @@ def _built_in() -> Mapping[str, Material]:
 # thesis, in which alumina and sapphire are one row, with hardness of other sources. The rest are rounded values of the
 # kind that is meant, as its source says; those of a batch differ by some per cent in E, and by a quarter in hardness.
 # Toughness is rounded from makers' data: the order of what cracks.
-MATERIALS: Final = _built_in()
+MATERIALS: Final = _load_materials()
 _BY_KEY = {_key(name): row for name, row in MATERIALS.items()}
 
 
@@ -259,18 +263,18 @@ class MaterialPair:
 
     def __init__(self, first: Material, second: Material) -> None:
         pair = (first, second)
-        for one in pair:
-            if not isinstance(one, Material):
+        for member in pair:
+            if not isinstance(member, Material):
                 raise InputError(
-                    f"MaterialPair: {one!r} is no Material; expected one, such as material('silicon'); a pair known by "
-                    "its moduli is MaterialPair.from_moduli(contact_modulus=..., shear_modulus=...)"
+                    f"MaterialPair: {member!r} is not a Material; expected one, as material('silicon'); a pair "
+                    "with known moduli is MaterialPair.from_moduli(contact_modulus=..., shear_modulus=...)"
                 )
-        energies = [one.surface_energy for one in pair if one.surface_energy is not None]
+        energies = [member.surface_energy for member in pair if member.surface_energy is not None]
         self.__attrs_init__(
             first,
             second,
-            1 / sum((1 - one.poissons_ratio**2) / one.youngs_modulus for one in pair),
-            1 / sum((2 - one.poissons_ratio) / one.shear_modulus for one in pair),
+            1 / sum((1 - member.poissons_ratio**2) / member.youngs_modulus for member in pair),
+            1 / sum((2 - member.poissons_ratio) / member.shear_modulus for member in pair),
             _least(first.hardness, second.hardness),
             _least(first.yield_stress, second.yield_stress),
             2 * math.sqrt(energies[0] * energies[1]) if len(energies) == 2 else None,
@@ -293,7 +297,7 @@ class MaterialPair:
         return cls._made(None, None, contact_modulus, shear_modulus, *limits)
 
     def with_work_of_adhesion(self, work_of_adhesion: float) -> Self:
-        """Return the pair with a measured work of adhesion W [J/m²], > 0, in place of that of the surface energies."""
+        """Return the pair with a measured work of adhesion W [J/m²], > 0, in place of the calculated one."""
         limits = (self.hardness, self.yield_stress, work_of_adhesion, self.cracking_load)
         return self._made(self.first, self.second, self.contact_modulus, self.shear_modulus, *limits)
 
@@ -332,8 +336,8 @@ class MaterialPair:
         if self.first is None or self.second is None:
             return None
         pair = (self.first, self.second)
-        slide = [(1 - 2 * one.poissons_ratio) / one.shear_modulus for one in pair]
-        return (slide[0] - slide[1]) / (2 * sum((1 - one.poissons_ratio) / one.shear_modulus for one in pair))
+        slide = [(1 - 2 * member.poissons_ratio) / member.shear_modulus for member in pair]
+        return (slide[0] - slide[1]) / (2 * sum((1 - member.poissons_ratio) / member.shear_modulus for member in pair))
 
     def __str__(self) -> str:
         name = f"{self.first.name} on {self.second.name}" if self.first and self.second else "pair"
@@ -346,6 +350,8 @@ class MaterialPair:
 
     def __repr__(self) -> str:
         if self.first is None:
-            known = {"contact_modulus": self.contact_modulus, "shear_modulus": self.shear_modulus, **self.limits}
-            return f"{type(self).__name__}.from_moduli({', '.join(f'{key}={value!r}' for key, value in known.items())})"
+            values = {"contact_modulus": self.contact_modulus, "shear_modulus": self.shear_modulus, **self.limits}
+            return (
+                f"{type(self).__name__}.from_moduli({', '.join(f'{key}={value!r}' for key, value in values.items())})"
+            )
         return f"{type(self).__name__}({self.first!r}, {self.second!r})"

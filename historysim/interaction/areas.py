@@ -76,7 +76,7 @@ def area_laws(
     loads = np.sort(np.atleast_1d(checked("normal_load", normal_load, above=0)))
     summits, moments = surface.summits(rule), surface.statistics().moments
     pressure, modulus, nominal = loads / surface.nominal_area, pair.contact_modulus, surface.nominal_area
-    greenwood = GreenwoodWilliamson.of_summits(summits, modulus)
+    greenwood = GreenwoodWilliamson.from_summits(summits, modulus)
     areas: dict[str, Floats] = {}
     if hardness is not None:
         areas["Bowden–Tabor"] = bowden_tabor_area(pressure, pascals(hardness)) * nominal

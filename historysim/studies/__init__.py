@@ -1,1 +1,1 @@
-"""Many runs: sweeps over the keys of a scenario, and what design studies ask of them."""
+"""Many runs: sweeps over the keys of a scenario, and the inverse problem of a sweep."""

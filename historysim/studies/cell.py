@@ -168,7 +168,7 @@ def cell(scenario: Scenario, point: Mapping[str, Any], outputs: Sequence[str] = 
     """
     outputs = chosen_outputs(outputs)
     loaded = scenario.at(point)
-    history = _history(loaded, each=asks_for_each(outputs))
+    history = _history(loaded, with_rows=asks_for_each(outputs))
     summaries: dict[str, Any] = {}
     rows = []
     for name in outputs:
@@ -197,23 +197,27 @@ def _where(name: str) -> str:
     return "it belongs to what evolves, to another kind of contact, or to an instrument"
 
 
-def _history(loaded: Scenario, *, each: bool) -> xr.Dataset:
+def _history(loaded: Scenario, *, with_rows: bool) -> xr.Dataset:
     """Return the history of a scenario: with the rows of its asperities, or else with the heights of all of them."""
-    if each and loaded.sections.record.asperities == "totals":
+    if with_rows and loaded.sections.record.asperities == "totals":
         raise InputError(
             f'{loaded.path.name}: record.asperities: "totals"; expected others, since their rows are asked for'
         )
     # cells are computed by as many processes as there are processors
     job = attrs.evolve(loaded.build(surface=_surface(loaded)).replay, threads=1)
-    whole = each or not job.changes.steady
+    records_rows = with_rows or not job.changes.steady
     with loaded.placed():
         # totals cost the same whatever the number of asperities; of these only what summaries read is put beside them
-        history = (job if whole else attrs.evolve(job, record="totals")).dataset()
-    if whole:
+        history = (job if records_rows else attrs.evolve(job, record="totals")).dataset()
+    if records_rows:
         return history
-    own = job.ensemble.coordinates
-    beside = {name: ("asperity", own[name]) for name in ("summit_height", "summit_radius", "friction") if name in own}
-    return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **beside})
+    coordinates = job.ensemble.coordinates
+    summit_values = {
+        name: ("asperity", coordinates[name])
+        for name in ("summit_height", "summit_radius", "friction")
+        if name in coordinates
+    }
+    return history.assign_coords({"asperity": np.arange(len(job.ensemble)), **summit_values})
 
 
 _surfaces: "dict[object, BuiltSurface]" = {}

@@ -19,9 +19,9 @@ from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.scenario.sections import DesignSection
 from historysim.studies.cell import SUMMARIES, cell
-from historysim.studies.sweep import notify_of, text_of
-from historysim.studies.sweep_table import FAILURE, failures, swept_coordinates, table_attributes, unit_of
-from historysim.studies.workers import executor_for, in_order
+from historysim.studies.sweep import describe_point, notify_first
+from historysim.studies.sweep_table import FAILURE, failures, find_unit, swept_coordinates, table_attributes
+from historysim.studies.workers import map_in_order, open_executor
 
 SCANNED_VALUES = 9  # values from one end to the other at which the output is computed before a root is sought
 ROOT_TOLERANCE = 1e-9  # relative accuracy of the value that is found
@@ -85,7 +85,7 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
     progress: bool = False,
     notify: Notify = silent,
 ) -> xr.Dataset:
-    """Find the value of a key at which a scenario gives what is wanted, such as the finish for a drift.
+    """Find the value of a key at which an output of a scenario reaches a target, such as the finish for a drift.
 
     Parameters
     ----------
@@ -134,28 +134,28 @@ def design(  # noqa: PLR0913 - the keys of [design], and those of a sweep
         with reported(scenario.path.name), at("design"):
             keys: Any = over
             section = DesignSection(key, ends, target, below, above, share, output, keys)
-    problem, grid = problem_of(scenario, section)
+    problem, grid = read_problem(scenario, section)
     points = list(grid.points())
-    with executor_for(workers, executor) as (chosen, count):
+    with open_executor(workers, executor) as (chosen, count):
 
-        def each(function: Callable[[Point], T]) -> list[T]:
+        def solve_all(function: Callable[[Point], T]) -> list[T]:
             with progress_bar(progress, "point", len(points), desc="searching", leave=False) as done:
-                return in_order(function, points, chosen, count, done)
+                return map_in_order(function, points, chosen, count, done)
 
-        roots = each(functools.partial(_search, problem))
-        values = np.array([one.value for one in roots])
+        roots = solve_all(functools.partial(_search, problem))
+        values = np.array([root.value for root in roots])
         if not np.isfinite(values).any():
             raise InputError(f"{scenario.path.name}: design: no value of {problem.key} was found; {roots[0].reason}")
-        _notify_of(problem, points, roots, notify)
+        _notify_results(problem, points, roots, notify)
         with reported(scenario.path.name), at("design"):
-            middle = float(np.nanmedian(values)) if problem.limit is None else _limited(problem, roots)
+            middle = float(np.nanmedian(values)) if problem.limit is None else _value_at_quantile(problem, roots)
         # the spread over the points if all had the one value that is recommended
-        beside = each(functools.partial(_output_at, problem, middle))
-    return _dataset(problem, grid, roots, beside, middle)
+        outputs_at_value = solve_all(functools.partial(_output_at, problem, middle))
+    return _dataset(problem, grid, roots, outputs_at_value, middle)
 
 
-def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
-    """Return the problem of a section, by default that of the scenario, and the grid over which it is solved."""
+def read_problem(scenario: Scenario, section: DesignSection | None = None) -> tuple[Problem, Grid]:
+    """Return the problem of a section (default: that in the scenario) and the grid over which it is solved."""
     section = section or scenario.sections.design
     with reported(scenario.path.name), at("design"):
         if section is None:
@@ -166,7 +166,7 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
         if section.output not in SUMMARIES:
             raise InputError(f"output is {section.output!r}; {nearest(section.output, SUMMARIES)}")
         key, grid = section.key, section.grid()
-    unit = unit_of(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
+    unit = find_unit(scenario.at({**next(grid.points()), key: section.between[0]}).sections, key)
     with reported(scenario.path.name), at("design"):
         if not unit:
             raise InputError(f"{key} takes no plain number or quantity; expected one such as surface.rms_height")
@@ -176,35 +176,35 @@ def problem_of(scenario: Scenario, section: DesignSection | None = None) -> tupl
                 raise InputError(f"{low:g} and {high:g}; expected the least value, then the greatest")
         limit: Limit | None = "below" if section.below is not None else "above" if section.above is not None else None
         with at(limit or "target"):
-            wanted = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
+            target = quantity(getattr(section, limit or "target"), SUMMARIES[section.output].units)
     swept_coordinates(scenario, grid)
-    share = DEFAULT_QUANTILE if section.quantile is None else section.quantile
-    return Problem(scenario, key, low, high, section.output, wanted, limit, share), grid
+    fraction = DEFAULT_QUANTILE if section.quantile is None else section.quantile
+    return Problem(scenario, key, low, high, section.output, target, limit, fraction), grid
 
 
-def _notify_of(problem: Problem, points: Sequence[Point], roots: Sequence[Root], notify: Notify) -> None:
+def _notify_results(problem: Problem, points: Sequence[Point], roots: Sequence[Root], notify: Notify) -> None:
     """Notify at which points no value was found, and why, and where it is not the only one."""
     notes = []
-    for point, one in zip(points, roots, strict=True):
-        where = text_of(point) or problem.scenario.path.name
-        if one.reason and not (problem.limit and one.throughout):
-            notes.append(f"{where}: {one.reason}")
-        if one.others:
-            more = counted(one.others, "more value", "more values")
+    for point, root in zip(points, roots, strict=True):
+        where = describe_point(point) or problem.scenario.path.name
+        if root.reason and not (problem.limit and root.throughout):
+            notes.append(f"{where}: {root.reason}")
+        if root.others:
+            more = counted(root.others, "more value", "more values")
             notes.append(f"{where}: the least value counts; {more} of {problem.key} would do, too")
-    notify_of(notes, "more notes of this kind", notify)
+    notify_first(notes, "more notes of this kind", notify)
     if problem.limit is None:
         return
-    least, sure = _fewest(problem.quantile)
-    if len(roots) < least and any("seed" in name for name in points[0]):
+    required, sure = _fewest(problem.quantile)
+    if len(roots) < required and any("seed" in name for name in points[0]):
         share, further = f"{problem.quantile:.0%}", len(roots) + 1
         notify(
             f"{share} is asked of {len(roots)} points: it is the outermost of them, and one further point in {further} "
-            f"goes beyond it. It takes {least} for {share}, and {sure} to be 95 % sure of it; give more seeds"
+            f"goes beyond it. It takes {required} for {share}, and {sure} to be 95 % sure of it; give more seeds"
         )
     limit = quantity_text(problem.target, problem.unit)
     for side in ("below", "above"):
-        if count := sum(one.throughout == side for one in roots):
+        if count := sum(root.throughout == side for root in roots):
             points_of = f"{count:,} of {len(roots):,} points"
             notify(f"{problem.output} stays {side} {limit} over the whole of between at {points_of}")
 
@@ -218,26 +218,26 @@ def _fewest(share: float) -> tuple[int, int]:
     return math.ceil(share / (1 - share) - 1e-9), math.ceil(math.log(0.05) / math.log(share))
 
 
-def _limited(problem: Problem, roots: Sequence[Root]) -> float:
+def _value_at_quantile(problem: Problem, roots: Sequence[Root]) -> float:
     """Return the value at which the output keeps its limit in the wanted fraction of the points."""
-    known = [one for one in roots if math.isfinite(one.value)]
-    if len({one.rises for one in known}) > 1:
+    solved = [root for root in roots if math.isfinite(root.value)]
+    if len({root.rises for root in solved}) > 1:
         raise InputError(
             f"{problem.output} rises with {problem.key} at some points and falls at others; narrow between"
         )
     # up to its root the output keeps the limit, or from there on
-    up_to = known[0].rises == (problem.limit == "below")
+    up_to = solved[0].rises == (problem.limit == "below")
     always, never = (math.inf, -math.inf) if up_to else (-math.inf, math.inf)
-    ends = [
-        one.value if math.isfinite(one.value) else always if one.throughout == problem.limit else never
-        for one in roots
-        if math.isfinite(one.value) or one.throughout
+    bounds = [
+        root.value if math.isfinite(root.value) else always if root.throughout == problem.limit else never
+        for root in roots
+        if math.isfinite(root.value) or root.throughout
     ]
     # of few points the one beyond, so that it is this share of them or more
-    place = math.ceil(problem.quantile * len(ends) - 1e-9)
-    value = sorted(ends, reverse=up_to)[place - 1]
+    rank = math.ceil(problem.quantile * len(bounds) - 1e-9)
+    value = sorted(bounds, reverse=up_to)[rank - 1]
     if value == never:
-        share = np.mean([end != never for end in ends])
+        share = np.mean([bound != never for bound in bounds])
         raise InputError(
             f"{problem.output} is {problem.limit} {quantity_text(problem.target, problem.unit)} in "
             f"{share:.0%} of the points at best; expected {problem.quantile:.0%}: lower quantile, or widen between"
@@ -248,12 +248,12 @@ def _limited(problem: Problem, roots: Sequence[Root]) -> float:
 def _search(problem: Problem, point: Point) -> Root:
     """Return where the output crosses its target."""
     try:
-        return _crossing(problem, point)
+        return _find_crossing(problem, point)
     except HistorySimError as error:
         return Root(reason=str(error))
 
 
-def _crossing(problem: Problem, point: Point) -> Root:
+def _find_crossing(problem: Problem, point: Point) -> Root:
     from scipy.optimize import brentq
 
     space = np.geomspace if problem.low > 0 else np.linspace
@@ -262,26 +262,26 @@ def _crossing(problem: Problem, point: Point) -> Root:
     missing = outputs - problem.target
     rises = bool(outputs[-1] > outputs[0])
     # a value that meets the target itself is a crossing of the stretch that begins there
-    after = np.append(missing[1:], math.nan)
-    crossings = np.flatnonzero((missing == 0) | (missing * after < 0))
+    next_missing = np.append(missing[1:], math.nan)
+    crossings = np.flatnonzero((missing == 0) | (missing * next_missing < 0))
     if not crossings.size:
-        least, most = (quantity_text(end, problem.unit) for end in (outputs.min(), outputs.max()))
+        smallest, largest = (quantity_text(extreme, problem.unit) for extreme in (outputs.min(), outputs.max()))
         if np.ptp(outputs) <= 1e-12 * np.abs(outputs).max():
             expected = "expected a key that changes it, and for a drift two normal loads"
-            return Root(reason=f"{problem.output} is {least} whatever {problem.key} is; {expected}")
-        reason = f"{problem.output} is from {least} to {most} in the range of {problem.key}; widen between"
+            return Root(reason=f"{problem.output} is {smallest} whatever {problem.key} is; {expected}")
+        reason = f"{problem.output} is from {smallest} to {largest} in the range of {problem.key}; widen between"
         return Root(reason=reason, rises=rises, throughout="below" if missing[0] < 0 else "above")
-    first = int(crossings[0])
-    if missing[first] == 0:
-        return Root(float(values[first]), float(outputs[first]), others=crossings.size - 1, rises=rises)
+    index = int(crossings[0])
+    if missing[index] == 0:
+        return Root(float(values[index]), float(outputs[index]), others=crossings.size - 1, rises=rises)
 
-    def missed(value: float) -> float:
+    def residual(value: float) -> float:
         return problem.output_at(point, value) - problem.target
 
-    low, high = values[first : first + 2]
+    low, high = values[index : index + 2]
     # a relative accuracy alone would never be reached at 0
     accuracy = ROOT_TOLERANCE * abs(low) or ROOT_TOLERANCE * abs(high)
-    root = float(brentq(missed, low, high, xtol=accuracy, rtol=ROOT_TOLERANCE))
+    root = float(brentq(residual, low, high, xtol=accuracy, rtol=ROOT_TOLERANCE))
     output = problem.output_at(point, root)
     # Brent's method also ends at a jump, where another asperity begins to decide
     if abs(output - problem.target) > LARGEST_JUMP * abs(problem.target):
@@ -297,20 +297,22 @@ def _output_at(problem: Problem, value: float, point: Point) -> float:
         return math.nan
 
 
-def _dataset(problem: Problem, grid: Grid, roots: Sequence[Root], beside: Sequence[float], middle: float) -> xr.Dataset:
+def _dataset(
+    problem: Problem, grid: Grid, roots: Sequence[Root], outputs_at_value: Sequence[float], middle: float
+) -> xr.Dataset:
     key, output, text = problem.key, problem.output, SUMMARIES[problem.output].long_name
-    key_unit = unit_of(problem.scenario.at({**next(grid.points()), key: middle}).sections, key)
+    key_unit = find_unit(problem.scenario.at({**next(grid.points()), key: middle}).sections, key)
     named = "median" if problem.limit is None else "quantile"
     columns = {
-        variable_name(key): ([one.value for one in roots], key_unit, f"{key} at which {output} is the target"),
-        output: ([one.output for one in roots], problem.unit, text),
-        f"{output}_at_{named}": (beside, problem.unit, f"{text}, with the {named} of {key}"),
+        variable_name(key): ([root.value for root in roots], key_unit, f"{key} at which {output} is the target"),
+        output: ([root.output for root in roots], problem.unit, text),
+        f"{output}_at_{named}": (outputs_at_value, problem.unit, f"{text}, with the {named} of {key}"),
     }
     data = {
         name: xr.Variable(grid.dims, np.reshape(values, grid.shape), {"long_name": long_name, "units": unit})
         for name, (values, unit, long_name) in columns.items()
     }
-    if any(reasons := [one.reason for one in roots]):
+    if any(reasons := [root.reason for root in roots]):
         data[FAILURE] = failures(grid, reasons, "why there is no value, empty where there is")
     what = f"The {key} at which a frictional contact has the {output} that is wanted."
     attributes = table_attributes(problem.scenario, grid, "Design", what)
@@ -324,31 +326,33 @@ def summary(table: xr.Dataset) -> Lines:
     """Return lines of (label, text) of a design."""
     key, output = str(table.attrs["design_key"]), str(table.attrs["design_output"])
     limit, target, size = table.attrs.get("limit"), float(table.attrs["target"]), table[output].size
-    unit, wanted = (str(table[name].attrs["units"]) for name in (variable_name(key), output))
-    goal = quantity_text(target, wanted)
+    unit, output_unit = (str(table[name].attrs["units"]) for name in (variable_name(key), output))
+    goal = quantity_text(target, output_unit)
     if limit is not None:
-        beside = _finite(table[f"{output}_at_quantile"])
-        kept = beside <= target * (1 + ROOT_TOLERANCE) if limit == "below" else beside >= target * (1 - ROOT_TOLERANCE)
+        outputs = _finite(table[f"{output}_at_quantile"])
+        keeps_limit = (
+            outputs <= target * (1 + ROOT_TOLERANCE) if limit == "below" else outputs >= target * (1 - ROOT_TOLERANCE)
+        )
         share = "" if size == 1 else f" in {table.attrs['quantile']:.0%} of {size}"
         chosen = (key, quantity_text(table.attrs["chosen"], unit))
-        there = (f"{output} there", f"{_inner_range(beside, wanted)}; {limit} in {kept.mean():.0%}")
-        return Lines([("wanted", f"{output} {limit} {goal}{share}"), chosen, there])
-    values, beside = _finite(table[variable_name(key)]), _finite(table[f"{output}_at_median"])
+        output_line = (f"{output} there", f"{_inner_range(outputs, output_unit)}; {limit} in {keeps_limit.mean():.0%}")
+        return Lines([("wanted", f"{output} {limit} {goal}{share}"), chosen, output_line])
+    values, outputs = _finite(table[variable_name(key)]), _finite(table[f"{output}_at_median"])
     lines = [("wanted", f"{output} of {goal}")]
     if values.size == 1:
         return Lines([*lines, (key, quantity_text(values[0], unit))])
     middle = f"{quantity_text(np.median(values), unit)} (median of {values.size})"
-    reached = f"at or below the wanted in {(beside <= target).mean():.0%}"
+    reached = f"at or below the wanted in {(outputs <= target).mean():.0%}"
     lines.append((key, f"{middle}; {_inner_range(values, unit)}"))
-    lines.append((f"{output} with the median", f"{_inner_range(beside, wanted)}; {reached}"))
+    lines.append((f"{output} with the median", f"{_inner_range(outputs, output_unit)}; {reached}"))
     return Lines([*lines, *([("not found", f"in {size - values.size} of {size}")] if values.size < size else [])])
 
 
 def _finite(values: xr.DataArray) -> Floats:
-    found: Floats = values.values[np.isfinite(values.values)]
-    return found
+    numbers: Floats = values.values[np.isfinite(values.values)]
+    return numbers
 
 
 def _inner_range(values: Floats, unit: str) -> str:
-    low, high = (quantity_text(end, unit) for end in np.quantile(values, (0.05, 0.95)))
+    low, high = (quantity_text(bound, unit) for bound in np.quantile(values, (0.05, 0.95)))
     return f"5 to 95 %: {low} to {high}"

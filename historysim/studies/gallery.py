@@ -21,7 +21,7 @@ from historysim.scenario.figure import draw_scenario_figure, drawable
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario, load
 from historysim.studies.sweep import sweep
-from historysim.studies.workers import executor_for, in_order
+from historysim.studies.workers import map_in_order, open_executor
 from historysim.verbs import plot
 
 TITLE = "Gallery of scenarios"
@@ -72,11 +72,14 @@ def gallery(
         ``output`` cannot be written.
     """
     folder = Path(folder)
-    paths = files_of_gallery(folder, scripts=scripts)
+    paths = find_gallery_files(folder, scripts=scripts)
     if not paths:
         raise InputError(f"{folder}: holds no scenario; expected a folder that does, such as scenarios/ of historysim")
-    with executor_for(workers) as (executor, count), progress_bar(progress, "file", len(paths), desc="drawing") as done:
-        entries = in_order(functools.partial(_shown, folder), paths, executor, count, done)
+    with (
+        open_executor(workers) as (executor, count),
+        progress_bar(progress, "file", len(paths), desc="drawing") as done,
+    ):
+        entries = map_in_order(functools.partial(_render_section, folder), paths, executor, count, done)
     titles = Counter(section.title for section, _ in entries)
     groups: dict[str, list[Section]] = {}
     for path, (section, failure) in zip(paths, entries, strict=True):
@@ -84,20 +87,20 @@ def gallery(
             notify(f"{path}: {failure}")
         title = f"{section.title} ({path.stem})" if titles[section.title] > 1 else section.title
         groups.setdefault(path.parent.as_posix(), []).append(attrs.evolve(section, title=title))
-    text = page(TITLE, [contents(groups), *(section for each in groups.values() for section in each)])
+    text = page(TITLE, [contents(groups), *(section for group in groups.values() for section in group)])
     if output is not None:
         with replacing(Path(output)) as unfinished:
             unfinished.write_text(text, encoding="utf-8")
     return text
 
 
-def files_of_gallery(folder: Path, *, scripts: bool) -> list[Path]:
-    """Return the scenarios of a folder and those below it, and the scripts among them that say that they are examples.
+def find_gallery_files(folder: Path, *, scripts: bool) -> list[Path]:
+    """Return the scenarios of a folder and its subfolders, and the scripts among them that are marked as examples.
 
     Links to folders are not followed.
     """
     visible = (
-        path for path in sorted(folder.rglob("*")) if not any(part[0] == "." for part in path.relative_to(folder).parts)
+        path for path in sorted(folder.rglob("*")) if not any(name[0] == "." for name in path.relative_to(folder).parts)
     )
     return [path for path in visible if is_file(path) and (path.suffix == SCENARIO or (scripts and _is_example(path)))]
 
@@ -109,61 +112,61 @@ def _is_example(path: Path) -> bool:
         return any(line.strip() == EXAMPLE for line in stream)
 
 
-def _shown(folder: Path, path: Path) -> tuple[Section, str]:
+def _render_section(folder: Path, path: Path) -> tuple[Section, str]:
     """Return a file of a folder as a section of the page, and why it has no picture; empty where it has."""
     name = path.relative_to(folder).as_posix()
-    title, parts, failure = name, [paragraph(name, "note")], ""
+    title, content, failure = name, [paragraph(name, "note")], ""
     try:
-        title, texts, drawn = _script(path) if path.suffix == SCRIPT else _scenario(path)
-        parts += [paragraph(text) for text in texts] + drawn
+        title, texts, pictures = _render_script(path) if path.suffix == SCRIPT else _scenario(path)
+        content += [paragraph(text) for text in texts] + pictures
     except Exception as error:  # noqa: BLE001 - whatever it is, it shall not sink the others
         failure = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-        parts.append(paragraph(f"No picture: {failure}", "warning"))
-    return Section(title, tuple(parts), anchor=name), failure
+        content.append(paragraph(f"No picture: {failure}", "warning"))
+    return Section(title, tuple(content), anchor=name), failure
 
 
-def _script(path: Path) -> tuple[str, list[str], list[str]]:
+def _render_script(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a script."""
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or path.name
     title, *texts = _paragraphs(text)
     functions = runpy.run_path(str(path))
     if functions.get("calculated") is None:
         raise InputError("has no function calculated; expected one that returns what is drawn")
-    found = functions["calculated"]()
-    if "drawn" not in functions and isinstance(found, xr.Dataset):
-        parts = sweep_pictures(found)
+    result = functions["calculated"]()
+    if "drawn" not in functions and isinstance(result, xr.Dataset):
+        pictures = sweep_pictures(result)
     else:
-        made = functions.get("drawn", plot)(found)
-        parts = [picture(each, title) for each in (made if isinstance(made, list | tuple) else [made])]
+        figures = functions.get("drawn", plot)(result)
+        pictures = [picture(figure, title) for figure in (figures if isinstance(figures, list | tuple) else [figures])]
     if "rows" in functions:
-        heading, *rows = functions["rows"](found)
-        parts.append(table(rows, heading))
-    return title, texts, parts
+        heading, *rows = functions["rows"](result)
+        pictures.append(table(rows, heading))
+    return title, texts, pictures
 
 
 def _scenario(path: Path) -> tuple[str, list[str], list[str]]:
     """Return title, text and pictures of a scenario."""
     scenario = load(path)
-    drawn = _figure(scenario)
+    pictures = _figure(scenario)
     if scenario.sections.adhesion is not None:
-        drawn = [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."), *drawn]
+        pictures = [picture(plot(scenario, adhesion=True), "Its asperities on the adhesion map."), *pictures]
     if scenario.sections.sweep is None:
-        drawn += _run(scenario)
+        pictures += _run(scenario)
     elif not scenario.sections.picture or len(drawable(scenario)) < len(scenario.sections.picture):
-        found = sweep(scenario)
-        drawn += _figure(found) or sweep_pictures(found)
+        table = sweep(scenario)
+        pictures += _figure(table) or sweep_pictures(table)
     # the comment that it begins with
     head = itertools.takewhile(lambda line: line.startswith("#"), scenario.text.splitlines())
-    return scenario.title or path.stem, _paragraphs("\n".join(line.removeprefix("#") for line in head)), drawn
+    return scenario.title or path.stem, _paragraphs("\n".join(line.removeprefix("#") for line in head)), pictures
 
 
-def _figure(what: Scenario | xr.Dataset) -> list[str]:
-    """Return the figure that ``[picture]`` says, as far as this has what it shows."""
-    pictures = drawable(what)
+def _figure(source: Scenario | xr.Dataset) -> list[str]:
+    """Return the figure of ``[picture]``, with the pictures that this object can show."""
+    pictures = drawable(source)
     if not pictures:
         return []
-    title = what.title if isinstance(what, Scenario) else str(what.attrs.get("title", ""))
-    return [picture(draw_scenario_figure(what, pictures), title)]
+    title = source.title if isinstance(source, Scenario) else str(source.attrs.get("title", ""))
+    return [picture(draw_scenario_figure(source, pictures), title)]
 
 
 def _run(scenario: Scenario) -> list[str]:
@@ -174,5 +177,5 @@ def _run(scenario: Scenario) -> list[str]:
 
 
 def _paragraphs(text: str) -> list[str]:
-    """Return paragraphs, which empty lines part, each in one line."""
-    return [" ".join(part.split()) for part in re.split(r"\n\s*\n", text) if part.strip()]
+    """Split a text at empty lines into paragraphs of one line each."""
+    return [" ".join(block.split()) for block in re.split(r"\n\s*\n", text) if block.strip()]

@@ -1,4 +1,4 @@
-"""A folder of cells, one file each, that outlives whatever ends the sweep.
+"""A folder of cells, one file each, so that completed cells survive an interrupted sweep.
 
 The name of a cell is the digest of all that decides its content: the scenario at its point, the contents of the files
 that it names, the outputs, and the versions that compute. So a folder serves any number of sweeps, also at one time. A
@@ -92,17 +92,17 @@ class Store:
         """Return the cell of a digest; None where there is none, or one that is damaged."""
         path = self._path(name)
         try:
-            return unpacked(path.read_bytes()) if is_file(path) else None
+            return from_bytes(path.read_bytes()) if is_file(path) else None
         except (FileNotFoundError, *DAMAGE):
             return None
 
     def write(self, name: str, cell: xr.Dataset) -> None:
         """Keep a cell, which is on the disk when this returns; OSError where it cannot be."""
         with replacing(self._path(name)) as unfinished:
-            unfinished.write_bytes(packed(cell))
+            unfinished.write_bytes(to_bytes(cell))
 
     @contextlib.contextmanager
-    def claimed(self, name: str, *, wait: bool) -> Iterator[bool]:
+    def claim(self, name: str, *, wait: bool) -> Iterator[bool]:
         """Claim a cell, so that no other process computes it, too; yield whether it is claimed, or wait until it is."""
         # a byte of one file for each cell, which the system gives back however this process ends; nothing is left
         # behind, and shared disks know such locks; where one does not, a cell is computed twice at worst
@@ -115,10 +115,10 @@ class Store:
     def tidy(self) -> None:
         """Remove files that killed processes have left unfinished."""
         for path in self.folder.glob(f".*{ENDING}.*.part"):
-            known = _UNFINISHED.fullmatch(path.name)
-            if known is None or not is_own(path.lstat()):
+            unfinished = _UNFINISHED.fullmatch(path.name)
+            if unfinished is None or not is_own(path.lstat()):
                 continue
-            with self.claimed(known[1], wait=False) as free:
+            with self.claim(unfinished[1], wait=False) as free:
                 if free:
                     path.unlink(missing_ok=True)
 
@@ -126,8 +126,8 @@ class Store:
         return self.folder / f"{name}{ENDING}"
 
 
-def packed(cell: xr.Dataset) -> bytes:
-    """Return a cell as the bytes of a file: an NPZ of its arrays and a header in JSON."""
+def to_bytes(cell: xr.Dataset) -> bytes:
+    """Return the bytes of the file of a cell: an NPZ of its arrays and a header in JSON."""
     header = json.dumps({"form": FORM, **cell.to_dict(data=False)}).encode()
     arrays = {f"v.{name}": variable.values for name, variable in cell.variables.items()}
     stream = io.BytesIO()
@@ -135,7 +135,7 @@ def packed(cell: xr.Dataset) -> bytes:
     return stream.getvalue()
 
 
-def unpacked(content: bytes) -> xr.Dataset:
+def from_bytes(content: bytes) -> xr.Dataset:
     """Return the cell in the bytes of a file; damaged ones raise an error of `DAMAGE`."""
     check_archive(io.BytesIO(content))
     with np.load(io.BytesIO(content), allow_pickle=False) as file:

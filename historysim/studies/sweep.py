@@ -16,8 +16,8 @@ from historysim.scenario.scenario import Scenario, as_scenario
 from historysim.scenario.schema import reported
 from historysim.studies.cell import cell, chosen_outputs
 from historysim.studies.store import Store, digest
-from historysim.studies.sweep_table import gathered, swept_coordinates, unlike
-from historysim.studies.workers import AHEAD, BrokenError, executor_for, outcomes
+from historysim.studies.sweep_table import find_mismatches, gather, swept_coordinates
+from historysim.studies.workers import AHEAD, BrokenError, open_executor, outcomes
 
 logger = logging.getLogger(__name__)
 
@@ -39,7 +39,7 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     progress: bool = False,
     notify: Notify = silent,
 ) -> xr.Dataset:
-    """Replay a scenario at all points of a grid, and return what comes out as one Dataset.
+    """Replay a scenario at all points of a grid and gather the outputs in one Dataset.
 
     Parameters
     ----------
@@ -88,43 +88,45 @@ def sweep(  # noqa: PLR0913 - the keys of [sweep], and how it is carried out
     """
     scenario = as_scenario(scenario)
     section = scenario.sections.sweep
-    asked = tuple(outputs) or (section.outputs if section is not None and over is None else ())
-    grid, outputs = sweep_of(scenario, outputs, over, together)
+    requested = tuple(outputs) or (section.outputs if section is not None and over is None else ())
+    grid, outputs = read_sweep(scenario, outputs, over, together)
     plan = _Plan(scenario, outputs, None if store is None else Path(store), list(grid.points()))
-    kept = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
-    logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", kept)
+    stored = "" if store is None else f", {len(plan.cells):,} of them in {store} already"
+    logger.info("%s: %s cells%s", scenario.path.name, f"{len(plan.points):,}", stored)
     try:
         plan.carry_out(executor, workers, progress=progress)
     except KeyboardInterrupt as error:
-        raise KeyboardInterrupt(f"interrupted; {plan.what_is_kept()}") from error
-    reasons = dict(sorted((plan.reasons | unlike(plan.cells)).items()))
-    notices = [f"cell {index} ({text_of(plan.points[index])}) failed: {reason}" for index, reason in reasons.items()]
-    notify_of(notices, "more cells have failed", notify)
+        raise KeyboardInterrupt(f"interrupted; {plan.describe_stored()}") from error
+    reasons = dict(sorted((plan.reasons | find_mismatches(plan.cells)).items()))
+    notices = [
+        f"cell {index} ({describe_point(plan.points[index])}) failed: {reason}" for index, reason in reasons.items()
+    ]
+    notify_first(notices, "more cells have failed", notify)
     cells = [None if index in reasons else plan.cells[index] for index in range(len(grid))]
     # what is asked for first is what its picture shows
-    return gathered(scenario, grid, cells, reasons).assign_attrs({"outputs": " ".join(asked)} if asked else {})
+    return gather(scenario, grid, cells, reasons).assign_attrs({"outputs": " ".join(requested)} if requested else {})
 
 
-def text_of(point: Point) -> str:
-    """Return the keys of a point with their values."""
+def describe_point(point: Point) -> str:
+    """Format the keys of a point with their values."""
     return ", ".join(f"{key} = {value}" for key, value in point.items())
 
 
-def notify_of(notices: Sequence[str], more: str, notify: Notify) -> None:
-    """Pass the first notices on, and how many more there are."""
+def notify_first(notices: Sequence[str], more: str, notify: Notify) -> None:
+    """Pass on the first notices, and the number of the remaining ones."""
     for notice in notices[:MOST_NOTICES]:
         notify(notice)
     if len(notices) > MOST_NOTICES:
         notify(f"… and {len(notices) - MOST_NOTICES:,} {more}")
 
 
-def sweep_of(
+def read_sweep(
     scenario: Scenario,
     outputs: Sequence[str] = (),
     over: Mapping[str, Any] | None = None,
     together: Sequence[Sequence[str]] = (),
 ) -> tuple[Grid, tuple[str, ...]]:
-    """Return grid and outputs of a sweep, by default those of ``[sweep]``; InputError names file and key."""
+    """Return grid and outputs of a sweep (default: ``[sweep]``); InputError with file and key if they are wrong."""
     section = scenario.sections.sweep
     with reported(scenario.path.name):
         if over is None:
@@ -149,24 +151,24 @@ class Batch:
     wait: bool = False  #: wait for cells that another process is computing, instead of passing them over
 
 
-def computed(batch: Batch) -> list[xr.Dataset | str | None]:
-    """Return the cells of a batch, or why one has failed; None where another process is computing it.
+def compute_batch(batch: Batch) -> list[xr.Dataset | str | None]:
+    """Return the cells of a batch; a string if one has failed, None if another process is computing it.
 
     Cells are kept as they end, and read where they are there. One that cannot be kept is an OSError.
     """
-    return [_computed(batch, name, point) for _, name, point in batch.cells]
+    return [_compute_cell(batch, name, point) for _, name, point in batch.cells]
 
 
-def _computed(batch: Batch, name: str, point: Point) -> xr.Dataset | str | None:
+def _compute_cell(batch: Batch, name: str, point: Point) -> xr.Dataset | str | None:
     if batch.store is None:
         return _attempt(batch, point)
     store = Store(batch.store)
-    with store.claimed(name, wait=batch.wait) as mine:
+    with store.claim(name, wait=batch.wait) as mine:
         if not mine:
             return None
         # another process may have ended it meanwhile
-        if (kept := store.read(name)) is not None:
-            return kept
+        if (stored := store.read(name)) is not None:
+            return stored
         logger.info("cell %s: %s", name, point)
         outcome = _attempt(batch, point)
         if not isinstance(outcome, str):
@@ -205,47 +207,49 @@ class _Plan:
         store = Store(self.folder)
         store.tidy()
         self.names = [digest(self.scenario, point, self.outputs) for point in self.points]
-        kept = {index: store.read(name) for index, name in enumerate(self.names)}
-        self.cells = {index: cell for index, cell in kept.items() if cell is not None}
+        stored = {index: store.read(name) for index, name in enumerate(self.names)}
+        self.cells = {index: cell for index, cell in stored.items() if cell is not None}
 
-    def carry_out(self, given: object, workers: int, *, progress: bool) -> None:
-        """Compute what is not there; what another process is computing comes last."""
-        there = {"desc": "sweep", "initial": len(self.cells)}
-        with progress_bar(progress, "cell", len(self.points), **there) as done:
-            self._run(given, workers, done, wait=False)
+    def carry_out(self, executor: object, workers: int, *, progress: bool) -> None:
+        """Compute the missing cells; cells that another process is computing come last."""
+        bar = {"desc": "sweep", "initial": len(self.cells)}
+        with progress_bar(progress, "cell", len(self.points), **bar) as done:
+            self._run(executor, workers, done, wait=False)
             self.elsewhere.clear()
-            self._run(given, workers, done, wait=True)
+            self._run(executor, workers, done, wait=True)
 
-    def what_is_kept(self) -> str:
-        """Return what an interrupt leaves."""
-        there = f"{len(self.cells):,} of {len(self.points):,} cells"
+    def describe_stored(self) -> str:
+        """Describe the cells that survive an interrupt."""
+        count = f"{len(self.cells):,} of {len(self.points):,} cells"
         if self.folder is None:
-            return f"{there} are lost without a store"
-        return f"{self.folder} keeps {there}, and the same sweep goes on there"
+            return f"{count} are lost without a store"
+        return f"{self.folder} keeps {count}, and the same sweep goes on there"
 
     def _run(self, given: object, workers: int, done: Callable[[int], object], *, wait: bool) -> None:
-        """Compute what is left, after the end of a process cell by cell and with half as many processes."""
+        """Compute the missing cells; after a killed process cell by cell, with half as many processes."""
         apart, size = workers > 1, MOST_CELLS_IN_A_BATCH
-        while left := self._left():
+        while missing := self._missing_cells():
             try:
-                with executor_for(min(workers, len(left)), given, apart=apart) as (executor, count):
-                    size = max(1, min(size, len(left) // (count * FEWEST_BATCHES_OF_A_WORKER)))
-                    batches = [self._batch(left[first : first + size], wait) for first in range(0, len(left), size)]
+                with open_executor(min(workers, len(missing)), given, apart=apart) as (executor, count):
+                    size = max(1, min(size, len(missing) // (count * FEWEST_BATCHES_OF_A_WORKER)))
+                    batches = [
+                        self._batch(missing[start : start + size], wait) for start in range(0, len(missing), size)
+                    ]
                     # one process, after others were killed, has one cell at a time
                     at_once = 1 if apart and workers == 1 else AHEAD * count
-                    for index, found in outcomes(computed, batches, executor, at_once):
-                        self._take(batches[index], found)
-                        done(sum(cell is not None for cell in found))
+                    for index, results in outcomes(compute_batch, batches, executor, at_once):
+                        self._collect(batches[index], results)
+                        done(sum(cell is not None for cell in results))
             except BrokenError:
                 if given is not None:
                     raise
                 if workers == 1:
-                    self.reasons[self._left()[0]] = KILLED
+                    self.reasons[self._missing_cells()[0]] = KILLED
                     done(1)
                 workers, size = max(1, workers // 2), 1
 
-    def _left(self) -> list[int]:
-        """Return the cells that are to be computed; those on one surface follow one another."""
+    def _missing_cells(self) -> list[int]:
+        """Return the indices of the missing cells; cells of one surface are adjacent."""
         surfaces: dict[str, list[int]] = {}
         for index, point in enumerate(self.points):
             if index not in self.cells and index not in self.reasons and index not in self.elsewhere:
@@ -257,8 +261,8 @@ class _Plan:
         cells = tuple((index, self.names[index], self.points[index]) for index in indices)
         return Batch(self.scenario, self.outputs, self.folder, cells, wait)
 
-    def _take(self, batch: Batch, found: Sequence[xr.Dataset | str | None]) -> None:
-        for (index, _, _), outcome in zip(batch.cells, found, strict=True):
+    def _collect(self, batch: Batch, results: Sequence[xr.Dataset | str | None]) -> None:
+        for (index, _, _), outcome in zip(batch.cells, results, strict=True):
             if outcome is None:
                 self.elsewhere.add(index)
             elif isinstance(outcome, str):

@@ -25,50 +25,50 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 LABELS = ("critical_asperity",)  # numbers of a sweep that only name something, so that a mean of them says nothing
 
 
-def gathered(
+def gather(
     scenario: Scenario, grid: Grid, cells: Sequence[xr.Dataset | None], reasons: Mapping[int, str]
 ) -> xr.Dataset:
-    """Return the cells of a grid, in the order of its points, as one Dataset; InputError where all have failed.
+    """Combine the cells of a grid, in the order of its points, into a Dataset; InputError if all have failed.
 
     A cell that has failed is None, with its reason by position. Steps that a cell does not have are filled with NaN;
     the rows of an asperity stand under its label.
     """
-    there = [cell for cell in cells if cell is not None]
-    if not there:
-        first = min(reasons)
-        raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first]}")
+    computed = [cell for cell in cells if cell is not None]
+    if not computed:
+        first_failed = min(reasons)
+        raise InputError(f"all of {counted(len(cells), 'cell', 'cells')} failed; the first: {reasons[first_failed]}")
     swept = swept_coordinates(scenario, grid)
-    asperities = [cell["asperity"].values for cell in there if "asperity" in cell.coords]
+    asperities = [cell["asperity"].values for cell in computed if "asperity" in cell.coords]
     labels: dict[Any, Any] = {"asperity": np.unique(np.concatenate(asperities))} if asperities else {}
     # some surfaces alone have positions, say
-    names = dict.fromkeys(str(name) for cell in there for name in cell.variables if name not in labels)
-    variables = {name: _stacked(name, grid, cells, labels) for name in names}
-    own = [name for name in names if any(name in cell.coords for cell in there)]
-    steps = {"asperity": xr.Variable("asperity", labels["asperity"], there[0]["asperity"].attrs)} if labels else {}
-    data = {name: variable for name, variable in variables.items() if name not in own}
+    names = dict.fromkeys(str(name) for cell in computed for name in cell.variables if name not in labels)
+    variables = {name: _stack_variable(name, grid, cells, labels) for name in names}
+    coordinate_names = [name for name in names if any(name in cell.coords for cell in computed)]
+    steps = {"asperity": xr.Variable("asperity", labels["asperity"], computed[0]["asperity"].attrs)} if labels else {}
+    data = {name: variable for name, variable in variables.items() if name not in coordinate_names}
     if reasons:
-        each = [reasons.get(index, "") for index in range(len(cells))]
-        data[FAILURE] = failures(grid, each, "why the cell has failed, empty where it has not")
-    coordinates = swept | steps | {name: variables[name] for name in own}
+        texts = [reasons.get(index, "") for index in range(len(cells))]
+        data[FAILURE] = failures(grid, texts, "why the cell has failed, empty where it has not")
+    coordinates = swept | steps | {name: variables[name] for name in coordinate_names}
     histories = counted(len(grid), "load history", "load histories")
     attributes = table_attributes(scenario, grid, "Sweep", f"What {histories} of a frictional contact led to.")
     history = f"{counted(len(grid), 'cell', 'cells')} computed by historysim {__version__}"
-    validity = written_findings(_worst_findings(there))
+    validity = written_findings(_worst_findings(computed))
     return xr.Dataset(data, coordinates, attributes | {"history": history, VALIDITY: validity})
 
 
-def unlike(cells: Mapping[int, xr.Dataset]) -> dict[int, str]:
-    """Return by position why cells cannot stand beside the first: one of their quantities has other dimensions."""
+def find_mismatches(cells: Mapping[int, xr.Dataset]) -> dict[int, str]:
+    """Return, by index, why cells do not fit the first one: a quantity has other dimensions."""
     if not cells:
         return {}
     over = {name: variable.dims for name, variable in cells[min(cells)].variables.items()}
     return {
         index: (
-            f"{name} has the dimensions {_words(own)}, and in cells before {_words(over[name])}; sweep them separately"
+            f"{name} has the dimensions {_words(dims)}, and in cells before {_words(over[name])}; sweep them separately"
         )
         for index, cell in sorted(cells.items())
         for name, variable in cell.variables.items()
-        if (own := variable.dims) != over.get(name, own)
+        if (dims := variable.dims) != over.get(name, dims)
     }
 
 
@@ -81,25 +81,33 @@ def failures(grid: Grid, reasons: Sequence[str], long_name: str) -> xr.Variable:
     return xr.Variable(grid.dims, np.reshape(reasons, grid.shape), {"long_name": long_name}, {"dtype": "S1"})
 
 
-def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: Mapping[Any, Any]) -> xr.Variable:
-    """Return a variable of all cells; a coordinate that is the same in all has no dimension of the grid."""
-    there = {index: cell for index, cell in enumerate(cells) if cell is not None}
-    own = {index: cell.variables[name] for index, cell in there.items() if name in cell.variables}
-    first = min(own)
-    model = own[first]
-    longest = map(max, zip(*(variable.shape for variable in own.values()), strict=True))
+def _stack_variable(
+    name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: Mapping[Any, Any]
+) -> xr.Variable:
+    """Stack a variable of all cells; a coordinate equal in all cells has no dimension of the grid."""
+    computed = {index: cell for index, cell in enumerate(cells) if cell is not None}
+    variables = {index: cell.variables[name] for index, cell in computed.items() if name in cell.variables}
+    index_of_model = min(variables)
+    model = variables[index_of_model]
+    longest = map(max, zip(*(variable.shape for variable in variables.values()), strict=True))
     shape = tuple(
         labels[dim].size if dim in labels else length for dim, length in zip(model.dims, longest, strict=True)
     )
-    everywhere = len(own) == len(there)
-    if name in there[first].coords and everywhere and all(np.array_equal(model, other) for other in own.values()):
+    everywhere = len(variables) == len(computed)
+    if (
+        name in computed[index_of_model].coords
+        and everywhere
+        and all(np.array_equal(model, candidate) for candidate in variables.values())
+    ):
         return model
-    whole = len(own) == len(cells) and all(variable.shape == shape for variable in own.values())
+    is_complete = len(variables) == len(cells) and all(variable.shape == shape for variable in variables.values())
     # what is filled up needs a NaN
-    values = np.full((len(cells), *shape), 0 if whole else np.nan, dtype=model.dtype if whole else np.float64)
-    for index, variable in own.items():
+    values = np.full(
+        (len(cells), *shape), 0 if is_complete else np.nan, dtype=model.dtype if is_complete else np.float64
+    )
+    for index, variable in variables.items():
         where = (
-            np.searchsorted(labels[dim], there[index][dim].values) if dim in labels else np.arange(length)
+            np.searchsorted(labels[dim], computed[index][dim].values) if dim in labels else np.arange(length)
             for dim, length in zip(variable.dims, variable.shape, strict=True)
         )
         values[index, ...][np.ix_(*where)] = variable.values
@@ -107,7 +115,7 @@ def _stacked(name: str, grid: Grid, cells: Sequence[xr.Dataset | None], labels: 
     # flags have the type of what they are flags of
     flags = {key: np.asarray(value, values.dtype) for key, value in model.attrs.items() if key == "flag_values"}
     return xr.Variable(
-        dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if whole else {}
+        dims, values.reshape((*grid.shape, *shape)), model.attrs | flags, {"_FillValue": None} if is_complete else {}
     )
 
 
@@ -117,7 +125,7 @@ def swept_coordinates(scenario: Scenario, grid: Grid) -> dict[str, xr.Variable]:
     coordinates: dict[str, xr.Variable] = {}
     for axis in grid.axes:
         for key, *written in zip(axis.keys, *axis.values, strict=True):
-            unit = unit_of(sections, key)
+            unit = find_unit(sections, key)
             with reported(scenario.path.name), at(*place_of(key)):
                 values = [quantity(value, unit) if unit and not isinstance(value, list) else value for value in written]
             attributes = {"long_name": f"{key} of the scenario", **({"units": unit} if unit else {})}
@@ -135,26 +143,26 @@ def _text(value: object) -> str:
     return f"[{', '.join(map(_text, value))}]" if isinstance(value, list | tuple) else str(value)
 
 
-def unit_of(sections: Sections, key: str) -> str:
-    """Return the SI unit of a key, empty where it has none."""
-    here: Any = sections
+def find_unit(sections: Sections, key: str) -> str:
+    """Return the SI unit of a key, empty if it has none."""
+    section: Any = sections
     unit = ""
     for step in place_of(key):
         if isinstance(step, int):
-            here = here[step]
+            section = section[step]
             continue
         # a surface may have keys that change it, and friction may be a law
-        while step not in _fields(here) and "of" in _fields(here):
-            here = here.of
-        if step not in _fields(here) and step in getattr(here, "by_kind", ("", ()))[1]:
+        while step not in _fields(section) and "of" in _fields(section):
+            section = section.of
+        if step not in _fields(section) and step in getattr(section, "by_kind", ("", ()))[1]:
             # of a waypoint: what an event has beside its time
-            held, kinds = here.by_kind
-            unit, here = unit_in(type_of_one_value(kinds[step])[0]), getattr(here, held).get(step)
+            held, kinds = section.by_kind
+            unit, section = unit_in(type_of_one_value(kinds[step])[0]), getattr(section, held).get(step)
             continue
-        if step not in _fields(here):
+        if step not in _fields(section):
             return ""
-        unit = unit_in(_fields(here)[step].type)
-        here = getattr(here, step)
+        unit = unit_in(_fields(section)[step].type)
+        section = getattr(section, step)
     return unit
 
 
@@ -162,11 +170,11 @@ def _fields(section: Any) -> Mapping[str, "attrs.Attribute[Any]"]:
     return attrs.fields_dict(type(section)) if attrs.has(type(section)) else {}
 
 
-def table_attributes(scenario: Scenario, grid: Grid, what: str, summary: str) -> dict[str, Any]:
+def table_attributes(scenario: Scenario, grid: Grid, title: str, summary: str) -> dict[str, Any]:
     """Return the attributes of a sweep, or of another table along a grid."""
     return {
         "Conventions": CONVENTIONS,
-        "title": scenario.title or f"{what} of {scenario.path.name}",
+        "title": scenario.title or f"{title} of {scenario.path.name}",
         "summary": summary,
         "keywords": KEYWORDS,
         **scenario.metadata,
@@ -191,14 +199,14 @@ def _worst_findings(cells: Sequence[xr.Dataset]) -> tuple[Finding, ...]:
         low, high = sorted((abs(finding.value), abs(finding.limit)))
         return high / low if low else np.inf
 
-    worst = [(max(own, key=excess), len(own)) for own in by_name.values()]
+    worst = [(max(findings, key=excess), len(findings)) for findings in by_name.values()]
     return tuple(
         attrs.evolve(finding, text=f"in {count:,} of {counted(len(cells), 'cell', 'cells')}; at worst: {finding.text}")
         for finding, count in worst
     )
 
 
-def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:
+def spread(table: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[float] = QUANTILES) -> xr.Dataset:
     """Return how the numbers of a sweep spread over one of its dimensions, mostly seeds.
 
     Parameters
@@ -229,12 +237,12 @@ def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
     >>> "preliminary_displacement_mean" in hs.spread(found, "surface_seed")
     True
     """
-    _check_dimension(found, along)
-    share = np.array(quantiles, dtype=float)
-    if share.ndim != 1 or not ((share >= 0) & (share <= 1)).all():
+    _check_dimension(table, along)
+    fractions = np.array(quantiles, dtype=float)
+    if fractions.ndim != 1 or not ((fractions >= 0) & (fractions <= 1)).all():
         raise InputError(f"quantiles are {quantiles!r}; expected numbers from 0 to 1")
     result: dict[str, xr.DataArray] = {}
-    for name, values in found.data_vars.items():
+    for name, values in table.data_vars.items():
         if along not in values.dims or values.dtype.kind not in "fi" or name in LABELS:
             continue
         numbers, text = values.astype(float), str(values.attrs.get("long_name", name))
@@ -244,30 +252,30 @@ def spread(found: xr.Dataset, along: str = "surface_seed", quantiles: Sequence[f
             statistics = {
                 "mean": (numbers.mean(along), "mean"),
                 "standard_deviation": (numbers.std(along, ddof=1), "standard deviation"),
-                "quantile": (numbers.quantile(share, along).transpose(..., "quantile"), "quantiles"),
+                "quantile": (numbers.quantile(fractions, along).transpose(..., "quantile"), "quantiles"),
             }
-        for suffix, (made, word) in statistics.items():
-            made.attrs = {"long_name": f"{word} of: {text}", "units": values.attrs.get("units", "1")}
-            result[f"{name}_{suffix}"] = made
+        for suffix, (values_of_statistic, word) in statistics.items():
+            values_of_statistic.attrs = {"long_name": f"{word} of: {text}", "units": values.attrs.get("units", "1")}
+            result[f"{name}_{suffix}"] = values_of_statistic
         count = numbers.notnull().sum(along)
         count.attrs = {"long_name": f"number of cells with: {text}", "units": "1"}
         result[f"{name}_count"] = count
-    return xr.Dataset(result, attrs={**found.attrs, "spread_along": along})
+    return xr.Dataset(result, attrs={**table.attrs, "spread_along": along})
 
 
-def drift_along(found: xr.Dataset, along: str, name: str = "preliminary_displacement") -> xr.DataArray:
-    """Return how far a number drifts along a swept quantity: its change from the first value on, without sign.
+def drift_along(table: xr.Dataset, along: str, name: str = "preliminary_displacement") -> xr.DataArray:
+    """Return the drift of a number along a swept quantity: the magnitude of its change from the first value.
 
     The dimension is that of a load, a friction coefficient, a radius, …; InputError: the sweep has no such dimension or
     number.
     """
-    _check_dimension(found, along)
-    if name not in found or along not in found[name].dims:
-        known = [str(key) for key, values in found.data_vars.items() if along in values.dims]
-        raise InputError(f"{name!r} is no number of this sweep along {along}; {nearest(name, known)}")
-    changed = abs(found[name] - found[name].isel({along: 0}, drop=True))
-    text = found[name].attrs.get("long_name", name)
-    changed.attrs = {"long_name": f"drift along {along} of: {text}", "units": found[name].attrs.get("units", "1")}
+    _check_dimension(table, along)
+    if name not in table or along not in table[name].dims:
+        numbers = [str(key) for key, values in table.data_vars.items() if along in values.dims]
+        raise InputError(f"{name!r} is no number of this sweep along {along}; {nearest(name, numbers)}")
+    changed = abs(table[name] - table[name].isel({along: 0}, drop=True))
+    text = table[name].attrs.get("long_name", name)
+    changed.attrs = {"long_name": f"drift along {along} of: {text}", "units": table[name].attrs.get("units", "1")}
     return changed.rename(f"{name}_drift")
 
 

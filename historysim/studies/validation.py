@@ -45,16 +45,16 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     recorded asperities  touching
     """
     loaded = scenario if isinstance(scenario, Scenario) else load(scenario, values)
-    seconds, begin = most("SECONDS_OF_VALIDATION"), monotonic()
+    seconds, start_time = most("SECONDS_OF_VALIDATION"), monotonic()
     ends: dict[int, dict[str, Any]] = {}
     if loaded.sections.sweep is not None:
-        from historysim.studies.sweep import sweep_of
+        from historysim.studies.sweep import read_sweep
 
-        ends = sweep_of(loaded)[0].ends()
+        ends = read_sweep(loaded)[0].ends()
     if loaded.sections.design is not None:
-        from historysim.studies.design import problem_of
+        from historysim.studies.design import read_problem
 
-        problem_of(loaded)
+        read_problem(loaded)
     if loaded.sections.fit is not None:
         from historysim.scenario.fit import to_fit
 
@@ -63,12 +63,12 @@ def validate(scenario: str | Path | Scenario, values: Mapping[str, Any] | None =
     lines = summary(loaded, walk=seconds)
     for number, point in ends.items():
         # a cell that takes long is left to the sweep
-        if (left := begin + seconds - monotonic()) <= 0:
+        if (remaining := start_time + seconds - monotonic()) <= 0:
             break
         try:
             cell = loaded.at(point)
             with cell.placed():
-                cell.build().walk(left)
+                cell.build().walk(remaining)
         except (InputError, LoadError) as error:
             where = ", ".join(f"{key} = {value}" for key, value in point.items())
             lines.append(("warning", f"cell {number} of the sweep ({where}) stays empty: {error}"))

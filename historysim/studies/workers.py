@@ -1,4 +1,4 @@
-"""Where the cells of a sweep are computed: in this process, in several, or wherever an executor has its workers."""
+"""Execution of the cells of a sweep: in this process, in several processes, or by an executor."""
 
 import contextlib
 import multiprocessing
@@ -52,11 +52,11 @@ def _without_interrupts() -> Iterator[None]:
     if sys.platform == "win32":
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
     finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
 def _begin(given_up: multiprocessing.connection.Connection) -> None:
@@ -73,26 +73,28 @@ def _end_with(*sentinels: "int | multiprocessing.connection.Connection") -> None
 
 
 @contextlib.contextmanager
-def executor_for(workers: int, given: object = None, *, apart: bool = False) -> Iterator[tuple[Executor | None, int]]:
+def open_executor(
+    workers: int, executor: object = None, *, apart: bool = False
+) -> Iterator[tuple[Executor | None, int]]:
     """Yield an executor and its number of workers: the given one, or processes of the block; None is this process.
 
     With ``apart`` one worker is a process of its own, too. Another number of workers than 1 or more is an InputError.
     """
     if not isinstance(workers, int) or isinstance(workers, bool) or workers < 1:
         raise InputError(f"workers is {workers!r}; expected a whole number of 1 or more")
-    if isinstance(given, Executor):
-        yield given, getattr(given, "_max_workers", WORKERS_OF_ANY)
-    elif hasattr(given, "get_executor"):
+    if isinstance(executor, Executor):
+        yield executor, getattr(executor, "_max_workers", WORKERS_OF_ANY)
+    elif hasattr(executor, "get_executor"):
         # a client of dask.distributed; the same task may be given twice, and shall be carried out twice
-        yield given.get_executor(pure=False), WORKERS_OF_ANY
-    elif given is not None:
+        yield executor.get_executor(pure=False), WORKERS_OF_ANY
+    elif executor is not None:
         expected = "an executor of concurrent.futures or mpi4py.futures, or a client of dask.distributed"
-        raise InputError(f"executor is {given!r}; expected {expected}")
+        raise InputError(f"executor is {executor!r}; expected {expected}")
     elif workers == 1 and not apart:
         yield None, 1
     else:
-        with ending(Processes(workers)) as own:
-            yield own, workers
+        with ending(Processes(workers)) as processes:
+            yield processes, workers
 
 
 @contextlib.contextmanager
@@ -124,19 +126,19 @@ def outcomes(
                 waiting.popleft()
             done, _ = wait(running, return_when=FIRST_COMPLETED)
             # what has ended before a process was killed comes first
-            for future in sorted(done, key=lambda each: each.exception() is not None):
+            for future in sorted(done, key=lambda finished: finished.exception() is not None):
                 yield running[future], future.result()
                 del running[future]
     except BrokenExecutor as error:
         raise BrokenError("a process was killed, perhaps for lack of memory; take fewer workers") from error
 
 
-def in_order(
+def map_in_order(
     function: Callable[[T], R], tasks: Sequence[T], executor: Executor | None, workers: int, done: Callable[[], object]
 ) -> list[R]:
     """Return the results of tasks in their order, and call `done` as each ends."""
-    found: dict[int, R] = {}
+    results: dict[int, R] = {}
     for index, result in outcomes(function, tasks, executor, AHEAD * workers):
-        found[index] = result
+        results[index] = result
         done()
-    return [found[index] for index in range(len(tasks))]
+    return [results[index] for index in range(len(tasks))]

@@ -91,7 +91,7 @@ def test_separation_at_any_load():
 
 def test_parameters_of_summits():
     summits = Summits([1e-6, 3e-6, 5e-6], [1e-5, 2e-5, 6e-5], nominal_area=2e-8)
-    surface = GreenwoodWilliamson.of_summits(summits, 1e11)
+    surface = GreenwoodWilliamson.from_summits(summits, 1e11)
     assert attrs.astuple(surface) == pytest.approx(
         (1e11, 3e-5, math.sqrt(8 / 3) * 1e-6, 1.5e8, 2e-8, 3e-6), rel=8 * EPS, abs=0
     )
@@ -136,7 +136,7 @@ def test_quantile_ensembles_converge_to_the_integrals(name, h):
 
 def test_a_million_summits_carry_the_load_of_the_integral():
     made = drawn_summits(Gaussian(0.6e-6, mean=3e-6), 8e-6, summit_density=1e12, nominal_area=1e-6, seed=4)
-    surface = GreenwoodWilliamson.of_summits(made, 115e9)
+    surface = GreenwoodWilliamson.from_summits(made, 115e9)
     load = 2000.0
     d = surface.separation_at(load)
     # the variance of the load of one summit over the square of its mean is below F_3/F_(3/2)²; 5 deviations of the mean
@@ -153,9 +153,9 @@ def test_a_million_summits_carry_the_load_of_the_integral():
     [
         (lambda: height_integral(1, [0, math.inf]), r"separation over deviation\[1\] is inf"),
         (lambda: GreenwoodWilliamson(1, 1, 0, 1, 1), "height_deviation is 0; expected a finite number greater than 0"),
-        (lambda: GreenwoodWilliamson.of_summits(Summits([1, 2], 1), 1), "no nominal_area"),
+        (lambda: GreenwoodWilliamson.from_summits(Summits([1, 2], 1), 1), "no nominal_area"),
         (
-            lambda: GreenwoodWilliamson.of_summits(Summits([0.1] * 3, 1, nominal_area=1), 1),
+            lambda: GreenwoodWilliamson.from_summits(Summits([0.1] * 3, 1, nominal_area=1), 1),
             "3 summits do not",
         ),
         (lambda: summit_contact([1, 2], [1, 2, 3], 0, contact_modulus=1), r"shape \(2,\) and summit_radius \(3,\)"),

@@ -188,9 +188,9 @@ def test_equality_and_copies():
 
 
 def test_what_is_not_a_pair():
-    with pytest.raises(InputError, match=r"'silicon' is no Material.*from_moduli"):
+    with pytest.raises(InputError, match=r"'silicon' is not a Material.*from_moduli"):
         MaterialPair(material("silicon"), "silicon")
-    with pytest.raises(InputError, match=r"1\.0 is no Material"):
+    with pytest.raises(InputError, match=r"1\.0 is not a Material"):
         MaterialPair(1.0, 0.25)
     with pytest.raises(InputError, match=r"contact_modulus is -1\.0"):
         MaterialPair.from_moduli(contact_modulus=-1, shear_modulus=1)

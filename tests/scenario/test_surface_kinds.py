@@ -24,7 +24,7 @@ from sections import (
 import historysim as hs
 from historysim.errors import InputError
 from historysim.scenario import document, scenario, surface_kinds
-from historysim.studies.sweep_table import unit_of
+from historysim.studies.sweep_table import find_unit
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits, textured_summits
 from historysim.surfaces.preparation import keys_of, own_steps
 from historysim.surfaces.random import random_surface
@@ -241,7 +241,7 @@ def test_a_height_scale_stretches_the_map_with_its_summits(folder, name):
 def test_a_changed_surface_has_the_keys_of_its_kind(folder, change):
     plain = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6})
     changed = loaded(folder, {**SECTIONS["random"], "s_filter": 4e-6, **change})
-    assert unit_of(changed.sections, "surface.rms_height") == "m"
+    assert find_unit(changed.sections, "surface.rms_height") == "m"
     assert np.array_equal(changed.unprepared_surface().surface.heights, plain.unprepared_surface().surface.heights)
 
 

@@ -138,7 +138,7 @@ def dmt_normal_load(contact_radius: ArrayLike, **contact: Unpack[Elastic]) -> Fl
 
 
 def dmt_approach(contact_radius: ArrayLike, *, summit_radius: ArrayLike) -> Floats:
-    """Return the approach δ [m] of DMT, which is that of Hertz: a²/R."""
+    """Return the approach δ [m] of DMT, equal to the Hertz approach: a²/R."""
     return checked("contact_radius", contact_radius, least=0) ** 2 / checked("summit_radius", summit_radius, above=0)
 
 
@@ -560,8 +560,8 @@ def regime(maugis_parameter: ArrayLike, load_parameter: ArrayLike) -> Regime | n
         [0, 3, 2, 4],
         default=1,
     )
-    found: Regime | npt.NDArray[np.object_] = np.array(list(Regime), dtype=object)[zone]
-    return found
+    regimes: Regime | npt.NDArray[np.object_] = np.array(list(Regime), dtype=object)[zone]
+    return regimes
 
 
 def hertz_boundary(maugis_parameter: ArrayLike) -> Floats:
