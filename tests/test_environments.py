@@ -20,7 +20,7 @@ ROOT = Path(historysim.__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SMOKE = ROOT / "tests" / "scripts" / "smoke.py"
 # Extras that need no other program, in one environment; `surfaces` needs a newer numpy than historysim itself.
-EXTRAS = ("report", "vtk", "hdf5", "tdms", "dask", "control", "excel")
+EXTRAS = ("report", "hdf5", "tdms", "dask", "control", "excel")
 
 pytestmark = [
     pytest.mark.ci,
@@ -103,7 +103,7 @@ def test_every_command_works_with_the_lowest_versions_that_are_declared(tmp_path
     assert newer == {}
     run(python, SMOKE, MPLBACKEND="agg")
     uv(*install, *optional["surfaces"])
-    run(python, SMOKE, "SurfaceTopography", "meshio", MPLBACKEND="agg")
+    run(python, SMOKE, "SurfaceTopography", MPLBACKEND="agg")
 
 
 def test_every_command_works_on_the_newest_python(tmp_path):

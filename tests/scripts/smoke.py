@@ -97,13 +97,6 @@ def check_excel(folder: Path) -> None:
     check_command(["columns", str(folder / "record.xlsx")])
 
 
-def check_vtk(folder: Path) -> None:
-    """Extra vtk: contact maps as VTU."""
-    (folder / "map.toml").write_text(MAP, encoding="utf-8")
-    check_command(["run", "map.toml", "-o", "map.nc"])
-    check_command(["table", "map.nc", "point-maps", "-o", "map.vtu"], folder / "map.vtu")
-
-
 def check_dask(folder: Path) -> None:
     """Extra dask: a query of a chunked history."""
     with hs.open(folder / "r.nc") as history:
@@ -138,7 +131,6 @@ EXTRAS = {
     "h5py": check_hdf5,
     "nptdms": check_tdms,
     "python_calamine": check_excel,
-    "meshio": check_vtk,
     "dask": check_dask,
     "control": check_control,
     "SurfaceTopography": check_surfaces,

@@ -56,7 +56,6 @@ COMMANDS = {
     "sliding": (["sliding", "one_way.toml", "-o", "TARGET"], ".csv"),
     "creep": (["creep", "h.toml", "-o", "TARGET"], ".png"),
     "plot": (["plot", "r.nc", "-o", "TARGET"], ".pdf"),
-    "plot moving": (["plot", "r.nc", "-o", "TARGET"], ".gif"),
     "report": (["report", "r.nc", "-o", "TARGET"], ".html"),
     "gallery": (["gallery", ".", "-o", "TARGET", "--workers", "1"], ".html"),
     "fmu": (["fmu", "s.toml", "-o", "TARGET"], ".fmu"),
