@@ -133,12 +133,60 @@ static interval slipping(const way *on, double label, double anchor) {
     return found;
 }
 
-/* How far the asperities of a group slide on a straight way while all their springs slip: ∫|dV|, added to `slid`.
+static void forget_sliding(walk *w, int64_t asperity) {
+    w->slid[asperity] = 0.0;
+    w->slides_from[asperity] = HUGE_VAL;
+    w->slides_to[asperity] = -HUGE_VAL;
+}
+
+/* Shares of a chord outside which some asperity sticks, or nothing touches: sticking begins or ends there, as a rule. */
+typedef struct common_slide {
+    double begin, end;
+} common_slide;
+
+static void exclude(common_slide *all, double from, double to) {
+    if (!(from < to)) return;
+    if (from <= all->begin)
+        all->begin = hs_most(all->begin, to);
+    else if (to >= all->end || all->end - to < from - all->begin)
+        all->end = hs_least(all->end, from);
+    else
+        all->begin = to;
+}
+
+/* How far the contact is moved on a chord while all asperities in contact slide [m]. */
+static double slid_together(const walk *w, const hs_memory *memory, const chord_end *end) {
+    const hs_contact *contact = memory->contact;
+    common_slide all = {0.0, 1.0};
+    double touches = HUGE_VAL, leaves = -HUGE_VAL;
+    for (int64_t g = 0; g < contact->groups; ++g) {
+        double from = starts_at(w, memory, g), sunk = end->d - from;
+        for (int64_t k = contact->first[g]; k < contact->first[g + 1]; ++k) {
+            int64_t i = contact->order[k];
+            double gap = w->gap[i];
+            if (gap >= hs_most(from, end->d)) continue;
+            double first = gap < from ? 0.0 : (gap - from) / sunk, last = gap < end->d ? 1.0 : (from - gap) / -sunk;
+            touches = hs_least(touches, first);
+            leaves = hs_most(leaves, last);
+            exclude(&all, first, hs_least(w->slides_from[i], last));
+            exclude(&all, hs_most(w->slides_to[i], first), last);
+        }
+    }
+    exclude(&all, 0.0, touches);
+    exclude(&all, leaves, 1.0);
+    double share = touches < leaves ? hs_most(all.end - all.begin, 0.0) : 0.0;
+    return fabs(end->v - memory->displacement) * share * contact->units.displacement;
+}
+
+/* Add to `w->slid` how far the asperities of a group slide as a whole on a straight part of a chord, ∫|dV|, and note between
+ * which shares of the chord they do.
  *
  * When a spring begins to slip is a quotient of functions that are linear in the label between vertices, so that the
  * last to slip is at a vertex, or the innermost. New springs slip at once, if at all. */
-static void slide_on(const hs_group *group, int64_t depth, const double *gap, const int64_t *whose, way on, double unit,
-                     int steep, double *slid) {
+static void slide_on(walk *w, const hs_group *group, int64_t depth, way on, int steep) {
+    const hs_contact *contact = group->memory->contact;
+    const int64_t *whose = contact->order + group->start;
+    const double *gap = w->gap, unit = contact->units.displacement;
     /* within a cone that stays as it is the innermost is the last */
     int inmost_last = !steep && on.friction[0] == on.friction[2] && on.friction[0] == on.friction[1];
     double moved = on.to.v - on.from.v, sunk = on.to.d - on.from.d, tie = 1e-12 * (fabs(on.from.v) + fabs(on.to.v));
@@ -170,7 +218,10 @@ static void slide_on(const hs_group *group, int64_t depth, const double *gap, co
                 own.begin = hs_most(own.begin, all.begin);
                 own.end = hs_least(own.end, h > on.to.d ? (on.from.d - h) / -sunk : all.end);
             }
-            if (own.begin < own.end && own.slip > tie) slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
+            if (!(own.begin < own.end && own.slip > tie)) continue;
+            w->slid[whose[i]] += fabs(moved) * (own.end - own.begin) * unit;
+            w->slides_from[whose[i]] = hs_least(w->slides_from[whose[i]], hs_toward(on.share[0], on.share[1], own.begin));
+            w->slides_to[whose[i]] = hs_most(w->slides_to[whose[i]], hs_toward(on.share[0], on.share[1], own.end));
         }
         /* against the way springs slip only where their limit falls faster than they move */
         double inmost = group->curve.gap[0];
@@ -292,10 +343,10 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_
     hs_point from = {starts_at(w, memory, g), memory->displacement}, to = {end->d, end->v};
     int64_t stations = w->first_station[g + 1] - w->first_station[g], first = contact->first[g];
     const station *at = w->stations + w->first_station[g];
-    way on = {from, from, {memory->friction[g] * steeper(w, memory, g), 0.0, 0.0}, 1.0};
+    way on = {from, from, {memory->friction[g] * steeper(w, memory, g), 0.0, 0.0}, 1.0, {0.0, 0.0}};
     const hs_clock clock = memory->clock;
     int bends = at->amid > 0.0, status = HS_OK;
-    for (int64_t k = first; bends && k < contact->first[g + 1]; ++k) w->slid[contact->order[k]] = 0.0;
+    for (int64_t k = first; bends && k < contact->first[g + 1]; ++k) forget_sliding(w, contact->order[k]);
     memory->clock.end = clock.begin;
     for (int64_t k = 0; k < stations && status == HS_OK; ++k) {
         hs_group group = hs_group_of(memory, g);
@@ -308,11 +359,11 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_
         if (on.to.d <= group.curve.gap[0]) on.friction[2] = on.friction[0];
         on.friction[1] = at[k].amid > 0.0 ? at[k].amid : 0.5 * (on.friction[0] + on.friction[2]);
         double load = last && g < end->touching ? w->load[g] : hs_load_at(group.curve, on.to.d).load;
-        if (bends)
-            slide_on(&group, memory->depth[g], w->gap, contact->order + first, on, contact->units.displacement,
-                     memory->steep[g], w->slid);
+        on.share[1] = at[k].share;
+        if (bends) slide_on(w, &group, memory->depth[g], on, memory->steep[g]);
         status = carry_group(w, memory, g, &on, load, each, losses);
         on.from = on.to;
+        on.share[0] = on.share[1];
         on.friction[0] = on.friction[2];
     }
     memory->clock = clock;
@@ -321,8 +372,8 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_
 
 int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
     const hs_contact *contact = memory->contact;
-    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0};
-    memset(w->slid, 0, (size_t)contact->count * sizeof *w->slid);
+    way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0, {0.0, 1.0}};
+    for (int64_t i = 0; i < contact->count; ++i) forget_sliding(w, i);
     for (int64_t g = 0; g < contact->groups; ++g) {
         hs_group group = hs_group_of(memory, g);
         int64_t depth = memory->depth[g];
@@ -333,8 +384,7 @@ int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
         if (depth == 0) on.friction[0] = on.friction[2];
         on.friction[1] = 0.5 * (on.friction[0] + on.friction[2]);
         if (!ahead || w->stations[w->first_station[g]].amid <= 0.0) {
-            slide_on(&group, depth, w->gap, contact->order + group.start, on, contact->units.displacement,
-                     memory->steep[g], w->slid);
+            slide_on(w, &group, depth, on, memory->steep[g]);
             continue;
         }
         hs_losses losses;
@@ -357,17 +407,14 @@ int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
         memory->depth[g] = depth;
         memory->steep[g] = steep;
     }
+    w->together = slid_together(w, memory, end);
     return HS_OK;
 }
 
 void hs_add_slides(const walk *w, hs_memory *memory) {
     hs_evolved *evolved = memory->evolved;
-    double together = HUGE_VAL;
-    for (int64_t i = 0; i < memory->contact->count; ++i) {
-        evolved->slid_distance[i] += w->slid[i];
-        if (w->gap[i] < memory->approach) together = hs_least(together, w->slid[i]);
-    }
-    if (together < HUGE_VAL) evolved->slid_together += together;
+    for (int64_t i = 0; i < memory->contact->count; ++i) evolved->slid_distance[i] += w->slid[i];
+    evolved->slid_together += w->together;
 }
 
 /* Carry all groups to the end of a chord. */
@@ -380,8 +427,12 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end, double share)
         int status = carry_by_stations(w, memory, g, end, memory->each, &losses);
         if (status != HS_OK) return status;
     }
+    w->together = slid_together(w, memory, end);
     /* what was foreseen has shaped the summits */
-    if (w->wears) memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
+    if (w->wears) {
+        memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
+        w->together = w->together_ahead;
+    }
     memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
     hs_settle(&losses, memory);
     memory->approach = end->d;
@@ -410,11 +461,15 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
         if (status != HS_OK) return status;
         for (int64_t i = 0; i < contact->count && !*slides; ++i) *slides = w->slid[i] > 0.0;
         if (pass == passes) return HS_OK;
-        if (pass == 0) memcpy(w->shape.begun, w->slid, size);
+        if (pass == 0) {
+            memcpy(w->shape.begun, w->slid, size);
+            w->together_begun = w->together;
+        }
         /* what wears may be held by it: it goes in small jerks then, and slides half the way */
         for (int64_t i = 0; i < contact->count; ++i)
             w->slid[i] = hs_most(w->slid[i], w->wears ? 0.5 * w->shape.begun[i] : 0.0);
         memcpy(w->ahead, w->slid, size);
+        w->together_ahead = hs_most(w->together, 0.5 * w->together_begun);
         if (!*slides) return HS_OK;
         if (!w->wears) continue;
         status = hs_foresee_wear(w, memory, end);

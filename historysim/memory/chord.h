@@ -64,6 +64,8 @@ typedef struct walk {
     yielding_chord yield;
     double *goal[2];       /* friction at both ends of the path */
     double *slid, *ahead;  /* distances on a chord, and as they were foreseen [m] */
+    double *slides_from, *slides_to; /* shares of a chord between which asperities slide as a whole */
+    double together, together_begun, together_ahead; /* distance while all in contact slide [m]; before wear; as foreseen */
     double *gap;           /* at the start of a chord */
     double *before;        /* dissipated at the start of a chord */
     double *discarded;       /* dissipated on ways that are only tried */
@@ -91,6 +93,7 @@ typedef struct way {
     hs_point from, to;
     double friction[3];
     double side;
+    double share[2]; /* of the chord, at both ends */
 } way;
 
 /* The end of a chord. */

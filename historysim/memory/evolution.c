@@ -31,7 +31,7 @@ static int make_buffers(walk *w, const hs_contact *contact) {
                        &w->shape.mean_load, &w->shape.energy,  &w->shape.lost,       &w->shape.taken,      &w->gap,        &w->before,
                        &w->shape.mid_height, &w->shape.mid_radius, &w->shape.end_height, &w->shape.end_radius,
                        &w->discarded,    &w->shape.begun,      &w->yield.from,       &w->yield.steeper,    (double **)&w->depth,
-                       (double **)&w->yield.place};
+                       (double **)&w->yield.place, &w->slides_from, &w->slides_to};
     size_t arrays = sizeof each / sizeof *each;
     double *numbers = (double *)malloc((arrays * n + 5 * g + 1) * sizeof *numbers + n);
     w->memory = numbers;
