@@ -8,6 +8,9 @@
 #define GRADE 1.2
 #define SLIGHT 1.03
 #define MOST_STATIONS 16
+/* crossings of the friction limit on one chord, and steps of the search for one */
+#define MOST_CROSSINGS 4
+#define MOST_TURNS 100
 /* stands for a coefficient that a law is asked for */
 #define ASKED (-1.0)
 
@@ -268,15 +271,24 @@ static int find_end(walk *w, hs_memory *memory, double share, chord_end *end) {
         w->load[g] = contact->groups == 1 ? end->load : hs_load_at(hs_group_of(memory, g).curve, end->d).load;
         limit += w->friction[g] * w->load[g];
     }
+    int by_load = c->tangential_by_load && !(c->straight && share < c->piece[1]);
     end->touching = loads.count;
     end->excess = 0.0;
-    end->force = value;
+    end->request = value;
+    end->limit = limit;
+    end->force = by_load && (!c->ends_separated || share == 1.0) ? value : NAN;
     if (c->ends_separated || (!c->tangential_by_load && w->compliance == 0.0)) {
         end->v = c->ends_separated ? hs_toward(c->apart[0], c->apart[1], share) : value;
         return HS_OK;
     }
+    if (c->straight && share < c->piece[1]) {
+        end->v = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
+        return HS_OK;
+    }
+    if (by_load && c->straight && c->ends_at_limit) end->force = value = c->ends_at_limit * limit;
     hs_target target = {value, 1.0, w->compliance};
     if (c->tangential_by_load) {
+        if (fabs(value) >= (1.0 - HS_LIMIT_SLACK) * limit && !c->straight) end->force = copysign(limit, value);
         if (fabs(value) - limit > HS_LIMIT_SLACK * limit) {
             if (!w->drive->saturate) {
                 w->refusal->request = value * contact->units.load;
@@ -418,7 +430,7 @@ void hs_add_slides(const walk *w, hs_memory *memory) {
 }
 
 /* Carry all groups to the end of a chord. */
-static int carry(walk *w, hs_memory *memory, const chord_end *end, double share) {
+static int carry(walk *w, hs_memory *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     double deepest = hs_most(memory->approach, end->d);
     hs_losses losses;
@@ -440,7 +452,7 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end, double share)
     memory->normal_load = end->load;
     memory->excess = end->excess;
     memory->tangential_load = hs_total_force(memory);
-    if (w->course.tangential_by_load && (!w->course.ends_separated || share == 1.0)) memory->tangential_load = end->force;
+    if (!isnan(end->force)) memory->tangential_load = end->force;
     return HS_OK;
 }
 
@@ -511,20 +523,18 @@ static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
     return status;
 }
 
-int hs_chord(walk *w, hs_memory *memory, double share) {
-    hs_evolved *evolved = memory->evolved;
+/* Prepare a chord, and find where it ends and how far asperities slide. */
+static int foresee(walk *w, hs_memory *memory, double share, chord_end *end, int *slides) {
+    const hs_evolved *evolved = memory->evolved;
     const hs_contact *contact = memory->contact;
     const size_t size = (size_t)contact->count * sizeof(double);
-    double stored = w->wears ? hs_stored(memory, NULL) : 0.0, erased = 0.0;
-    int status = HS_OK, slides = 0;
-    chord_end end;
-    hs_tick(memory, hs_toward(w->course.times[0], w->course.times[1], share));
+    *slides = 0;
     w->yield.now = w->yields && share > w->yield.onset;
     if (w->yield.now) {
-        status = hs_yielding_end(w, memory, share, &end.d, &end.load);
-        if (status == HS_OK) status = hs_yield_on(w, memory, end.d);
+        int status = hs_yielding_end(w, memory, share, &end->d, &end->load);
+        if (status == HS_OK) status = hs_yield_on(w, memory, end->d);
         if (status != HS_OK) return status;
-        if (isnan(end.load)) end.load = hs_load_at(hs_all_of(contact), end.d).load;
+        if (isnan(end->load)) end->load = hs_load_at(hs_all_of(contact), end->d).load;
     }
     hs_note_gaps(w, contact);
     if (w->wears) {
@@ -533,19 +543,35 @@ int hs_chord(walk *w, hs_memory *memory, double share) {
         memcpy(w->shape.end_radius, evolved->summit_radius, size);
         hs_note_depths(w, memory);
     }
-    status = find_sliding(w, memory, share, &end, &slides);
-    if (status != HS_OK) return status;
-    int shaped = w->wears && slides;
+    return find_sliding(w, memory, share, end, slides);
+}
+
+/* Undo what was foreseen of summits that wear. */
+static void forget_foreseen(walk *w, hs_memory *memory, double load) {
+    if (!w->wears) return;
+    hs_set_shape(memory, memory->evolved->summit_height, memory->evolved->summit_radius, w->depth);
+    hs_refresh_loads(memory);
+    memory->normal_load = load;
+}
+
+/* Integrate one chord that was foreseen; `stored` is the elastic energy at its start. */
+static int follow(walk *w, hs_memory *memory, double share, double stored, chord_end *end, int slides) {
+    hs_evolved *evolved = memory->evolved;
+    const hs_contact *contact = memory->contact;
+    const size_t size = (size_t)contact->count * sizeof(double);
+    double erased = 0.0;
+    int status = HS_OK, shaped = w->wears && slides;
+    hs_tick(memory, hs_toward(w->course.times[0], w->course.times[1], share));
     if (shaped) erased = hs_wear_to(w, memory, w->shape.mid_height, w->shape.mid_radius, stored);
-    if (w->wears) status = weigh_worn(w, memory, share, &end);
-    if (status == HS_OK) status = carry(w, memory, &end, share);
+    if (w->wears) status = weigh_worn(w, memory, share, end);
+    if (status == HS_OK) status = carry(w, memory, end);
     if (status != HS_OK) return status;
     if (shaped) {
         hs_note_depths(w, memory);
         erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_stored(memory, NULL));
         hs_forget_worn(memory);
-        memory->normal_load = end.load;
-        if (!w->course.tangential_by_load) memory->tangential_load = hs_total_force(memory);
+        memory->normal_load = end->load;
+        if (isnan(end->force)) memory->tangential_load = hs_total_force(memory);
         memcpy(evolved->summit_height, w->shape.end_height, size);
         memcpy(evolved->summit_radius, w->shape.end_radius, size);
         evolved->erased_energy += erased * contact->units.energy;
@@ -553,4 +579,97 @@ int hs_chord(walk *w, hs_memory *memory, double share) {
     if (w->wears) status = lose_volumes(w, memory, shaped);
     hs_add_slides(w, memory);
     return status;
+}
+
+/* How far a request is beyond the friction limit on one side, 0 within rounding. */
+static double beyond(double request, double limit, double side) {
+    double more = side * request - limit;
+    return fabs(more) <= HS_LIMIT_SLACK * limit ? 0.0 : more;
+}
+
+static double side_beyond(double request, double limit) {
+    return beyond(request, limit, 1.0) > 0.0 ? 1.0 : beyond(request, limit, -1.0) > 0.0 ? -1.0 : 0.0;
+}
+
+/* A chord that is foreseen: where it starts, and a copy of that to change where summits yield, otherwise the same. */
+typedef struct chord_start {
+    const hs_memory *memory;
+    hs_memory *tried;
+    double share, request, limit, normal_load;
+} chord_start;
+
+/* Foresee a chord that was foreseen to end elsewhere. */
+static int try_chord(walk *w, const chord_start *at, double share, chord_end *end, int *slides) {
+    hs_memory *tried = at->tried;
+    const hs_memory *start = at->memory;
+    int status = HS_OK;
+    if (tried != start) {
+        hs_contact_assign(tried->contact, start->contact);
+        status = hs_memory_assign(tried, start);
+    } else {
+        forget_foreseen(w, tried, at->normal_load);
+    }
+    return status == HS_OK ? foresee(w, tried, share, end, slides) : status;
+}
+
+/* Shorten a chord that was foreseen to end at a share so that it ends where the request first crosses the friction limit. */
+static int end_at_crossing(walk *w, const chord_start *at, double *share, chord_end *end, int *slides) {
+    double from = side_beyond(at->request, at->limit), to = side_beyond(end->request, end->limit);
+    double side = from != 0.0 ? from : to;
+    int status = HS_OK;
+    hs_bracket root = {at->share, *share, beyond(at->request, at->limit, side), beyond(end->request, end->limit, side), 0};
+    if (from == to || root.at_low == 0.0 || root.at_high == 0.0) return HS_OK;
+    for (int turn = 0; turn < MOST_TURNS && root.high - root.low > DBL_EPSILON; ++turn) {
+        double next = hs_false_position(&root);
+        if (next == root.low || next == root.high) break;
+        status = try_chord(w, at, next, end, slides);
+        if (status != HS_OK) return status;
+        *share = next;
+        double here = beyond(end->request, end->limit, side);
+        if (here == 0.0) return HS_OK;
+        hs_narrow(&root, next, here, (here > 0.0) == (root.at_high > 0.0));
+    }
+    *share = root.high;
+    return try_chord(w, at, root.high, end, slides);
+}
+
+/* Note from which share on a request is beyond the limit on a side, or within it. */
+static void note_side(hs_pieces *pieces, double share, double side) {
+    int last = pieces->count - 1;
+    if (pieces->side[last] == (int)side) return;
+    if (share > (last > 0 ? pieces->end[last - 1] : 0.0)) {
+        if (pieces->count == HS_MOST_PIECES_OF_REQUEST) return;
+        pieces->end[last] = share;
+        pieces->end[++last] = 1.0;
+        ++pieces->count;
+    }
+    pieces->side[last] = (int)side;
+}
+
+int hs_chord(walk *w, hs_memory *memory, double before, double share) {
+    const route *c = &w->course;
+    const int crosses = w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
+    for (int turn = 0; before < share; ++turn) {
+        double stored = w->wears ? hs_stored(memory, NULL) : 0.0, stop = share;
+        int slides = 0, copies = crosses && w->yields && share > w->yield.onset;
+        chord_start at = {memory, copies ? hs_copy_to_change(w, memory) : memory, before,
+                          hs_toward(c->tangential[0], c->tangential[1], before), 0.0, memory->normal_load};
+        chord_end end;
+        if (!at.tried) return HS_OUT_OF_MEMORY;
+        if (crosses) at.limit = hs_friction_limit(memory, memory->approach, memory->normal_load);
+        int status = foresee(w, at.tried, stop, &end, &slides);
+        if (status == HS_OK && crosses && turn < MOST_CROSSINGS) status = end_at_crossing(w, &at, &stop, &end, &slides);
+        if (copies) {
+            hs_memory_swap(memory, at.tried);
+            hs_memory_free(at.tried);
+        }
+        if (status == HS_OK) status = follow(w, memory, stop, stored, &end, slides);
+        if (status != HS_OK) return status;
+        if (w->crossings) {
+            double side = side_beyond(at.request, at.limit);
+            note_side(w->crossings, before, side != 0.0 ? side : side_beyond(end.request, end.limit));
+        }
+        before = stop;
+    }
+    return HS_OK;
 }

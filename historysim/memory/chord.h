@@ -14,6 +14,10 @@ typedef struct route {
     int ends_separated; /* whether a tangential load of 0 ends where nothing touches */
     double d[2], load[2], tangential[2];
     double apart[2]; /* then displacements are straight from the first to the second */
+    /* of the present piece of a path on which the tangential load is not that requested: displacements go straight from the
+     * first to the second between two shares of the path; the request is met at the end alone, or the friction limit there */
+    int straight, ends_at_limit;
+    double piece[2], aim[2];
     double times[2]; /* [s] */
     hs_contact *first; /* contact at its start, where what a normal load is on the way follows from it */
 } route;
@@ -53,6 +57,7 @@ typedef struct walk {
     const hs_drive *drive;
     hs_refusal *refusal;
     hs_memory *spare[2]; /* copies to walk on */
+    hs_pieces *crossings; /* filled in with the pieces of a request between which it crosses the friction limit, or NULL */
     int64_t work; /* since the caller was asked whether to go on */
     int wears, yields;
     int parted; /* whether groups may have come to remember the same again */
@@ -99,7 +104,8 @@ typedef struct way {
 /* The end of a chord. */
 typedef struct chord_end {
     double d, load, v;
-    double force;  /* tangential, where it is controlled */
+    double force;  /* tangential, where it is prescribed; otherwise NaN */
+    double request, limit; /* tangential load that is requested, and the friction limit */
     double excess; /* that is asked for beyond the friction limit */
     int64_t touching;
 } chord_end;
@@ -139,8 +145,8 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
  * and put back, if `ahead`; otherwise that is found when they are carried. */
 int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead);
 void hs_add_slides(const walk *w, hs_memory *memory);
-/* Carry a memory along one chord, to a share of the path. */
-int hs_chord(walk *w, hs_memory *memory, double share);
+/* Integrate from one share of the path to another in one chord, or several between crossings of the friction limit. */
+int hs_chord(walk *w, hs_memory *memory, double before, double share);
 
 /* ---- settle.c: as many chords as it takes ---- */
 

@@ -107,7 +107,8 @@ static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double 
     for (double here = before; here < share && status == HS_OK;) {
         double next = next_cut(w, here, share);
         for (int k = 1; k <= chords && status == HS_OK; ++k, --w->left) {
-            status = hs_chord(w, memory, k == chords ? next : here + (next - here) * ((double)k / chords));
+            double begin = k == 1 ? here : here + (next - here) * ((double)(k - 1) / chords);
+            status = hs_chord(w, memory, begin, k == chords ? next : here + (next - here) * ((double)k / chords));
             if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
         }
         here = next;
@@ -184,7 +185,7 @@ static int time_slides(walk *w, hs_memory *memory, double before, double share, 
             double end = k == chords ? next : piece + (next - piece) * ((double)k / chords);
             hs_memory *start = hs_copy_to_change(w, memory);
             if (!start) return HS_OUT_OF_MEMORY;
-            status = hs_chord(w, memory, end);
+            status = hs_chord(w, memory, here, end);
             if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
             if (status == HS_OK && have_slid(memory) > have_slid(start) && *left > 0 && end - here > SHORTEST_TIMED) {
                 *left -= CUTS_OF_CHORD;
