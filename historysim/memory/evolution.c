@@ -23,6 +23,13 @@
 /* cuts of paths next to first touch where friction depends on the total load, and approach of one over the next */
 #define CLOSE_TO_TOUCH 3
 #define CLOSER 4.0
+/* chords in which crossings of the friction limit are found */
+#define CHORDS_TO_CROSS 64
+/* displacement by which an aim may be missed, over the tolerance of ramps and the displacement at which all slides; searches
+ * for it; and the least rate by which misses fall that is used to find it */
+#define AIM 10.0
+#define MOST_AIMS 12
+#define LEAST_RATE 0.05
 
 /* Buffers for memories of so many asperities and groups, which are more where asperities yield. */
 static int make_buffers(walk *w, const hs_contact *contact) {
@@ -134,6 +141,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     c->tangential[0] = c->tangential_by_load ? request : memory->displacement + w->compliance * memory->tangential_load;
     c->tangential[1] = target.value;
     c->ends_separated = c->tangential_by_load && !c->both_loads && target.value == 0.0 && c->d[1] <= contact->sorted_gap[0];
+    c->straight = c->ends_at_limit = 0;
     c->apart[0] = memory->displacement;
     c->apart[1] = memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
     c->first = NULL;
@@ -173,32 +181,38 @@ static int is_still(const walk *w, const hs_memory *memory) {
     return law->depends_on != HS_ON_SLID_DISTANCE && w->course.d[0] == w->course.d[1];
 }
 
-/* Walk on along a path on which nothing evolves, exactly; slid distances are those of the straight way, or, where that
- * is bent, followed in chords. */
+/* Integrate a path on which nothing evolves, exactly. Slid distances are those of its straight pieces, or, where both loads
+ * change, followed in chords. */
 static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double before, double share) {
     const route *c = &w->course;
     hs_memory *start = w->spare[0];
-    int bent = plan->pieces.count || (c->both_loads && c->load[0] != c->load[1]);
-    if (w->yields) hs_contact_assign(start->contact, memory->contact);
-    int status = hs_memory_assign(start, memory);
-    if (status == HS_OK && bent) {
-        hs_memory *fine = hs_copy_to_change(w, memory);
-        status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, share) : (int)HS_OUT_OF_MEMORY;
-        hs_memory_free(fine);
+    int bent = c->both_loads && c->load[0] != c->load[1], status = HS_OK;
+    for (int k = 0; before < share && status == HS_OK; ++k) {
+        double stop = !bent && k < plan->pieces.count ? hs_least(plan->pieces.end[k], share) : share;
+        if (stop <= before) continue;
+        if (w->yields) hs_contact_assign(start->contact, memory->contact);
+        status = hs_memory_assign(start, memory);
+        if (status == HS_OK && bent) {
+            hs_memory *fine = hs_copy_to_change(w, memory);
+            status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop) : (int)HS_OUT_OF_MEMORY;
+            hs_memory_free(fine);
+        }
+        if (status == HS_OK) status = hs_walk_on(memory, plan, before, stop, w->drive);
+        if (status != HS_OK) return status;
+        if (bent) {
+            memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
+                   (size_t)memory->contact->count * sizeof(double));
+            memory->evolved->slid_together = start->evolved->slid_together;
+        } else {
+            chord_end end = {memory->approach, memory->normal_load, memory->displacement, NAN, NAN, NAN, 0.0,
+                             memory->contact->groups};
+            memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
+            hs_note_gaps(w, memory->contact);
+            status = hs_slide_all(w, start, &end, 0);
+            hs_add_slides(w, memory);
+        }
+        before = stop;
     }
-    if (status == HS_OK) status = hs_walk_on(memory, plan, before, share, w->drive);
-    if (status != HS_OK) return status;
-    if (bent) {
-        memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
-               (size_t)memory->contact->count * sizeof(double));
-        memory->evolved->slid_together = start->evolved->slid_together;
-        return HS_OK;
-    }
-    chord_end end = {memory->approach, memory->normal_load, memory->displacement, 0.0, 0.0, memory->contact->groups};
-    memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
-    hs_note_gaps(w, memory->contact);
-    status = hs_slide_all(w, start, &end, 0);
-    hs_add_slides(w, memory);
     return status;
 }
 
@@ -288,9 +302,196 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
     return leg;
 }
 
-/* Carry a memory along one path, of which rows are recorded. */
-static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
+/* One path as it is integrated. `aims`: a load or a drive is controlled while the approach is straight, so displacements go
+ * straight to where that leads; `pieces` are those between which the request crosses the friction limit. */
+typedef struct leg {
+    hs_plan plan;   /* where nothing evolves */
+    double elastic; /* share of the path at which summits begin to yield, or 1 */
+    int still, aims;
+    hs_pieces pieces;
+} leg;
+
+/* Integrate the elastic part of a path on which summits yield later, straight to the displacement aimed at. */
+static int walk_elastic(walk *w, hs_memory *memory, double before, double share) {
+    const route *c = &w->course;
     hs_plan plan;
+    double reached = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
+    hs_path path = {hs_toward(c->d[0], c->d[1], share), 1.0, reached, 1.0, 1, 0, HS_DISPLACED, HS_DISPLACED, 0, 0,
+                    hs_toward(c->times[0], c->times[1], before), hs_toward(c->times[0], c->times[1], share)};
+    int status = hs_planned(memory, &path, 0.0, 0, 1, &plan, w->refusal);
+    if (status != HS_OK) return status;
+    return w->alone ? hs_walk_on(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
+}
+
+/* Integrate a part of a path within one piece of its request. */
+static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, double share) {
+    const route *c = &w->course;
+    double end = hs_least(share, on->elastic);
+    int status = HS_OK, at_rest = 0;
+    if (on->aims) status = make_spares(w, memory);
+    if (before < end && status == HS_OK) {
+        if (!on->still || (on->aims && !(c->straight && end < c->piece[1])))
+            status = hs_settle_timed(w, memory, before, end);
+        else if (on->aims)
+            status = walk_elastic(w, memory, before, end);
+        else if (w->alone)
+            status = hs_walk_on(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
+        else
+            status = walk_still(w, memory, &on->plan, before / on->elastic, end / on->elastic);
+        before = end;
+    }
+    if (status != HS_OK || share <= on->elastic) return status;
+    if (before == on->elastic) {
+        /* summits yield to the end of the path at once where nothing is strained, nor will be */
+        at_rest = w->alone && c->tangential[0] == c->tangential[1] && hs_unstrained(memory);
+        if (!at_rest) status = prepare_to_yield(w, memory);
+    }
+    if (status != HS_OK) return status;
+    return at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
+}
+
+/* Displacement at the end of the present piece of a path, were it one chord; where summits yield, were it elastic. */
+static int guess_displacement(walk *w, const hs_memory *memory, hs_memory *tried, double *found) {
+    const route *c = &w->course;
+    double end = c->piece[1], d = hs_toward(c->d[0], c->d[1], end);
+    if (!w->yields) {
+        int status = hs_chord(w, tried, c->piece[0], end);
+        *found = tried->displacement;
+        return status;
+    }
+    hs_target target = {hs_toward(c->tangential[0], c->tangential[1], end), 1.0, w->compliance};
+    if (c->tangential_by_load) target = hs_to_load(target.value);
+    return hs_displacement_at((hs_memory *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
+}
+
+/* Find the displacement to which the present piece of a path is straight: where its last chord meets the request. `reached` is
+ * the memory there. */
+static int aim(walk *w, const hs_memory *memory, const leg *on, hs_memory **reached) {
+    route *c = &w->course;
+    double touch = memory->contact->sorted_gap[0], aimed = NAN, missed = NAN;
+    hs_memory *tried = NULL;
+    c->straight = 1;
+    c->aim[0] = memory->displacement;
+    for (int turn = 0;; ++turn) {
+        hs_memory_free(tried);
+        tried = hs_copy_to_change(w, memory);
+        if (!tried) return HS_OUT_OF_MEMORY;
+        hs_set_clock(tried, NAN);
+        int status = turn ? walk_part(w, tried, on, c->piece[0], c->piece[1]) : guess_displacement(w, memory, tried, c->aim + 1);
+        if (status != HS_OK) {
+            hs_memory_free(tried);
+            return status;
+        }
+        if (turn == 0) continue;
+        double gap = tried->displacement - c->aim[1], rate = (gap - missed) / (c->aim[1] - aimed);
+        double top = hs_most(hs_most(memory->approach, tried->approach) - touch, 0.0);
+        double tolerated = AIM * w->drive->tolerance * hs_frictions_at(tried, HUGE_VAL).most * top;
+        if (fabs(gap) <= tolerated || turn == MOST_AIMS) break;
+        aimed = c->aim[1];
+        missed = gap;
+        c->aim[1] += rate < -LEAST_RATE && rate > -1.0 / LEAST_RATE ? -gap / rate : gap;
+    }
+    *reached = tried;
+    return HS_OK;
+}
+
+/* Find where a request crosses the friction limit on a path on which it is straight, and refuse it where it may not. */
+static int find_crossings(walk *w, const hs_memory *memory, leg *on, int saturate) {
+    const route *c = &w->course;
+    hs_memory *tried = hs_copy_to_change(w, memory);
+    int status = tried ? HS_OK : HS_OUT_OF_MEMORY;
+    double before = 0.0, excess = 0.0;
+    on->pieces.side[0] = 0;
+    w->crossings = &on->pieces;
+    w->course.straight = 0;
+    for (int k = 1; before < 1.0 && status == HS_OK;) {
+        double share = (double)k / CHORDS_TO_CROSS;
+        if (before == on->elastic) status = prepare_to_yield(w, tried);
+        if (before < on->elastic && on->elastic < share)
+            share = on->elastic;
+        else
+            ++k;
+        if (status == HS_OK) status = hs_chord(w, tried, before, share);
+        if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
+        if (status == HS_OK && !saturate && fabs(tried->excess) > excess) {
+            excess = fabs(tried->excess);
+            w->refusal->request = hs_toward(c->tangential[0], c->tangential[1], share) * memory->contact->units.load;
+            w->refusal->limit = fabs(tried->tangential_load) * memory->contact->units.load;
+        }
+        before = share;
+    }
+    w->crossings = NULL;
+    hs_memory_free(tried);
+    return status == HS_OK && excess > 0.0 ? (int)HS_BEYOND_LIMIT : status;
+}
+
+/* Find the pieces of a path whose tangential load is controlled while its approach is straight. A request that is within the
+ * friction limit at both ends is one piece: no load is prescribed in between. */
+static int find_pieces(walk *w, const hs_memory *memory, leg *on) {
+    route *c = &w->course;
+    const hs_drive *drive = w->drive;
+    hs_drive held = *drive;
+    const double slack = 1.0 + HS_LIMIT_SLACK;
+    int status = HS_OK;
+    on->pieces.count = 1;
+    on->pieces.end[0] = 1.0;
+    on->pieces.side[0] = 0;
+    if (!c->tangential_by_load) return HS_OK;
+    held.saturate = 1;
+    w->drive = &held;
+    int crosses = fabs(c->tangential[0]) > slack * hs_friction_limit(memory, memory->approach, memory->normal_load);
+    if (!crosses) {
+        hs_memory *reached = NULL;
+        c->piece[0] = 0.0;
+        c->piece[1] = 1.0;
+        status = aim(w, memory, on, &reached);
+        if (status == HS_OK)
+            crosses = slack * fabs(c->tangential[1]) >= hs_friction_limit(reached, reached->approach, reached->normal_load);
+        hs_memory_free(reached);
+    }
+    if (status == HS_OK && crosses) status = find_crossings(w, memory, on, drive->saturate);
+    w->drive = drive;
+    return status;
+}
+
+/* Integrate a part of a path, piece by piece of its request. */
+static int walk_pieces(walk *w, hs_memory *memory, leg *on, double before, double share) {
+    route *c = &w->course;
+    int status = HS_OK;
+    if (!on->aims) return walk_part(w, memory, on, before, share);
+    for (int k = 0; k < on->pieces.count && before < share && status == HS_OK; ++k) {
+        double end = on->pieces.end[k], stop = hs_least(end, share);
+        hs_memory *reached = NULL;
+        if (end <= before) continue;
+        if (on->pieces.side[k] != 0) {
+            c->straight = 0;
+        } else if (!c->straight || c->piece[1] != end || c->piece[0] > before) {
+            c->piece[0] = before;
+            c->piece[1] = end;
+            c->ends_at_limit = k + 1 < on->pieces.count ? on->pieces.side[k + 1] : 0;
+            status = aim(w, memory, on, &reached);
+        }
+        if (reached && status == HS_OK && stop == end && !hs_is_timed(memory))
+            hs_memory_swap(memory, reached);
+        else if (status == HS_OK)
+            status = walk_part(w, memory, on, before, stop);
+        hs_memory_free(reached);
+        before = stop;
+    }
+    return status;
+}
+
+/* Whether displacements are straight on a path that is not integrated at once: to where a load or a drive leads. */
+static int has_aim(const walk *w, const hs_memory *memory, int still) {
+    const route *c = &w->course;
+    if (still && !(w->yield.onset < 1.0)) return 0;
+    if (c->both_loads || c->ends_separated || !(c->tangential_by_load || w->compliance > 0.0)) return 0;
+    return !(c->tangential[0] == c->tangential[1] && hs_unstrained(memory));
+}
+
+/* Integrate one path, of which rows are recorded. */
+static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double until, hs_recorder *recorder, int *flag) {
+    leg on;
     int status = HS_OK;
     w->course.first = NULL;
     w->yield.onset = HUGE_VAL;
@@ -302,50 +503,38 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         recorder->contact = NULL;
     }
     if (status == HS_OK) status = begin_course(w, memory, path);
-    int still = status == HS_OK && is_still(w, memory);
-    int yields = w->yield.onset < 1.0, at_rest = 0;
-    double before = 0.0, elastic = yields ? w->yield.onset : 1.0, first = until / (double)path->parts;
+    on.still = status == HS_OK && is_still(w, memory);
+    int yields = w->yield.onset < 1.0;
+    double before = 0.0, first = until / (double)path->parts;
+    on.elastic = yields ? w->yield.onset : 1.0;
+    on.aims = status == HS_OK && has_aim(w, memory, on.still);
     /* laws of friction have stations where asperities touch, but where displacements are found chords end there, too */
-    int cuts = yields || (!still && (w->wears || w->course.tangential_by_load || w->compliance > 0.0));
-    int by_load = !still && w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_TOTAL_LOAD;
+    int cuts = yields || (!on.still && (w->wears || w->course.tangential_by_load || w->compliance > 0.0));
+    int by_load = !on.still && w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_TOTAL_LOAD;
     if (status == HS_OK && (cuts || by_load)) status = cut_path(w, memory, cuts, by_load);
-    if (status == HS_OK && still && elastic > 0.0) {
+    if (status == HS_OK && on.still && !on.aims && on.elastic > 0.0) {
         hs_path leg = yields ? path_to_onset(w, path) : *path;
-        int direct = yields ? first >= elastic : path->parts == 1 && until == 1.0;
-        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &plan, w->refusal);
+        int direct = yields ? first >= on.elastic : path->parts == 1 && until == 1.0;
+        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
     }
+    if (status == HS_OK && on.aims && w->alone) status = own_contact(memory);
+    if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
     for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
-        double share = until * ((double)part / (double)path->parts), end = hs_least(share, elastic);
-        if (before < end) {
-            if (!still)
-                status = hs_settle_timed(w, memory, before, end);
-            else if (w->alone)
-                status = hs_walk_on(memory, &plan, before / elastic, end / elastic, w->drive);
-            else
-                status = walk_still(w, memory, &plan, before / elastic, end / elastic);
-            before = end;
-        }
-        if (status == HS_OK && share > elastic) {
-            if (before == elastic) {
-                /* summits yield to the end of the path at once where nothing is strained, nor will be */
-                at_rest = w->alone && w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
-                if (!at_rest) status = prepare_to_yield(w, memory);
-            }
-            if (status == HS_OK)
-                status = at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
-            before = share;
-        }
+        double share = until * ((double)part / (double)path->parts);
+        status = walk_pieces(w, memory, &on, before, share);
+        before = share;
         if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 1 + memory->contact->count / 8);
         if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
         if (status != HS_OK) break;
         *flag |= memory->excess != 0.0;
         if (recorder->rows && (part < path->parts || path->recorded)) {
             /* its asperities may stand in another order now */
-            if (!w->alone || share > elastic) recorder->contact = NULL;
+            if (!w->alone || on.aims || share > on.elastic) recorder->contact = NULL;
             status = hs_record(recorder, memory, path->first_row + part - 1, *flag);
             *flag = 0;
         }
     }
+    if (on.aims) recorder->contact = NULL;
     hs_contact_free(w->course.first);
     if (yields) {
         recorder->contact = NULL;
