@@ -6,7 +6,7 @@
 
 /* first touches and onsets of yielding at which a path is cut, and sizes by which changes are measured */
 #define MOST_CUTS 15
-#define SIZES 9
+#define SIZES 10
 
 /* Where the channels are at the ends of one path, dimensionless. */
 typedef struct route {
@@ -83,7 +83,7 @@ typedef struct walk {
     double *edge;          /* (group) approach at which it starts the chord */
     uint8_t *steep;        /* (group) */
     int64_t cuts;          /* shares of the path at which chords end: what happens begins there */
-    double cut[MOST_CUTS];
+    double cut[MOST_CUTS + HS_MOST_PIECES_OF_REQUEST];
     int64_t left;          /* chords that a path may still take */
     double tolerated;      /* part of what is */
     double size[SIZES], whole[SIZES]; /* what changes are measured by, and what that is at least on this path */

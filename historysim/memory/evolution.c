@@ -23,8 +23,9 @@
 /* cuts of paths next to first touch where friction depends on the total load, and approach of one over the next */
 #define CLOSE_TO_TOUCH 3
 #define CLOSER 4.0
-/* chords in which crossings of the friction limit are found */
+/* chords in which crossings of the friction limit are found that divide a path, and those that are found anew on each chord */
 #define CHORDS_TO_CROSS 64
+#define CHORDS_TO_CUT 16
 /* displacement by which an aim may be missed, over the tolerance of ramps and the displacement at which all slides; searches
  * for it; and the least rate by which misses fall that is used to find it */
 #define AIM 10.0
@@ -302,6 +303,11 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
     return leg;
 }
 
+/* Whether nothing is strained, nor will be on a path. */
+static int is_at_rest(const walk *w, const hs_memory *memory) {
+    return w->course.tangential[0] == w->course.tangential[1] && hs_unstrained(memory);
+}
+
 /* One path as it is integrated. `aims`: a load or a drive is controlled while the approach is straight, so displacements go
  * straight to where that leads; `pieces` are those between which the request crosses the friction limit. */
 typedef struct leg {
@@ -343,7 +349,7 @@ static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, d
     if (status != HS_OK || share <= on->elastic) return status;
     if (before == on->elastic) {
         /* summits yield to the end of the path at once where nothing is strained, nor will be */
-        at_rest = w->alone && c->tangential[0] == c->tangential[1] && hs_unstrained(memory);
+        at_rest = w->alone && is_at_rest(w, memory);
         if (!at_rest) status = prepare_to_yield(w, memory);
     }
     if (status != HS_OK) return status;
@@ -354,7 +360,7 @@ static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, d
 static int guess_displacement(walk *w, const hs_memory *memory, hs_memory *tried, double *found) {
     const route *c = &w->course;
     double end = c->piece[1], d = hs_toward(c->d[0], c->d[1], end);
-    if (!w->yields) {
+    if (!(w->yield.onset < end)) {
         int status = hs_chord(w, tried, c->piece[0], end);
         *found = tried->displacement;
         return status;
@@ -395,17 +401,19 @@ static int aim(walk *w, const hs_memory *memory, const leg *on, hs_memory **reac
     return HS_OK;
 }
 
-/* Find where a request crosses the friction limit on a path on which it is straight, and refuse it where it may not. */
-static int find_crossings(walk *w, const hs_memory *memory, leg *on, int saturate) {
+/* Find where a request that is straight on a path crosses the friction limit, in so many chords; refuse it where it may not. */
+static int find_crossings(walk *w, const hs_memory *memory, leg *on, int chords, int saturate) {
     const route *c = &w->course;
     hs_memory *tried = hs_copy_to_change(w, memory);
     int status = tried ? HS_OK : HS_OUT_OF_MEMORY;
     double before = 0.0, excess = 0.0;
+    on->pieces.count = 1;
+    on->pieces.end[0] = 1.0;
     on->pieces.side[0] = 0;
     w->crossings = &on->pieces;
     w->course.straight = 0;
     for (int k = 1; before < 1.0 && status == HS_OK;) {
-        double share = (double)k / CHORDS_TO_CROSS;
+        double share = (double)k / chords;
         if (before == on->elastic) status = prepare_to_yield(w, tried);
         if (before < on->elastic && on->elastic < share)
             share = on->elastic;
@@ -449,9 +457,18 @@ static int find_pieces(walk *w, const hs_memory *memory, leg *on) {
             crosses = slack * fabs(c->tangential[1]) >= hs_friction_limit(reached, reached->approach, reached->normal_load);
         hs_memory_free(reached);
     }
-    if (status == HS_OK && crosses) status = find_crossings(w, memory, on, drive->saturate);
+    if (status == HS_OK && crosses) status = find_crossings(w, memory, on, CHORDS_TO_CROSS, drive->saturate);
     w->drive = drive;
     return status;
+}
+
+/* Cut a path at the inner ends of pieces: numbers of chords count from there. */
+static void cut_at_crossings(walk *w, const hs_pieces *pieces) {
+    for (int k = 0; k + 1 < pieces->count; ++k) {
+        int64_t place = w->cuts++;
+        for (; place > 0 && w->cut[place - 1] > pieces->end[k]; --place) w->cut[place] = w->cut[place - 1];
+        w->cut[place] = pieces->end[k];
+    }
 }
 
 /* Integrate a part of a path, piece by piece of its request. */
@@ -486,7 +503,7 @@ static int has_aim(const walk *w, const hs_memory *memory, int still) {
     const route *c = &w->course;
     if (still && !(w->yield.onset < 1.0)) return 0;
     if (c->both_loads || c->ends_separated || !(c->tangential_by_load || w->compliance > 0.0)) return 0;
-    return !(c->tangential[0] == c->tangential[1] && hs_unstrained(memory));
+    return !is_at_rest(w, memory);
 }
 
 /* Integrate one path, of which rows are recorded. */
@@ -519,6 +536,14 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     }
     if (status == HS_OK && on.aims && w->alone) status = own_contact(memory);
     if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
+    if (status == HS_OK && !on.aims && w->drive->saturate && w->course.tangential_by_load && !is_at_rest(w, memory)) {
+        if (!on.still || yields) {
+            status = find_crossings(w, memory, &on, CHORDS_TO_CUT, 1);
+            cut_at_crossings(w, &on.pieces);
+        } else if (!w->alone) {
+            cut_at_crossings(w, &on.plan.pieces);
+        }
+    }
     for (int64_t part = 1; part <= path->parts && status == HS_OK; ++part) {
         double share = until * ((double)part / (double)path->parts);
         status = walk_pieces(w, memory, &on, before, share);

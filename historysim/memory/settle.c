@@ -22,7 +22,7 @@
  * and of changes of shape, as a part of itself */
 #define COARSER 100.0
 #define COARSEST 1000.0
-/* slid distance over what the contact is moved */
+/* slid distance over what the contact is moved, and energy erased over that dissipated */
 #define NEGLIGIBLE 1e-3
 /* agreement by chance is not that much closer than asked for */
 #define CLOSE 0.5
@@ -58,26 +58,29 @@ static double distance_to_settled(walk *w, const hs_memory *start, const hs_memo
                       hs_friction_limit(fine, fine->approach, fine->normal_load), top,
                       /* what is lost is told to a part of itself, or of what is stored */
                       hs_most(fine->dissipated - start->dissipated, hs_stored(fine, NULL)),
-                      fabs(fine->displacement - start->displacement) * fine->contact->units.displacement};
+                      fabs(fine->displacement - start->displacement) * fine->contact->units.displacement,
+                      fabs(other->erased_energy - from->erased_energy)};
     double *size = w->size;
-    for (int k = 0; k < 5; ++k) size[k] = hs_most(sizes[k], w->whole[k]);
+    for (int k = 0; k < 6; ++k) size[k] = hs_most(sizes[k], w->whole[k]);
+    double unit = fine->contact->units.energy, erased = hs_most(size[5], NEGLIGIBLE * size[3] * unit);
     double state[] = {part_of(fine->displacement - coarse->displacement, 0.0, part * size[0]),
                       part_of(fine->tangential_load - coarse->tangential_load, 0.0, part * size[1]),
                       part_of(fine->approach - coarse->approach, 0.0, part * size[2]),
-                      part_of(fine->dissipated - coarse->dissipated, 0.0, rough * size[3])};
+                      part_of(fine->dissipated - coarse->dissipated, 0.0, rough * size[3]),
+                      part_of(other->erased_energy - one->erased_energy, 0.0, rough * erased)};
     double most = 0.0;
     for (size_t k = 0; k < sizeof state / sizeof *state; ++k) most = hs_most(most, state[k]);
-    double slid = part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough, w->whole[5],
-                               size + 5);
+    double slid = part_of_each(from->slid_distance, one->slid_distance, other->slid_distance, count, rough, w->whole[6],
+                               size + 6);
     /* of asperities that slide for a moment only, as they leave, nothing is told to a part of itself */
-    double share = size[5] > 0.0 && size[5] < NEGLIGIBLE * size[4] ? size[5] / (NEGLIGIBLE * size[4]) : 1.0;
+    double share = size[6] > 0.0 && size[6] < NEGLIGIBLE * size[4] ? size[6] / (NEGLIGIBLE * size[4]) : 1.0;
     const double *before[] = {from->worn_volume, from->summit_height, from->summit_radius};
     const double *first[] = {one->worn_volume, one->summit_height, one->summit_radius};
     const double *last[] = {other->worn_volume, other->summit_height, other->summit_radius};
     most = hs_most(most, share * slid);
     for (int k = 0; k < 3 && w->wears; ++k)
-        most = hs_most(most, share * part_of_each(before[k], first[k], last[k], count, rough, w->whole[6 + k],
-                                                  size + 6 + k));
+        most = hs_most(most, share * part_of_each(before[k], first[k], last[k], count, rough, w->whole[7 + k],
+                                                  size + 7 + k));
     return most;
 }
 
