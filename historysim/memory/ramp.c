@@ -2,8 +2,10 @@
 
 #include "internal.h"
 
-/* chords of one ramp, after which steps are no longer made smaller */
+/* chords of one ramp; a tolerance that takes more is made coarser, by a factor between two */
 #define MOST_CHORDS (1 << 13)
+#define LEAST_COARSER 4.0
+#define MOST_COARSER 1e4
 /* share of a ramp where its loads or groups turn a corner: so many steps together may miss the whole tolerance */
 #define CORNERS 64
 /* of Gauss's quadrature on (0, 1) */
@@ -128,46 +130,53 @@ static void extrapolate(const hs_memory *start, const hs_memory *coarse, hs_memo
     fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
 }
 
-/* Walk a ramp in steps that are as long as its tolerances let them be. The error of two chords is a third of what they are
- * apart from one where the way is smooth; it is all of it where it turns a corner, as where a group begins to slide, or at
- * the friction limit. */
-static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *fine) {
+/* Integrate a ramp in steps that are as long as its tolerances allow. The error of two chords is a third of their
+ * difference from one where the path is smooth; it is all of it where the path turns a corner, as where a group begins to
+ * slide, or at the friction limit. `reached` is 1, or the share at which the chords were used up. */
+static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *fine, double *reached) {
     double share = 0.0, length = 0.125;
-    while (share < 1.0) {
+    for (way->chords = 0; share < 1.0 && way->chords <= MOST_CHORDS;) {
         double end = hs_least(share + length, 1.0), apart;
         length = end - share;
-        int status = step(memory, way, share, end, coarse, fine, &apart), enough = way->chords > MOST_CHORDS;
+        int status = step(memory, way, share, end, coarse, fine, &apart);
         if (status != HS_OK) return status;
         double allowed = hs_most(3.0 * length, 1.0 / CORNERS);
-        if (apart <= allowed || enough) {
+        if (apart <= allowed) {
             extrapolate(memory, coarse, fine);
             hs_memory_swap(memory, fine);
             share = end;
         }
         double factor = apart > 0.0 ? 0.9 * sqrt(allowed / apart) : 4.0;
-        length = enough ? 1.0 / CORNERS : length * hs_least(hs_most(factor, 0.1), 4.0);
+        length *= hs_least(hs_most(factor, 0.1), 4.0);
     }
+    *reached = share;
     return HS_OK;
 }
 
-/* Walk a ramp until its energy is known to a tolerance of what it dissipates, which is found on the way. */
+/* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. Where
+ * that takes too many chords, to the tolerance that they are enough for: their number goes with its inverse square root. */
 static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_memory *coarse, hs_memory *fine) {
     const double touch = memory->contact->sorted_gap[0], friction = hs_frictions_at(memory, HUGE_VAL).most;
     double highest = hs_most(memory->approach, hs_approach_for(memory, way->load[1]));
     double reach = friction * (highest - touch), start = memory->dissipated;
     /* little beside much is told no better than by rounding */
     double rounding = HS_TIE * (start + friction * hs_most(way->load[0], way->load[1]) * reach);
-    double energy = HUGE_VAL, tolerance = way->drive->tolerance, accuracy = sqrt(tolerance);
+    double energy = HUGE_VAL, tolerance = way->drive->tolerance, accuracy = sqrt(tolerance), reached;
     for (;;) {
         way->energy = hs_most(accuracy * energy, rounding);
         /* the state does not depend on the chords of a single group */
-        way->displacement = hs_is_alone(memory) ? HUGE_VAL : 0.1 * accuracy * reach;
+        way->displacement = hs_is_alone(memory) ? HUGE_VAL : hs_most(0.1 * accuracy, HS_TIE) * reach;
         int status = hs_memory_assign(walked, memory);
         if (hs_is_alone(memory)) walked->clock.end = NAN;
-        if (status == HS_OK) status = in_steps(walked, way, coarse, fine);
+        if (status == HS_OK) status = in_steps(walked, way, coarse, fine, &reached);
+        if (status != HS_OK) return status;
+        if (reached < 1.0) {
+            accuracy = tolerance = accuracy * hs_least(hs_most(2.0 / (reached * reached), LEAST_COARSER), MOST_COARSER);
+            continue;
+        }
         double lost = walked->dissipated - start;
         int known = 2.0 * lost >= energy;
-        if (status != HS_OK || way->chords > MOST_CHORDS || (known && accuracy == tolerance)) return status;
+        if (known && accuracy == tolerance) return status;
         energy = lost;
         if (known) accuracy = tolerance;
     }
