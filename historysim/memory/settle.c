@@ -11,6 +11,9 @@
 #define SLOW 0.4
 #define PART_OF_HALVES 0.25
 #define SHORTEST 1e-12
+/* factor by which tolerances are made coarser where a path in halves takes more chords than it may; a status that says so */
+#define COARSER_HALVES 16.0
+#define TOO_MANY_CHORDS (-1)
 /* chords of a whole path in which the instants are found at which asperities first slide */
 #define CHORDS_OF_PATH 32
 /* how those on which they do are cut: into so many, up to so short ones, so many in all, and so many times asperities */
@@ -126,11 +129,18 @@ static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory 
  * of what is tolerated, for their errors add up. */
 static int settle_halves(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory *fine, double before, double share) {
     double middle = 0.5 * (before + share), tolerated = w->tolerated;
+    int whole = !w->whole_start;
+    if (whole && !(w->whole_start = hs_copy_to_change(w, memory))) return HS_OUT_OF_MEMORY;
     w->tolerated = PART_OF_HALVES;
     for (int k = 0; k < SIZES; ++k) w->whole[k] = hs_most(w->whole[k], w->size[k]);
     int status = settle_from(w, memory, coarse, fine, before, middle, FEW_CHORDS);
     if (status == HS_OK) status = settle_from(w, memory, coarse, fine, middle, share, FEW_CHORDS);
     w->tolerated = tolerated;
+    if (whole) {
+        if (status == TOO_MANY_CHORDS) hs_memory_swap(memory, w->whole_start);
+        hs_memory_free(w->whole_start);
+        w->whole_start = NULL;
+    }
     return status;
 }
 
@@ -142,7 +152,8 @@ static int settle_from(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory 
     for (int chords = 2 * fewest; status == HS_OK; chords *= 2) {
         status = in_chords(w, memory, fine, before, share, chords);
         if (status != HS_OK) break;
-        double now = distance_to_settled(w, memory, coarse, fine) / w->tolerated;
+        double now = distance_to_settled(w, memory, coarse, fine) / (w->tolerated * w->coarser);
+        if (w->left <= 0 && w->whole_start && now > 1.0) return TOO_MANY_CHORDS;
         if (now <= CLOSE || (now <= 1.0 && last <= 1.0) || w->left <= 0 || chords >= MOST_CHORDS) break;
         if (now > SLOW * last && share - before > SHORTEST)
             return settle_halves(w, memory, coarse, fine, before, share);
@@ -165,10 +176,14 @@ int hs_settle_in_chords(walk *w, hs_memory *memory, hs_memory *coarse, hs_memory
     if (w->evolution->law.kind != HS_NO_LAW && w->evolution->law.depends_on == HS_ON_SLID_DISTANCE) little = 0;
     int fewest = little ? FEWEST_CHORDS : FEW_CHORDS, pieces = 1;
     for (double cut = next_cut(w, before, share); cut < share; cut = next_cut(w, cut, share)) ++pieces;
-    w->left = 2 * MOST_CHORDS;
-    w->tolerated = 1.0;
-    memset(w->whole, 0, sizeof w->whole);
-    return settle_from(w, memory, coarse, fine, before, share, pieces < fewest ? fewest / pieces : 1);
+    int status = TOO_MANY_CHORDS;
+    for (w->coarser = 1.0; status == TOO_MANY_CHORDS; w->coarser *= COARSER_HALVES) {
+        w->left = 2 * MOST_CHORDS;
+        w->tolerated = 1.0;
+        memset(w->whole, 0, sizeof w->whole);
+        status = settle_from(w, memory, coarse, fine, before, share, pieces < fewest ? fewest / pieces : 1);
+    }
+    return status;
 }
 
 /* How many asperities have slid as a whole. */
@@ -203,6 +218,22 @@ static int time_slides(walk *w, hs_memory *memory, double before, double share, 
     return status;
 }
 
+/* Whether asperities first slide when they would without wear: those that have not slid have kept their shape, and where both
+ * displacements are prescribed they depend on no other. */
+static int slides_as_unworn(const walk *w) {
+    const route *c = &w->course;
+    const hs_law *law = &w->evolution->law;
+    if (w->yields || w->evolution->goal || (law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING)) return 0;
+    return !c->normal_by_load && (c->straight || !(c->tangential_by_load || w->compliance > 0.0));
+}
+
+/* Have a memory know when asperities first slide on a straight path to the displacements of another one, were there no wear. */
+static int time_unworn(const walk *w, hs_memory *known, const hs_memory *memory, double share) {
+    double load = hs_load_at(hs_all_of(known->contact), memory->approach).load;
+    hs_tick(known, hs_toward(w->course.times[0], w->course.times[1], share));
+    return hs_move(known, memory->approach, load, hs_to_displacement(memory->displacement));
+}
+
 int hs_settle_timed(walk *w, hs_memory *memory, double before, double share) {
     int64_t slid = have_slid(memory), count = memory->contact->count;
     int timed = hs_is_timed(memory) && slid < count, chords = (int)(CHORDS_OF_PATH * (share - before)) + 1;
@@ -212,7 +243,12 @@ int hs_settle_timed(walk *w, hs_memory *memory, double before, double share) {
     if (status == HS_OK && start && have_slid(memory) > slid) {
         int64_t left = MOST_TIMED / count < MOST_CHORDS_TIMED ? MOST_TIMED / count : MOST_CHORDS_TIMED;
         known = hs_copy_to_change(w, start);
-        status = known ? time_slides(w, known, before, share, chords, &left) : (int)HS_OUT_OF_MEMORY;
+        if (!known)
+            status = HS_OUT_OF_MEMORY;
+        else if (slides_as_unworn(w))
+            status = time_unworn(w, known, memory, share);
+        else
+            status = time_slides(w, known, before, share, chords, &left);
         if (status == HS_OK) status = hs_slides_replace(memory, start, known);
     }
     hs_memory_free(known);
