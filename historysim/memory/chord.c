@@ -157,13 +157,14 @@ static void exclude(common_slide *all, double from, double to) {
         all->begin = to;
 }
 
-/* How far the contact is moved on a chord while all asperities in contact slide [m]. */
-static double slid_together(const walk *w, const hs_memory *memory, const chord_end *end) {
+double hs_slid_together(const walk *w, const hs_memory *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     common_slide all = {0.0, 1.0};
-    double touches = HUGE_VAL, leaves = -HUGE_VAL;
-    for (int64_t g = 0; g < contact->groups; ++g) {
+    double touches = HUGE_VAL, leaves = -HUGE_VAL, deepest = hs_most(memory->approach, end->d);
+    if (end->v == memory->displacement) return 0.0;
+    for (int64_t g = 0; g < contact->groups && all.begin < all.end; ++g) {
         double from = starts_at(w, memory, g), sunk = end->d - from;
+        if (contact->gap[contact->first[g]] >= deepest) break;
         for (int64_t k = contact->first[g]; k < contact->first[g + 1]; ++k) {
             int64_t i = contact->order[k];
             double gap = w->gap[i];
@@ -419,7 +420,6 @@ int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
         memory->depth[g] = depth;
         memory->steep[g] = steep;
     }
-    w->together = slid_together(w, memory, end);
     return HS_OK;
 }
 
@@ -439,12 +439,9 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end) {
         int status = carry_by_stations(w, memory, g, end, memory->each, &losses);
         if (status != HS_OK) return status;
     }
-    w->together = slid_together(w, memory, end);
     /* what was foreseen has shaped the summits */
-    if (w->wears) {
-        memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
-        w->together = w->together_ahead;
-    }
+    if (w->wears) memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
+    w->together = w->wears ? w->together_ahead : hs_slid_together(w, memory, end);
     memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
     hs_settle(&losses, memory);
     memory->approach = end->d;
@@ -473,6 +470,7 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
         if (status != HS_OK) return status;
         for (int64_t i = 0; i < contact->count && !*slides; ++i) *slides = w->slid[i] > 0.0;
         if (pass == passes) return HS_OK;
+        if (w->wears) w->together = hs_slid_together(w, memory, end);
         if (pass == 0) {
             memcpy(w->shape.begun, w->slid, size);
             w->together_begun = w->together;

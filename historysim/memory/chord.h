@@ -146,6 +146,8 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
 /* Find how far asperities slide on the straight way to the end of a chord. Those whose friction bends are carried there
  * and put back, if `ahead`; otherwise that is found when they are carried. */
 int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead);
+/* How far the contact is moved on a chord while all asperities in contact slide [m]. */
+double hs_slid_together(const walk *w, const hs_memory *memory, const chord_end *end);
 void hs_add_slides(const walk *w, hs_memory *memory);
 /* Integrate from one share of the path to another in one chord, or several between crossings of the friction limit. */
 int hs_chord(walk *w, hs_memory *memory, double before, double share);

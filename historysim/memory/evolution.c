@@ -210,6 +210,7 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
             memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
             hs_note_gaps(w, memory->contact);
             status = hs_slide_all(w, start, &end, 0);
+            w->together = hs_slid_together(w, start, &end);
             hs_add_slides(w, memory);
         }
         before = stop;

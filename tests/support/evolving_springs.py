@@ -5,8 +5,10 @@ a time approach and displacement move, then friction, slid distance and wear fol
 in the step, so that two runs of different steps tell the error.
 """
 
+import copy
+
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, newton
 
 
 class EvolvingSprings:
@@ -121,9 +123,25 @@ class EvolvingSprings:
             return high
         return low if missing(low) >= 0 else brentq(missing, low, high, xtol=1e-20, rtol=1e-13)
 
+    def straight_to(self, approach, load, steps):
+        """Displacement at the end of a path, straight in approach and displacement, that ends at a tangential load."""
+        reach = np.abs(self.to_load(approach, load) - self.displacement) + 1e-3 * max(approach, self.approach)
+
+        def missing(displacement):
+            row = copy.deepcopy(self)
+            row.go(("displacement", approach), ("displacement", displacement), steps)
+            return row.tangential_loads.sum() - load
+
+        return newton(missing, self.displacement, x1=self.to_load(approach, load), tol=1e-6 * reach)
+
     def go(self, normal, tangential, steps):
-        """Move straight to targets, each ("load" | "displacement", value)."""
+        """Move to targets, each ("load" | "displacement", value).
+
+        Two loads go straight; otherwise approach and displacement do.
+        """
         (kind_n, value_n), (kind_t, value_t) = normal, tangential
+        if kind_n == "displacement" != kind_t and value_n != self.approach:
+            tangential = kind_t, value_t = "displacement", self.straight_to(value_n, value_t, steps)
         load0, load_t0, u0, d0 = (
             self.normal_loads().sum(),
             self.tangential_loads.sum(),
