@@ -4,6 +4,11 @@
  * are at its end, which is one exact update of each polyline. There are twice as many of them each time, until state,
  * energy, distances and shapes settle. A path on which nothing evolves is walked as ever, exactly.
  *
+ * Paths are those of all contacts: straight in both loads where both are controlled, otherwise in approach and displacement.
+ * Where a load or a drive is controlled, the displacement at the end is found by a search over whole paths; the last chord
+ * meets the request, so that the path is straight within the tolerance. A request beyond the friction limit is followed in
+ * pieces as in limit.c. Of two loads each chord is cut where it crosses the limit, which depends on what evolves.
+ *
  * Each chord is of second order in its length:
  *  - What an asperity slides is told by when the last of its springs begins to slip, on the straight way.
  *  - The volume that it loses goes with the load from there on. From the shape that follows comes a better end of the

@@ -1,5 +1,7 @@
 """Contacts that evolve, against springs in small steps and closed forms."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -280,3 +282,140 @@ def test_friction_that_rises_with_the_way_begins_to_rise_where_sliding_begins(we
         found.append(state.tangential_load)
     assert 0 < state.evolved.slid_distance.min() < 0.05 * reached
     np.testing.assert_allclose(found, found[-1], rtol=0, atol=most * 0.4 * start.normal_load)
+
+
+# -- laws in their Coulomb limit: the contact is that of a constant coefficient
+
+COEFFICIENT, PEAK = 0.3, 0.02
+COULOMB_LIMITS = {
+    "shifted load": {"friction": ShiftedLoad(COEFFICIENT, 0.0)},
+    "power law": {"friction": PowerLaw(COEFFICIENT, 1.0, 1e-12)},
+    "power law of the total load": {"friction": PowerLaw(COEFFICIENT, 1.0, 1e-12, load="total")},
+    "constant slid friction": {"friction": SlidFriction([0.0, 1.0], [COEFFICIENT, COEFFICIENT])},
+    "next to no Archard wear": {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)},
+    "next to no energy wear": {"wear": EnergyWear(volume_per_energy=1e-30)},
+    "never yields": {"yielding": hs.yielding.Thornton(hardness=1e6, poissons_ratio=0.3)},
+    "law, never yields": {
+        "friction": ShiftedLoad(COEFFICIENT, 0.0),
+        "yielding": hs.yielding.Thornton(hardness=1e6, poissons_ratio=0.3),
+    },
+    "sliding followed": {"follow_sliding": True},
+}
+
+
+def random_events(rng, normal, tangential, heights, largest):
+    """Five joint waypoints; tangential loads up to a multiple of the friction limit at each of them."""
+    events, approach = [], 0.0
+    for time in range(5):
+        if time == 0 or rng.random() < 0.8:
+            approach = PEAK * rng.uniform(0.2, 1.2)
+        load = float((4 / 3 * np.maximum(approach + np.array(heights), 0.0) ** 1.5).sum())
+        events.append(hs.NormalLoad(time, load) if normal == "load" else hs.NormalDisplacement(time, approach))
+        share = rng.uniform(-largest, largest)
+        if tangential == "load":
+            events.append(hs.TangentialLoad(time, share * COEFFICIENT * load))
+        else:
+            events.append(hs.TangentialDisplacement(time, 1.5 * COEFFICIENT * PEAK * rng.uniform(-1, 1)))
+    return events
+
+
+def replayed(options, heights, events, **replay):
+    """The history, or the event that is refused."""
+    ensemble = hs.Ensemble(PAIR, heights, 1.0, **{"friction": COEFFICIENT} | options)
+    try:
+        return hs.replay(ensemble, events, record="totals", **replay), None
+    except hs.HistorySimError as refusal:
+        return None, str(refusal).split(":")[0]
+
+
+@pytest.mark.parametrize("name", COULOMB_LIMITS)
+@pytest.mark.parametrize("normal", ["load", "displacement"])
+@pytest.mark.parametrize("tangential", ["load", "displacement"])
+@pytest.mark.parametrize("heights", [(0.0,), (0.0, -0.4 * PEAK, -0.8 * PEAK)], ids=["one", "three"])
+def test_each_law_in_its_coulomb_limit_is_coulombs(name, normal, tangential, heights):
+    force = COEFFICIENT * 4 / 3 * PEAK**1.5
+    scales = {
+        "total_tangential_load": 1e-4 * force,
+        "tangential_displacement": 1e-4 * COEFFICIENT * PEAK,
+        "total_dissipated_energy": 1e-3 * COEFFICIENT * PEAK * force,
+        "separation": 1e-9 * PEAK,
+    }
+    for case, (stiffness, saturate, substeps) in enumerate(itertools.product([np.inf, 0.1], [True, False], [1, 3])):
+        rng = np.random.default_rng([6, case])
+        events = random_events(rng, normal, tangential, heights, 1.6 if saturate else rng.choice([0.6, 1.2]))
+        options = {
+            "instrument": hs.Instrument(lateral_stiffness=stiffness),
+            "saturate": saturate,
+            "substeps": substeps,
+        }
+        expected, refused = replayed({}, heights, events, **options)
+        found, also_refused = replayed(COULOMB_LIMITS[name], heights, events, **options)
+        assert also_refused == refused
+        if expected is None:
+            continue
+        for quantity, tolerance in scales.items():
+            difference = np.abs(found[quantity] - expected[quantity]).max()
+            assert difference <= tolerance, (case, quantity, float(difference / tolerance))
+
+
+@pytest.mark.parametrize("stiffness", [np.inf, 0.1])
+def test_constant_shear_strength_under_a_constant_load_is_coulombs(stiffness):
+    load, strength = 4 / 3 * PEAK**1.5, 0.05
+    instrument = hs.Instrument(lateral_stiffness=stiffness)
+    states = []
+    for friction in (ShearStrength(strength), strength * np.pi * PEAK / load):
+        ensemble = hs.Ensemble(PAIR, 0.0, 1.0, friction)
+        state = ensemble.advance(ensemble.initial_state(), normal_load=load)
+        for target in ({"tangential_load": 0.7}, {"tangential_displacement": -0.3}, {"tangential_load": -0.4}):
+            scaled = {key: value * (strength * np.pi * PEAK) for key, value in target.items()}
+            state = ensemble.advance(state, instrument=instrument, **scaled)
+        states.append(state)
+    for quantity in ("tangential_load", "tangential_displacement", "dissipated_energy"):
+        assert getattr(states[0], quantity) == pytest.approx(getattr(states[1], quantity), rel=1e-6)
+
+
+@pytest.mark.parametrize("name", ["power", "strength", "slid"])
+def test_a_path_to_a_load_is_that_to_the_displacement_where_it_ends(name):
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, LAWS[name][0])
+    start = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.004)
+    target = {"normal_displacement": 0.05, "tangential_load": -0.3 * abs(start.tangential_load)}
+    to_load = ensemble.advance(start, **target)
+    target["tangential_load"] = None
+    target["tangential_displacement"] = to_load.tangential_displacement
+    to_displacement = ensemble.advance(start, **target)
+    assert to_displacement.tangential_load == pytest.approx(to_load.tangential_load, abs=1e-4 * to_load.normal_load)
+    assert to_displacement.dissipated_energy == pytest.approx(to_load.dissipated_energy, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["archard", "energy"])
+@pytest.mark.parametrize("shape", ["truncated", "blunted"])
+def test_erased_energy_does_not_depend_on_the_number_of_paths(kind, shape):
+    wear = ArchardWear(coefficient=0.1, hardness=2.0, shape=shape)
+    if kind == "energy":
+        wear = EnergyWear(volume_per_energy=0.3, shape=shape)
+    ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear)
+    erased = []
+    for paths in (1, 200):
+        state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.04, tangential_displacement=0.0)
+        for share in np.arange(1, paths + 1) / paths:
+            approach, displacement = 0.04 - 0.01 * share, 0.04 * share
+            state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=displacement)
+        erased.append(state.evolved.erased_energy)
+    assert erased[0] == pytest.approx(erased[1], rel=3e-3)
+    assert erased[1] > 1e-3 * state.dissipated_energy
+
+
+def test_worn_asperities_first_slide_when_they_would_without_wear():
+    events = [
+        hs.NormalDisplacement(0.0, 0.05),
+        hs.NormalDisplacement(1.0, 0.03),
+        hs.TangentialDisplacement(1.0, 0.01),
+        hs.NormalDisplacement(2.0, 0.06),
+        hs.TangentialDisplacement(2.0, -0.03),
+    ]
+    times = [
+        hs.replay(hs.Ensemble(PAIR, HEIGHT, RADIUS, 0.3, wear=wear), events, record="all").slide_time.values
+        for wear in (None, ArchardWear(coefficient=0.1, hardness=1.0))
+    ]
+    assert np.isfinite(times[0]).all()
+    assert times[1] == pytest.approx(times[0], rel=1e-12)

@@ -241,6 +241,33 @@ def test_what_is_slid_is_followed_on_request_and_changes_nothing():
     assert history.total_slid_distance.values[-1] == pytest.approx(0.1 - reach.max(), rel=1e-9)
 
 
+@pytest.mark.parametrize("substeps", [1, 2, 10, 100])
+@pytest.mark.parametrize("options", [{"follow_sliding": True}, {"wear": ArchardWear(coefficient=1e-30, hardness=1.0)}])
+def test_the_distance_slid_by_all_does_not_depend_on_the_substeps(options, substeps):
+    # the second summit touches midway, and slides immediately; the first has slid since 1/21 of the path
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.01], 1.0, 0.25, **options)
+    events = [
+        hs.NormalDisplacement(0.0, 0.002),
+        hs.TangentialDisplacement(0.0, 0.0),
+        hs.NormalDisplacement(1.0, 0.02),
+        hs.TangentialDisplacement(1.0, 3 * 0.25 * 0.02),
+    ]
+    history = hs.replay(ensemble, events, substeps=substeps, record="all")
+    total = history.total_slid_distance.values[-1]
+    assert total == pytest.approx(0.25 * 0.02 * 3 * (1 - 1 / 21), rel=1e-9)
+    assert total == pytest.approx(history.slid_distance.values[-1, 0], rel=1e-9)
+
+
+@pytest.mark.parametrize("substeps", [1, 7])
+def test_what_slides_in_turn_does_not_slide_together(substeps):
+    ensemble = hs.Ensemble(PAIR, [0.0, -0.002, -0.012], 1.0, [0.1, 0.1, 0.4], follow_sliding=True)
+    events = [hs.NormalDisplacement(0.0, 0.02), hs.TangentialDisplacement(0.0, 0.0)]
+    # moved by 0.005 the softest slides last where its limit is the largest: 0.4 (0.02 - 0.012) = 0.0032 from the start
+    events.append(hs.TangentialDisplacement(1.0, 0.005))
+    history = hs.replay(ensemble, events, substeps=substeps, record="all")
+    assert history.total_slid_distance.values[-1] == pytest.approx(0.005 - 0.0032, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

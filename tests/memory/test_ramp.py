@@ -89,3 +89,20 @@ def test_random_ramps_take_few_chords_and_end_where_thousands_of_parts_end(tmp_p
     distances = np.array([line.split()[3:] for line in run("0", "3", "5", "1000").splitlines()], dtype=float)
     # one tolerance for the ramp, and one for those that it is compared with
     assert np.abs(distances).max() < 2e-6
+
+
+@pytest.mark.parametrize("count", [2, 10])
+def test_a_smaller_tolerance_gives_no_worse_results(count):
+    rng = np.random.default_rng(count)
+    friction = rng.uniform(0.1, 0.5, count)
+    results = []
+    for tolerance in (1e-9, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14):
+        ensemble = surface(friction, tolerance=tolerance)
+        state, _ = pressed(ensemble, [], 1.0)
+        for load, share in ((0.6, 0.75), (1.4, -0.6), (0.5, 0.7)):
+            state = ensemble.advance(state, normal_load=load, tangential_load=share * 0.1 * min(load, 1.0))
+        results.append((state.tangential_displacement, state.dissipated_energy))
+    reference, *others = np.array(results)
+    errors = np.abs(np.array(others) / reference - 1.0)
+    assert (errors[0] < 1e-5).all()
+    assert (errors[1:] < 1e-8).all()
