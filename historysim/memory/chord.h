@@ -42,6 +42,7 @@ typedef struct worn_shapes {
 /* Which summits yield on a chord, and where. */
 typedef struct yielding_chord {
     int now;         /* whether any does on this chord */
+    int at_rest;     /* whether those of this path do where nothing is strained */
     double onset;    /* share of the path at which the first of them does */
     double next;     /* approach at which one does, NaN where it is not known */
     double *from;    /* approach at which the edge of a summit that yields starts the chord */

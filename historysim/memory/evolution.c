@@ -339,7 +339,7 @@ static int walk_elastic(walk *w, hs_memory *memory, double before, double share)
 static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, double share) {
     const route *c = &w->course;
     double end = hs_least(share, on->elastic);
-    int status = HS_OK, at_rest = 0;
+    int status = HS_OK;
     if (on->aims) status = make_spares(w, memory);
     if (before < end && status == HS_OK) {
         if (!on->still || (on->aims && !(c->straight && end < c->piece[1])))
@@ -355,11 +355,11 @@ static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, d
     if (status != HS_OK || share <= on->elastic) return status;
     if (before == on->elastic) {
         /* summits yield to the end of the path at once where nothing is strained, nor will be */
-        at_rest = w->alone && is_at_rest(w, memory);
-        if (!at_rest) status = prepare_to_yield(w, memory);
+        w->yield.at_rest = w->alone && is_at_rest(w, memory);
+        if (!w->yield.at_rest) status = prepare_to_yield(w, memory);
     }
     if (status != HS_OK) return status;
-    return at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
+    return w->yield.at_rest ? yield_at_rest(w, memory, share) : hs_settle_timed(w, memory, before, share);
 }
 
 /* Displacement at the end of the present piece of a path, were it one chord; where summits yield, were it elastic. */
