@@ -13,25 +13,29 @@
 /* rings from the edge at which it is looked whether they slip at once, where cells are refined; cells there are no finer than
  * this share of the way over μ, if that is no finer than this of the depth of the class, and grow by a share of their depth;
  * and how many are cut at a time */
-#define LOOKED_AT 6
+#define LOOKED_AT 20
 #define FINEST 0.125
 #define FINEST_OF_DEPTH 1e-9
-#define GROWING 0.25
-#define MOST_CUT 16
+#define GROWING 0.15
+#define MOST_CUT 32
 /* A node is not missed if the tangential load changes by so little of the friction limit; and by so little of what a step has
  * changed, that small loops stay. */
 #define NOT_MISSED 1e-5
-#define NOT_MISSED_OF_STEP 1e-3
-#define NEVER_MISSED 1e-7
-/* A step is taken as it is where its two stages slide so evenly: the load that differs, over the tolerance of the limit, and
- * of the load that has slid, unless it is next to nothing. Otherwise it is halved until the load settles, and so does what
- * is lost, over the tolerance of itself or of the limit times the way. */
-#define EVEN 2.0
-#define EVEN_OF_SLIP 15.0
-#define ALWAYS_EVEN 0.01
-#define SETTLED_LOAD 1.0
-#define SETTLED_LOSS 15.0
-#define SETTLED_WORK 0.05
+#define NOT_MISSED_OF_STEP 1e-5
+#define NEVER_MISSED 1e-9
+/* A step is accepted without a second estimate where its two stages slide so evenly: the load that differs, over the tolerance
+ * of the limit, and of the load that has slid, unless it is next to nothing; and where the approach changes by at most this of
+ * the depth. Otherwise it is halved until the load settles, and so does the energy, over the tolerance of itself or of the
+ * limit times the way. Two splits may agree by chance: the energy that rests on the curvature of the slip within the halves,
+ * in each of them a second estimate, has to be as small a part of the whole, too. */
+#define EVEN 1.0
+#define EVEN_OF_SLIP 10.0
+#define ALWAYS_EVEN 3e-3
+#define STEADY 0.1
+#define SETTLED_LOAD 0.5
+#define SETTLED_LOSS 8.0
+#define SETTLED_WORK 1e-2
+#define LEAST_CURVED 0.05
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
@@ -148,13 +152,14 @@ hs_body *hs_body_copy(const hs_body *body) {
     return copy;
 }
 
-static hs_node node_at(const hs_class *part, double label, hs_vector deflection) {
-    return HS_MADE(hs_node){label, hs_load_at(part->curve, label).load, deflection};
+hs_node hs_node_at(const hs_class *part, double label, hs_vector deflection) {
+    hs_normal there = hs_normal_at(part->curve, label);
+    return HS_MADE(hs_node){label, there.load, there.integral, deflection};
 }
 
 /* A node of the straight line between two others, at a share of the way from the inner one. */
 static hs_node node_between(const hs_class *part, hs_node inner, hs_node outer, double label, double share) {
-    return node_at(part, label, hs_between(inner.deflection, outer.deflection, share));
+    return hs_node_at(part, label, hs_between(inner.deflection, outer.deflection, share));
 }
 
 /* Cut cells that are too wide, which changes nothing. */
@@ -217,7 +222,7 @@ static int refine(hs_class *part, double friction, hs_vector way) {
     const hs_node *nodes = part->nodes;
     int32_t beyond = 0, last = part->count - 1 < LOOKED_AT ? part->count - 1 : LOOKED_AT;
     double least = FINEST * hs_length(way) / friction, fresh[MOST_CUT];
-    if (part->count < 2 || least == 0.0) return HS_OK;
+    if (part->count < 2 || friction == 0.0 || least == 0.0) return HS_OK;
     double edge = nodes[0].label, first = edge - nodes[1].label;
     /* a way this short is rounding, and cells as fine as it have no weight */
     if (least < FINEST_OF_DEPTH * (edge - deepest_of(part))) return HS_OK;
@@ -265,42 +270,47 @@ static int prepare(hs_class *part, double from, double to, int64_t rings) {
         memmove(part->nodes + more, part->nodes, (size_t)part->count * sizeof *part->nodes);
         part->count += (int32_t)more;
         for (int64_t k = 0; k + 1 < cells; ++k)
-            part->nodes[k] = node_at(part, to - (to - first) * ((double)(k + 1) / (double)cells), nowhere);
+            part->nodes[k] = hs_node_at(part, to - (to - first) * ((double)(k + 1) / (double)cells), nowhere);
         /* a class that does not touch yet begins at its deepest spring */
-        if (fresh) part->nodes[more - 1] = node_at(part, deepest, nowhere);
+        if (fresh) part->nodes[more - 1] = hs_node_at(part, deepest, nowhere);
     }
     return hs_ring_room(part, part->count + 1);
 }
 
 /* Set the problem of a class up at an edge, on a path that began at another one. */
-static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int second) {
+static void set_up(hs_class *part, double from, double edge, double friction, int64_t rings, int stage) {
     hs_ring_problem *problem = part->problem;
+    int second = stage == 2;
     double nearest = NEAREST * (edge - deepest_of(part)) / (double)rings;
     int32_t at = 0, first = 0, stays = edge == from;
     while (stays ? part->nodes[first].label >= edge : part->nodes[first].label > edge - nearest) ++first;
     int same = second && stays;
     problem->label[0] = edge;
-    if (!same) problem->normal[0] = stays ? part->nodes[0].normal : hs_load_at(part->curve, edge).load;
+    if (!stays) problem->edge[stage] = hs_normal_at(part->curve, edge);
+    if (!same) {
+        problem->normal[0] = stays ? part->nodes[0].normal : problem->edge[stage].load;
+        problem->integral[0] = stays ? part->nodes[0].integral : problem->edge[stage].integral;
+    }
     for (int32_t k = first; k < part->count; ++k) {
         const hs_node *node = part->nodes + k;
         ++at;
         problem->label[at] = node->label;
         problem->normal[at] = node->normal;
+        problem->integral[at] = node->integral;
         problem->share[at] = node->label > from ? (edge - node->label) / (edge - from) : 1.0;
         problem->base[at] = second ? hs_plus(node->deflection, -REST, problem->slipped[k]) : node->deflection;
     }
     if (!same) hs_ring_nodes(problem, at + 1, friction);
 }
 
-static hs_vector forces(hs_body *body, double edge, hs_vector way, double *lost, double slopes[2][2]) {
+static hs_vector forces(hs_body *body, double edge, hs_vector way, double slopes[2][2]) {
     hs_vector force = nowhere;
-    *lost = 0.0;
     if (slopes) memset(slopes, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         double own[2][2];
         if (part->count == 0 || edge <= deepest_of(part)) continue;
-        *lost += part->problem->lost = hs_ring_solve(part->problem, way);
+        hs_ring_solve(part->problem, way, body->watch);
         force = hs_plus(force, 1.0, hs_ring_force(part->problem));
         if (!slopes) continue;
         hs_ring_slopes(part->problem, own);
@@ -318,6 +328,9 @@ static int is_rigid(const hs_planar_aim *aim) {
     return aim->rigid > 0.0 && aim->compliance.x == 0.0 && aim->compliance.y == 0.0;
 }
 
+/* Whether the caller wants no more of it. */
+static int is_stopped(const hs_body *body) { return body->watch && body->watch->status != HS_OK; }
+
 /* The farthest that any spring can be deflected. */
 static double reach_of(const hs_body *body, double edge) {
     double most = 0.0;
@@ -330,21 +343,21 @@ static double reach_of(const hs_body *body, double edge) {
  *
  * What is left is the slope of a concave function of the way. So Newton's method finds its top, if no step goes farther than
  * springs reach, or so far beyond the top along its line that the slope there is larger than half of what it was. */
-static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_planar_aim *aim, hs_vector *force, double *lost) {
+static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_planar_aim *aim, hs_vector *force) {
     const hs_vector start = body->displacement;
     double slopes[2][2], reach = reach_of(body, edge);
     if (is_rigid(aim)) {
         way = hs_plus(aim->value, -1.0, start);
-        *force = forces(body, edge, way, lost, NULL);
+        *force = forces(body, edge, way, NULL);
         return way;
     }
-    *force = forces(body, edge, way, lost, slopes);
+    *force = forces(body, edge, way, slopes);
     hs_vector left = left_of(aim, hs_plus(start, 1.0, way), *force);
     for (int turn = 0; turn < MOST_TURNS; ++turn) {
         double xx = aim->rigid + aim->compliance.x * slopes[0][0], xy = aim->compliance.x * slopes[0][1];
         double yx = aim->compliance.y * slopes[1][0], yy = aim->rigid + aim->compliance.y * slopes[1][1];
         double determinant = xx * yy - xy * yx;
-        if (hs_length(left) <= ARRIVED * hs_length(aim->value)) break;
+        if (hs_length(left) <= ARRIVED * hs_length(aim->value) || is_stopped(body)) break;
         hs_vector step = {(yy * left.x - xy * left.y) / determinant, (xx * left.y - yx * left.x) / determinant};
         /* where all slide, the load hardly says where to */
         if (!(determinant > 0.0) || !(hs_dot(step, left) > 0.0)) step = left;
@@ -352,10 +365,10 @@ static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_plan
         hs_vector next = way;
         for (int cut = 0; cut < MOST_CUTS; ++cut) {
             next = hs_plus(way, share, step);
-            *force = forces(body, edge, next, lost, slopes);
+            *force = forces(body, edge, next, slopes);
             left = left_of(aim, hs_plus(start, 1.0, next), *force);
             double there = hs_dot(left, step);
-            if (there >= -0.5 * slope) break;
+            if (there >= -0.5 * slope || is_stopped(body)) break;
             share *= hs_most(slope / (slope - there), 0.1);
         }
         if (next.x == way.x && next.y == way.y) break;
@@ -364,16 +377,36 @@ static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_plan
     return way;
 }
 
-double hs_class_stored(const hs_class *part, double *each) {
+/* A node of the solution of a problem. */
+static hs_node node_found(const hs_ring_problem *problem, int32_t k) {
+    return HS_MADE(hs_node){problem->label[k], problem->normal[k], problem->integral[k], problem->found[k]};
+}
+
+/* ½ ∫ |v|² P'' da over the straight piece between two nodes, but for what cancels between neighbouring pieces. */
+static double energy_between(const hs_node *outer, const hs_node *inner) {
+    double width = outer->label - inner->label;
+    hs_vector rise = hs_plus(outer->deflection, -1.0, inner->deflection);
+    hs_vector slope = {rise.x / width, rise.y / width};
+    return inner->normal * hs_dot(slope, inner->deflection) - outer->normal * hs_dot(slope, outer->deflection) +
+           hs_dot(slope, slope) * (outer->integral - inner->integral);
+}
+
+double hs_class_stored(const hs_class *part) {
     double total = 0.0;
+    for (int32_t k = 1; k < part->count; ++k) total += energy_between(part->nodes + k - 1, part->nodes + k);
+    return total;
+}
+
+/* Add to each asperity of a class the elastic energy of its springs. */
+static void add_stored(const hs_class *part, double *each) {
     for (int32_t k = 1; k < part->count; ++k) {
         const hs_node *inner = part->nodes + k, *outer = inner - 1;
         hs_vector a = inner->deflection, b = outer->deflection;
         hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x};
         hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y};
-        total += hs_spread(part->curve, each, &x) + hs_spread(part->curve, each, &y);
+        hs_spread(part->curve, each, &x);
+        hs_spread(part->curve, each, &y);
     }
-    return total;
 }
 
 static hs_vector force_of(const hs_class *part) {
@@ -395,10 +428,31 @@ HS_WIDE static void add_node(const double *restrict gap, const double *restrict 
     }
 }
 
-/* Spread what a class has lost in a step over its asperities, by what its springs held while they slid. */
-static void spread_loss(hs_body *body, const hs_class *part, double scale) {
-    double *own = body->scratch, sum = 0.0, slope = 0.0;
-    if (part->curve.load || !(part->lost > 0.0) || part->slid < 2) return;
+/* Spread what a class has dissipated over its asperities, by the elastic energy of their springs, or by the loads that they carry
+ * where no spring is strained. */
+static void spread_by_stored(hs_body *body, const hs_class *part, double lost) {
+    const hs_curve *curve = &part->curve;
+    double *own = body->scratch, sum = 0.0;
+    memset(own, 0, (size_t)curve->count * sizeof *own);
+    add_stored(part, own);
+    for (int64_t i = 0; i < curve->count; ++i) sum += own[i];
+    if (!(sum > 0.0)) {
+        double edge = part->nodes[0].label;
+        add_node(curve->gap, curve->weight, hs_touching(curve->gap, curve->count, edge), edge, 1.0, own);
+        for (int64_t i = 0; i < curve->count; ++i) sum += own[i];
+    }
+    for (int64_t i = 0; sum > 0.0 && i < curve->count; ++i) body->each[part->start + i] += lost / sum * own[i];
+}
+
+/* Spread what a class has dissipated in a step over its asperities, by what its springs held while they slid, or, where it has
+ * lifted off or they held nothing, by what they held `before`. */
+static void spread_loss(hs_body *body, const hs_class *before, const hs_class *part, double scale) {
+    double *own = body->scratch, sum = 0.0, slope = 0.0, lost = scale * part->lost;
+    if (part->curve.load || !(lost > 0.0)) return;
+    if (part->count == 0) {
+        spread_by_stored(body, before, lost);
+        return;
+    }
     int64_t touching = hs_touching(part->curve.gap, part->curve.count, part->held[0].label);
     memset(own, 0, (size_t)touching * sizeof *own);
     for (int32_t k = 0; k < part->slid; ++k) {
@@ -409,26 +463,20 @@ static void spread_loss(hs_body *body, const hs_class *part, double scale) {
         slope = next;
     }
     for (int64_t i = 0; i < touching; ++i) sum += own[i] = hs_most(own[i], 0.0);
-    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->each[part->start + i] += scale * part->lost / sum * own[i];
+    if (!(sum > 0.0)) spread_by_stored(body, before->count ? before : part, lost);
+    for (int64_t i = 0; sum > 0.0 && i < touching; ++i) body->each[part->start + i] += lost / sum * own[i];
 }
 
-/* Spread what a step has lost; what springs held that it lifted off is lost, too. */
+/* Spread what the classes have dissipated in a step over their asperities. */
 static void spread_losses(hs_body *body, const hs_body *from, const hs_body *to, double scale) {
-    for (int64_t c = 0; c < body->classes; ++c) {
-        const hs_class *before = from->parts + c, *part = to->parts + c;
-        if (part->count) spread_loss(body, part, scale);
-        if (part->count || !before->count) continue;
-        memset(body->scratch, 0, (size_t)before->curve.count * sizeof *body->scratch);
-        hs_class_stored(before, body->scratch);
-        for (int64_t i = 0; i < before->curve.count; ++i) body->each[part->start + i] += scale * body->scratch[i];
-    }
+    for (int64_t c = 0; c < body->classes; ++c)
+        if (from->parts[c].count || to->parts[c].count) spread_loss(body, from->parts + c, to->parts + c, scale);
 }
 
-/* Begin to note what a class loses on a step, and where: at the nodes, and at the edge, which may not be one of them yet. */
+/* Begin to note where a class dissipates on a step: at the nodes, and at the edge, which may not be one of them yet. */
 static void begin_loss(hs_class *part, double from, double to) {
     const hs_held edge = {hs_most(from, to), 0.0};
     int32_t fresh = part->nodes[0].label < edge.label;
-    part->lost = 0.0;
     part->slid = part->count + fresh;
     part->held[0] = edge;
     for (int32_t k = 1; k < part->slid; ++k) {
@@ -436,24 +484,13 @@ static void begin_loss(hs_class *part, double from, double to) {
     }
 }
 
-/* Add what a class has lost in a stage. */
+/* Add where a class has dissipated in a stage. */
 static void add_loss(hs_class *part, double weight) {
     const hs_ring_problem *problem = part->problem;
     int32_t left_out = part->slid - problem->rings - 1;
-    part->lost += weight * problem->lost;
     for (int32_t k = 1; k <= problem->solved; ++k) {
         hs_vector slid = hs_plus(problem->trial[k], -1.0, problem->found[k]);
         part->held[left_out + k].product += weight * hs_dot(problem->found[k], slid);
-    }
-}
-
-/* What the springs of classes hold that are lifted off on the way to an approach is lost, too. */
-static void lose_lifted(hs_body *body, double approach) {
-    for (int64_t c = 0; c < body->classes; ++c) {
-        hs_class *part = body->parts + c;
-        if (part->count == 0 || approach > deepest_of(part)) continue;
-        body->dissipated += hs_class_stored(part, NULL);
-        part->count = 0;
     }
 }
 
@@ -515,14 +552,124 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         double friction = body->friction[part->group];
-        if (to->approach <= deepest_of(part)) continue;
+        if (hs_most(to->approach, body->approach) <= deepest_of(part)) continue;
         if (regrid(part, body->rings, friction, missed) != HS_OK || refine(part, friction, way) != HS_OK ||
             prepare(part, body->approach, to->approach, body->rings) != HS_OK)
             return HS_OUT_OF_MEMORY;
         begin_loss(part, body->approach, to->approach);
+        memset(part->problem->edge, 0, sizeof part->problem->edge);
+        if (to->approach != body->approach) part->problem->edge[0] = hs_normal_at(part->curve, body->approach);
         memset(part->problem->slipped, 0, (size_t)part->count * sizeof(hs_vector));
     }
     return HS_OK;
+}
+
+/* Whether a class takes part in a step. */
+static int takes_part(const hs_body *body, const hs_class *part, const hs_planar_target *to) {
+    return hs_most(to->approach, body->approach) > deepest_of(part);
+}
+
+/* Deflection of a node as if all stuck from one approach to another one: up to where its spring lifts off, or from where it
+ * touches. */
+static hs_vector stuck_deflection(const hs_node *node, double from, double to, hs_vector way) {
+    double share = 1.0;
+    if (to > from && node->label > from) share = (to - node->label) / (to - from);
+    if (to < from && node->label > to) share = (from - node->label) / (from - to);
+    return hs_plus(node->deflection, share, way);
+}
+
+/* Energy of the springs of a class as if all stuck: those that lift off on the way hold what they held there. */
+static double stuck_energy(const hs_class *part, double from, double to, hs_vector way) {
+    const hs_ring_problem *problem = part->problem;
+    const hs_node *nodes = part->nodes;
+    hs_node outer = nodes[0];
+    int32_t first = 1;
+    double total = 0.0;
+    if (nodes[0].label < to) {
+        outer = HS_MADE(hs_node){to, problem->edge[2].load, problem->edge[2].integral, nowhere};
+        first = 0;
+    }
+    for (int32_t k = first; k < part->count; ++k) {
+        hs_node inner = nodes[k];
+        inner.deflection = stuck_deflection(nodes + k, from, to, way);
+        total += energy_between(&outer, &inner);
+        outer = inner;
+    }
+    return total;
+}
+
+/* Energy of the springs at the solution of a problem. */
+static double energy_found(const hs_ring_problem *problem) {
+    hs_node outer = node_found(problem, 0);
+    double total = 0.0;
+    for (int32_t k = 1; k <= problem->rings; ++k) {
+        hs_node inner = node_found(problem, k);
+        total += energy_between(&outer, &inner);
+        outer = inner;
+    }
+    return total;
+}
+
+/* Load that springs would carry if all stuck, less what they carry after a stage. */
+static hs_vector relieved_load(const hs_class *part, double from, double edge, hs_vector way, int stage) {
+    const hs_ring_problem *problem = part->problem;
+    const hs_node *nodes = part->nodes;
+    int32_t left_out = part->count - problem->rings - 1;
+    hs_vector load = nowhere;
+    for (int32_t k = 1; k <= problem->rings; ++k) {
+        hs_vector stuck = hs_plus(nodes[left_out + k].deflection, problem->share[k], way);
+        load = hs_plus(load, problem->mass[k], hs_plus(stuck, -1.0, problem->found[k]));
+    }
+    if (edge >= from) return load;
+    /* at the edge springs would be strained */
+    int32_t k = 1;
+    while (nodes[k].label >= edge) ++k;
+    double share = (edge - nodes[k].label) / (nodes[k - 1].label - nodes[k].label);
+    hs_vector stuck = hs_plus(hs_between(nodes[k].deflection, nodes[k - 1].deflection, share), 1.0, way);
+    double mean = (problem->normal[0] - problem->normal[1]) / (problem->label[0] - problem->label[1]);
+    return hs_plus(load, problem->edge[stage].slope - mean, stuck);
+}
+
+/* Approach over which the stiffness P' is taken for straight, relative to the depth of the class. */
+#define STRAIGHT 1e-3
+
+/* Energy that the springs of a class dissipate on a step: the work of the tangential load, less what they hold more.
+ *
+ * If all stuck, the work would be the change of what they hold, which is exact. Of what slip relieves the load by, the share
+ * λ = relief/P' is the mean slip: over the way y on which the class touches it goes through 0 and the ends of both stages. */
+static double dissipation(const hs_class *part, const hs_planar_target *first, double from, double to, const hs_vector way[2],
+                          double *uncertain) {
+    const hs_ring_problem *problem = part->problem;
+    double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest), depth = hs_most(begin, end) - deepest;
+    double span = 1.0, middle = STAGE, once = 0.5, squared = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
+    hs_vector relief[2] = {problem->relieved[0], problem->relieved[1]}, bend = nowhere, curved = nowhere;
+    if (to != from) {
+        const hs_normal *a = problem->edge, *b = problem->edge + 2;
+        double width = end - begin;
+        span = width / (to - from);
+        middle = (first->approach - begin) / width;
+        if (fabs(width) > STRAIGHT * depth) {
+            double mean = (b->integral - a->integral) / width;
+            once = (b->load - mean) / width;
+            squared = (b->load - 2.0 * (b->integral - (b->twice - a->twice) / width) / width) / width;
+        } else {
+            once = a->slope / 2.0 + (b->slope - a->slope) / 3.0;
+            squared = a->slope / 3.0 + (b->slope - a->slope) / 4.0;
+        }
+        relief[0] = hs_plus(nowhere, 1.0 / problem->edge[1].slope, relief[0]);
+        relief[1] = hs_plus(nowhere, 1.0 / b->slope, relief[1]);
+        if (end <= deepest) relief[1] = stuck_deflection(part->nodes + part->count - 1, from, to, way[1]);
+    }
+    if (middle > 0.01 && middle < 0.99) {
+        double share = 1.0 / (middle * (1.0 - middle));
+        bend = hs_plus(nowhere, share, hs_plus(relief[0], -middle, relief[1]));
+        if (span == 1.0) curved = hs_plus(nowhere, share, hs_plus(way[0], -middle, way[1]));
+    }
+    *uncertain += fabs(span * hs_dot(way[1], bend) * (once - squared));
+    double held = to > deepest ? energy_found(problem) : 0.0;
+    double relieved = span * (hs_dot(way[1], relief[1]) * once + hs_dot(way[1], bend) * (once - squared)) +
+                      hs_dot(curved, relief[1]) * (once - 2.0 * squared);
+    return hs_most(stuck_energy(part, from, to, way[1]) - held - relieved, 0.0);
 }
 
 /* Add by how much of the load a class has slid, and by how much more it would have, had it gone on as in the first stage. */
@@ -540,45 +687,51 @@ static void add_unevenness(hs_body *body, const hs_class *part) {
 static int step_to(hs_body *body, const hs_planar_target *to) {
     const double from = body->approach;
     hs_planar_target first = hs_part_of_way(body, to, STAGE);
-    hs_vector way = nowhere, force = nowhere;
-    lose_lifted(body, to->approach);
+    hs_vector way[2] = {nowhere, nowhere}, force = nowhere;
     if (make_ready(body, to) != HS_OK) return HS_OUT_OF_MEMORY;
-    for (int second = 0; second < 2; ++second) {
-        const hs_planar_target *at = second ? to : &first;
-        double weight = second ? 1.0 : REST, lost;
+    for (int stage = 1; stage <= 2; ++stage) {
+        const hs_planar_target *at = stage == 1 ? &first : to;
+        double edge = at->approach;
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
-            if (to->approach > deepest_of(part) && at->approach > deepest_of(part))
-                set_up(part, from, at->approach, body->friction[part->group], body->rings, second);
+            if (takes_part(body, part, to) && edge > deepest_of(part))
+                set_up(part, from, edge, body->friction[part->group], body->rings, stage);
         }
-        way = way_to(body, at->approach, second ? hs_plus(nowhere, 1.0 / STAGE, way) : nowhere, &at->aim, &force, &lost);
-        body->dissipated += weight * lost;
+        hs_vector guess = stage == 1 ? nowhere : hs_plus(nowhere, 1.0 / STAGE, way[0]);
+        way[stage - 1] = way_to(body, edge, guess, &at->aim, &force);
+        if (is_stopped(body)) return HS_INTERRUPTED;
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
             hs_ring_problem *problem = part->problem;
-            if (to->approach <= deepest_of(part) || at->approach <= deepest_of(part)) continue;
-            add_loss(part, weight);
+            if (!takes_part(body, part, to) || edge <= deepest_of(part)) continue;
+            problem->relieved[stage - 1] = relieved_load(part, from, edge, way[stage - 1], stage);
+            add_loss(part, stage == 1 ? REST : 1.0);
             int32_t before = part->count - problem->rings - 1;
-            for (int32_t k = 1; !second && k <= problem->rings; ++k)
+            for (int32_t k = 1; stage == 1 && k <= problem->rings; ++k)
                 problem->slipped[before + k] = hs_plus(problem->trial[k], -1.0, problem->found[k]);
         }
     }
-    body->uneven = body->slid_load = 0.0;
+    body->uneven = body->slid_load = body->curved = 0.0;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         const hs_ring_problem *problem = part->problem;
-        if (to->approach <= deepest_of(part)) continue;
+        if (!takes_part(body, part, to)) continue;
+        part->lost = dissipation(part, &first, from, to->approach, way, &body->curved);
+        body->dissipated += part->lost;
+        if (to->approach <= deepest_of(part)) {
+            part->count = 0;
+            continue;
+        }
         add_unevenness(body, part);
         if (hs_class_room(part, problem->rings + 1) != HS_OK) return HS_OUT_OF_MEMORY;
         part->count = problem->rings + 1;
-        for (int32_t k = 0; k < part->count; ++k) {
-            part->nodes[k] = HS_MADE(hs_node){problem->label[k], problem->normal[k], problem->found[k]};
-        }
+        for (int32_t k = 0; k < part->count; ++k)
+            part->nodes[k] = node_found(problem, k);
     }
     body->approach = to->approach;
     body->normal_load = to->normal_load;
     body->time = to->time;
-    body->displacement = is_rigid(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way);
+    body->displacement = is_rigid(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way[1]);
     body->tangential_load = force;
     return HS_OK;
 }
@@ -595,11 +748,13 @@ static int step_with(hs_body *body, hs_body *owner, const hs_planar_target *to) 
 }
 
 /* Whether two half steps make of a path what a whole one does: halving leaves a third of the difference. */
-static int settled(const hs_body *body, const hs_body *one, const hs_body *two) {
+static int settled(const hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
     double limit = hs_most(hs_body_limit(body, body->approach), hs_body_limit(body, one->approach));
     double force = hs_length(hs_plus(one->tangential_load, -1.0, two->tangential_load));
     double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
     double change = fabs(one->dissipated - two->dissipated), lost = two->dissipated - body->dissipated;
+    double curved = first->curved + two->curved;
+    if (curved > LEAST_CURVED * hs_most(lost, limit * way * body->tolerance)) return 0;
     return force <= SETTLED_LOAD * body->tolerance * limit &&
            change <= hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance;
 }
@@ -607,6 +762,9 @@ static int settled(const hs_body *body, const hs_body *one, const hs_body *two) 
 /* Whether a step has slid so evenly that it need not be halved. */
 static int is_even(const hs_body *body, const hs_body *one) {
     double limit = hs_body_limit(body, one->approach), most = hs_least(EVEN * limit, EVEN_OF_SLIP * one->slid_load);
+    double depth = hs_most(body->approach, one->approach) - body->contact->sorted_gap[0];
+    int slides = one->slid_load > 0.0 || one->approach < body->approach;
+    if (slides && fabs(one->approach - body->approach) > STEADY * depth) return 0;
     return one->uneven <= hs_most(most, ALWAYS_EVEN * limit) * body->tolerance;
 }
 
@@ -641,7 +799,8 @@ static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const
     return status;
 }
 
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
+/* Carry a body to a target without total lift-off on the way. */
+static int travel_in_contact(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
@@ -655,11 +814,11 @@ int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_b
         status = first ? step_with(first, body, &middle) : HS_OUT_OF_MEMORY;
         two = status == HS_OK ? trial_of(first) : NULL;
         if (status == HS_OK) status = two ? step_with(two, body, to) : HS_OUT_OF_MEMORY;
-        if (status == HS_OK && settled(body, whole, two)) {
+        if (status == HS_OK && settled(body, whole, first, two)) {
             status = arrive(body, whole, first, two);
         } else if (status == HS_OK) {
-            status = hs_body_travel(body, &middle, halvings - 1, first);
-            if (status == HS_OK) status = hs_body_travel(body, to, halvings - 1, NULL);
+            status = travel_in_contact(body, &middle, halvings - 1, first);
+            if (status == HS_OK) status = travel_in_contact(body, to, halvings - 1, NULL);
         }
     }
     if (whole != one) hs_body_free(whole);
@@ -668,32 +827,41 @@ int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_b
     return status;
 }
 
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings) {
+    double touch = body->contact->sorted_gap[0];
+    int status = HS_OK;
+    if (body->approach > touch && to->approach < touch) {
+        hs_planar_target lift_off = hs_part_of_way(body, to, (body->approach - touch) / (body->approach - to->approach));
+        lift_off.approach = touch;
+        lift_off.normal_load = 0.0;
+        status = travel_in_contact(body, &lift_off, halvings, NULL);
+    }
+    return status == HS_OK ? travel_in_contact(body, to, halvings, NULL) : status;
+}
+
 int hs_body_relax(hs_body *body, const hs_planar_aim *aim) {
-    double edge = body->approach, lost;
+    double edge = body->approach;
     hs_vector force;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         if (edge <= deepest_of(part)) continue;
         if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
-        set_up(part, edge, edge, body->friction[part->group], body->rings, 0);
+        set_up(part, edge, edge, body->friction[part->group], body->rings, 1);
     }
-    hs_vector way = way_to(body, edge, nowhere, aim, &force, &lost);
-    /* of a jump the problem's own loss is of first order: it is what the springs held before and the work, less what they hold */
+    hs_vector way = way_to(body, edge, nowhere, aim, &force);
+    if (is_stopped(body)) return HS_INTERRUPTED;
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         if (part->count == 0) continue;
         const hs_ring_problem *problem = part->problem;
         int32_t left_out = part->count - problem->rings - 1;
-        hs_vector before = force_of(part);
-        lost = hs_class_stored(part, NULL);
-        for (int32_t k = 1; k <= problem->rings; ++k) part->nodes[left_out + k].deflection = problem->found[k];
-        lost += 0.5 * hs_dot(hs_plus(before, 1.0, force_of(part)), way) - hs_class_stored(part, NULL);
-        lost = hs_most(lost, 0.0);
+        double work = 0.5 * hs_dot(hs_plus(force_of(part), 1.0, hs_ring_force(problem)), way);
+        part->lost = hs_most(hs_class_stored(part) + work - energy_found(problem), 0.0);
         begin_loss(part, edge, edge);
         add_loss(part, 1.0);
-        part->lost = lost;
-        spread_loss(body, part, 1.0);
-        body->dissipated += lost;
+        spread_loss(body, part, part, 1.0);
+        body->dissipated += part->lost;
+        for (int32_t k = 1; k <= problem->rings; ++k) part->nodes[left_out + k].deflection = problem->found[k];
     }
     body->displacement = hs_plus(body->displacement, 1.0, way);
     body->tangential_load = force;
@@ -715,13 +883,13 @@ double hs_class_front(const hs_body *body, const hs_class *part) {
 }
 
 int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]) {
-    double edge = body->approach, lost, size = hs_length(direction), least = 0.0;
+    double edge = body->approach, size = hs_length(direction), least = 0.0;
     memset(slopes, 0, 4 * sizeof(double));
     for (int64_t c = 0; c < body->classes; ++c) {
         hs_class *part = body->parts + c;
         if (edge <= deepest_of(part)) continue;
         if (hs_ring_room(part, part->count + 1) != HS_OK) return HS_OUT_OF_MEMORY;
-        set_up(part, edge, edge, body->friction[part->group], body->rings, 0);
+        set_up(part, edge, edge, body->friction[part->group], body->rings, 1);
         least = hs_most(least, body->friction[part->group] * (edge - deepest_of(part)));
         if (size > 0.0) continue;
         double label = hs_most(hs_least(hs_class_front(body, part), edge), deepest_of(part));
@@ -729,6 +897,6 @@ int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]) {
         slopes[1][1] = slopes[0][0];
     }
     /* a way so short that fronts stay in their cells */
-    if (size > 0.0) forces(body, edge, hs_plus(nowhere, 1e-9 * least / size, direction), &lost, slopes);
+    if (size > 0.0) forces(body, edge, hs_plus(nowhere, 1e-9 * least / size, direction), slopes);
     return HS_OK;
 }

@@ -128,6 +128,13 @@ static inline hs_load hs_load_at(hs_curve curve, double approach) {
     if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
     return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
 }
+/* P(a) with its slope and its integrals over a. */
+typedef struct hs_normal {
+    double load, slope;
+    double integral; /* ∫P da */
+    double twice;    /* ∫∫P da da */
+} hs_normal;
+hs_normal hs_normal_at(hs_curve curve, double approach);
 static inline hs_curve hs_all_of(const hs_contact *contact) {
     return HS_MADE(hs_curve){contact->sorted_gap, contact->sorted_weight, contact->load, contact->count};
 }

@@ -50,6 +50,44 @@ hs_load hs_load_between_knots(hs_curve curve, double approach) {
     return found;
 }
 
+/* k (a - h)^(n/2) for n = 1, 3, 5 and 7, of asperities that touch. */
+HS_WIDE static void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
+                                double (*restrict power)[HS_AT_ONCE]) {
+    for (int i = 0; i < count; ++i) {
+        double depth = approach - gap[i];
+        power[0][i] = weight[i] * sqrt(depth);
+        power[1][i] = power[0][i] * depth;
+        power[2][i] = power[1][i] * depth;
+        power[3][i] = power[2][i] * depth;
+    }
+}
+
+static hs_normal normal_between_knots(hs_curve curve, double approach) {
+    hs_load there = hs_load_between_knots(curve, approach);
+    hs_normal found = {there.load, there.slope, 0.0, 0.0};
+    for (int64_t i = 0; i < curve.count && curve.gap[i] < approach; ++i) {
+        double width = (i + 1 < curve.count ? hs_least(curve.gap[i + 1], approach) : approach) - curve.gap[i];
+        if (width <= 0.0) continue;
+        double load = curve.load[i], slope = curve.weight[i], bend = hs_bend_at(curve, i);
+        found.twice += width * (found.integral + width * (load / 2.0 + width * (slope / 6.0 + width * bend / 24.0)));
+        found.integral += width * (load + width * (slope / 2.0 + width * bend / 6.0));
+    }
+    return found;
+}
+
+hs_normal hs_normal_at(hs_curve curve, double approach) {
+    double power[4][HS_AT_ONCE], lane[4][HS_LANES] = {{0}}, sum[4];
+    if (curve.load) return normal_between_knots(curve, approach);
+    int64_t touching = hs_touching(curve.gap, curve.count, approach);
+    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+        int count = hs_size_of_block(touching - begin);
+        half_powers(curve.gap + begin, curve.weight + begin, count, approach, power);
+        for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], count);
+    }
+    for (int n = 0; n < 4; ++n) sum[n] = hs_lanes_sum(lane[n]);
+    return HS_MADE(hs_normal){sum[1], 1.5 * sum[0], sum[2] / 2.5, sum[3] / (2.5 * 3.5)};
+}
+
 /* Label a at which rigid·(a - h) + compliance·P(a) is a total, with the first knot h. */
 static double label_between_knots(hs_curve curve, double total, double rigid, double compliance) {
     int64_t low = 0, high = curve.count;

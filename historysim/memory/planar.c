@@ -190,8 +190,8 @@ static int nodes_of_line(const hs_planar *planar, hs_class *part) {
             anchor = stack[j + 1].anchor - stack[j + 1].slope * (stack[j + 1].label - deepest);
             label = deepest;
         }
-        hs_node node = {label, hs_load_at(part->curve, label).load, scaled(line->displacement - anchor, planar->direction)};
-        part->nodes[part->count++] = node;
+        hs_vector deflection = scaled(line->displacement - anchor, planar->direction);
+        part->nodes[part->count++] = hs_node_at(part, label, deflection);
     }
     return HS_OK;
 }
@@ -430,19 +430,22 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
 static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,
                   hs_refusal *refusal) {
     const hs_planar_path *path = plan->path;
-    int64_t work = 0;
+    hs_watch watch = {drive, 0, HS_OK};
     int status = planar->body ? HS_OK : turn(planar);
-    if (status == HS_OK) planar->body->time = path->begin;
+    if (status != HS_OK) return status;
+    planar->body->time = path->begin;
+    planar->body->watch = &watch;
     for (int64_t part = rows ? 1 : path->parts; part <= path->parts && status == HS_OK; ++part) {
         double share = until * ((double)part / (double)path->parts);
         hs_planar_target to;
         status = target_of(planar, plan, share, drive->saturate, &to, refusal);
-        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS, NULL);
+        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
         if (status == HS_OK) status = follow(planar);
-        if (status == HS_OK) status = hs_goes_on(drive, &work, 64 + planar->line->contact->count / 16);
+        if (status == HS_OK) status = hs_goes_on(drive, &watch.work, 64 + planar->line->contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))
             status = hs_planar_read(planar, rows, path->first_row + part - 1);
     }
+    planar->body->watch = NULL;
     return status;
 }
 
@@ -503,7 +506,7 @@ int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room,
 double hs_planar_stored_energy(const hs_planar *planar) {
     double total = 0.0;
     if (!planar->body) return hs_stored_energy(planar->line);
-    for (int64_t c = 0; c < planar->body->classes; ++c) total += hs_class_stored(planar->body->parts + c, NULL);
+    for (int64_t c = 0; c < planar->body->classes; ++c) total += hs_class_stored(planar->body->parts + c);
     return total * planar->line->contact->units.energy;
 }
 
@@ -533,6 +536,9 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     if (by_load) aim.value = hs_held_load(planar->body, approach, t);
     if (by_load && hs_length(t) > hs_body_limit(planar->body, approach) * (1.0 + HS_LIMIT_SLACK))
         planar->excess = hs_plus(t, -1.0, aim.value);
+    hs_watch watch = {drive, 0, HS_OK};
+    planar->body->watch = &watch;
     int status = hs_body_relax(planar->body, &aim);
+    planar->body->watch = NULL;
     return status == HS_OK ? follow(planar) : status;
 }

@@ -7,6 +7,8 @@
 #define MOST_ROUNDS 100
 /* Where a normal curve is straight nothing touches, and a ring would have no stiffness: it has this share of what is outside. */
 #define LEAST_MASS 1e-12
+/* limit of a ring below which it slides without traction: the square of a limit has to be a number */
+#define LEAST_LIMIT 1e-150
 /* farthest that Newton's step turns a traction [rad] */
 #define FARTHEST_TURN 0.7
 
@@ -16,7 +18,7 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     if (rings->problem && rings->problem->room >= room) return HS_OK;
     room += 8;
     size_t n = (size_t)room + 1, pairs = n * (size_t)room;
-    size_t numbers = 8 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
+    size_t numbers = 9 * n + 3 * pairs + 4 * pairs + 2 * n + 2 * (8 * n + 2 * n);
     hs_ring_problem *problem = (hs_ring_problem *)malloc(sizeof *problem + numbers * sizeof(double) + 2 * n * sizeof(int32_t));
     if (!problem) return HS_OUT_OF_MEMORY;
     free(rings->problem);
@@ -24,9 +26,9 @@ int hs_ring_room(hs_class *rings, int32_t room) {
     problem->room = room;
     problem->rings = problem->active = problem->unknowns = 0;
     double *at = (double *)(problem + 1);
-    double **arrays[] = {&problem->label, &problem->normal, &problem->share, &problem->depth,
-                         &problem->mass,  &problem->limit,  &problem->sum,   &problem->push};
-    for (int k = 0; k < 8; ++k, at += n) *arrays[k] = at;
+    double **arrays[] = {&problem->label, &problem->normal, &problem->integral, &problem->share, &problem->depth,
+                         &problem->mass,  &problem->limit,  &problem->sum,      &problem->push};
+    for (int k = 0; k < 9; ++k, at += n) *arrays[k] = at;
     double **matrices[] = {&problem->traction_of, &problem->deflection_of, &problem->matrix};
     for (int k = 0; k < 3; ++k, at += pairs) *matrices[k] = at;
     problem->factor = at;
@@ -249,16 +251,31 @@ static int32_t innermost_beyond(hs_ring_problem *problem, int32_t from) {
     return found;
 }
 
-double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement) {
+/* Whether no ring holds a traction that floats could tell from 0. */
+static int has_no_friction(const hs_ring_problem *problem) { return problem->limit[problem->rings] < LEAST_LIMIT; }
+
+/* Time that a round takes, about [µs]. */
+static int64_t work_of_round(const hs_ring_problem *problem) {
+    int64_t active = problem->active;
+    return 1 + active * active * active / 400;
+}
+
+void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch) {
     const int32_t n = problem->rings;
     const hs_vector none = {0.0, 0.0};
     problem->unknowns = problem->solved = 0;
     problem->trial[0] = none;
     for (int32_t k = 1; k <= n; ++k) problem->trial[k] = hs_plus(problem->base[k], problem->share[k], displacement);
     memcpy(problem->found, problem->trial, (size_t)(n + 1) * sizeof *problem->found);
+    if (has_no_friction(problem)) {
+        memset(problem->found, 0, (size_t)(n + 1) * sizeof *problem->found);
+        return;
+    }
     int32_t beyond = innermost_beyond(problem, 1);
-    if (beyond == 0) return 0.0;
+    if (beyond == 0) return;
     for (int round = 0; round < MOST_ROUNDS; ++round) {
+        if (watch && watch->status == HS_OK) watch->status = hs_goes_on(watch->drive, &watch->work, work_of_round(problem));
+        if (watch && watch->status != HS_OK) return;
         if (beyond) {
             /* rings that have been unknown stay it, for the sake of their matrix */
             if (beyond > problem->active) activate(problem, beyond);
@@ -276,9 +293,6 @@ double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement) {
         /* one more ring at once: what slips deeper mostly spreads */
         if (beyond && beyond < n) ++beyond;
     }
-    double lost = 0.0;
-    for (int32_t i = 1; i <= problem->solved; ++i) lost += hs_dot(problem->traction[i], problem->slip[i]);
-    return hs_most(lost, 0.0);
 }
 
 hs_vector hs_ring_force(const hs_ring_problem *problem) {
@@ -292,6 +306,7 @@ void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]) {
     for (int32_t k = problem->solved + 1; k <= problem->rings; ++k) stuck += problem->mass[k] * problem->share[k];
     slopes[0][0] = slopes[1][1] = stuck;
     slopes[0][1] = slopes[1][0] = 0.0;
+    if (has_no_friction(problem)) slopes[0][0] = slopes[1][1] = 0.0;
     if (problem->solved == 0) return;
     int32_t count = linearise(problem);
     double *x = problem->step;

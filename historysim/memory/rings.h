@@ -7,7 +7,8 @@
 /* A node of the polyline v(a), the tangential deflection of the springs that first touched at approach `label`. */
 typedef struct hs_node {
     double label;
-    double normal; /* P there, of the class */
+    double normal;   /* P there, of the class */
+    double integral; /* ∫P da up to there */
     hs_vector deflection;
 } hs_node;
 
@@ -26,7 +27,7 @@ typedef struct hs_class {
     int32_t count; /* nodes; 0 where nothing touches */
     int32_t room;
     hs_node *nodes;
-    double lost;        /* that its springs lost in the last step */
+    double lost;        /* energy that its springs dissipated in the last step */
     int32_t slid;       /* labels between which they slid */
     hs_held *held;      /* what they held times how far they slid, linear in between; room for `room` of it */
     struct hs_ring_problem *problem; /* place to work in, which copies do not share; NULL until it is needed */
@@ -41,6 +42,7 @@ typedef struct hs_ring_problem {
     int32_t solved;      /* that are unknown: all of these, or none; below them v = v* */
     double *label;       /* of the nodes, the edge first */
     double *normal;      /* P there */
+    double *integral;    /* ∫P da up to there */
     double *share;       /* of a displacement of the contact that moves the springs: less where they touch on the way */
     double *depth;       /* r, below the edge */
     double *traction_of; /* (ring, interval) D: Q = D m, with the slopes m of v */
@@ -63,7 +65,8 @@ typedef struct hs_ring_problem {
     hs_vector *basis;    /* directions in which the unknowns of Newton's step go */
     int32_t *ring;       /* whose they are */
     int32_t unknowns;    /* of the last factor; 0 where nothing slips */
-    double lost;         /* Σ Q·y of the last solution */
+    hs_normal edge[3];   /* at the start of a step, its first stage and its end; of the approach that does not change, the slope alone */
+    hs_vector relieved[2]; /* load of the springs if all stuck, less their load, at the first stage and at the end */
 } hs_ring_problem;
 
 static inline hs_vector hs_plus(hs_vector a, double scale, hs_vector b) {
@@ -76,6 +79,13 @@ static inline hs_vector hs_between(hs_vector from, hs_vector to, double share) {
 static inline double hs_dot(hs_vector a, hs_vector b) { return a.x * b.x + a.y * b.y; }
 static inline double hs_length(hs_vector a) { return sqrt(hs_dot(a, a)); }
 
+/* Whether the caller still wants a result: work since the last look, and HS_INTERRUPTED once it does not. */
+typedef struct hs_watch {
+    const hs_drive *drive;
+    int64_t work;
+    int status;
+} hs_watch;
+
 /* All classes of a contact, and where it is. */
 typedef struct hs_body {
     hs_contact *contact;    /* of the line, which outlives it */
@@ -84,6 +94,7 @@ typedef struct hs_body {
     double tolerance;
     double approach, normal_load, dissipated, time;
     hs_vector displacement, tangential_load;
+    double curved;            /* energy of the last step that rests on the curvature of its slip */
     double slid_load, uneven; /* tangential load that has slid in the last step, and by which its two stages slid differently */
     double *each;  /* (count) energy that each asperity has dissipated, by its position; NULL of steps that are tried */
     int64_t classes;
@@ -91,14 +102,15 @@ typedef struct hs_body {
     double *slide_time; /* (count) when asperities have first slid as a whole since the first turn [s], by position; or NaN */
     int slid;           /* whether some have that the line does not know of */
     double *scratch;    /* (count) */
+    hs_watch *watch;    /* of the present walk, which copies share; NULL where nobody may stop it */
 } hs_body;
 
 /* Have a class its problem, with room for so many rings; returns a status. */
 int hs_ring_room(hs_class *rings, int32_t room);
 /* Fill in what follows from where the rings are and which loads they carry: labels and loads of so many nodes. */
 void hs_ring_nodes(hs_ring_problem *problem, int32_t count, double friction);
-/* Find v where the contact is displaced; returns Σ Q·y. */
-double hs_ring_solve(hs_ring_problem *problem, hs_vector displacement);
+/* Find v where the contact is displaced. */
+void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *watch);
 /* Σ M v, and its slopes in the displacement: of component by component. */
 hs_vector hs_ring_force(const hs_ring_problem *problem);
 void hs_ring_slopes(hs_ring_problem *problem, double slopes[2][2]);
@@ -125,10 +137,11 @@ hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
 hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);
+hs_node hs_node_at(const hs_class *part, double label, hs_vector deflection);
 /* Add a class of asperities at positions from `start` up to `end`, without nodes. */
 hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end);
-/* Energy that the springs of a class hold, added per asperity of it unless `each` is NULL. */
-double hs_class_stored(const hs_class *part, double *each);
+/* Elastic energy of the springs of a class. */
+double hs_class_stored(const hs_class *part);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */
 double hs_class_front(const hs_body *body, const hs_class *part);
 /* Friction limit at an approach. */
@@ -137,8 +150,8 @@ double hs_body_limit(const hs_body *body, double approach);
 hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked);
 /* The target a share of the way there. */
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
-/* Carry a body to a target, in steps that are halved so often at most; `one`, unless it is NULL, is where a single step leads. */
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one);
+/* Carry a body to a target, in steps that are halved so often at most. */
+int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings);
 /* Have springs slip that are beyond the limit, which has fallen. */
 int hs_body_relax(hs_body *body, const hs_planar_aim *aim);
 /* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */

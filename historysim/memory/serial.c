@@ -469,7 +469,9 @@ static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *st
     for (int32_t k = 0; k < own.nodes; ++k) {
         hs_node *node = part->nodes + k;
         *at = pass_node(*at, node, 0);
-        node->normal = hs_load_at(part->curve, node->label).load;
+        hs_normal there = hs_normal_at(part->curve, node->label);
+        node->normal = there.load;
+        node->integral = there.integral;
         part->count = k + 1;
         int stands = k == 0 ? node->label == approach : node->label < node[-1].label;
         if (!stands || !all_finite(&node->deflection.x, 2) || (k == own.nodes - 1 && node->label != deepest))
