@@ -47,6 +47,13 @@ class InputError(HistorySimError, ValueError):
         return f"{path_text(self.place)}: {problem}" if self.place else problem
 
 
+def distinct_texts(value: float, bound: float, digits: int = 6) -> tuple[str, str]:
+    """Format a value and the bound that it violates with at least `digits` digits, and as many as tell them apart."""
+    texts = f"{value:.{digits}g}", f"{bound:.{digits}g}"
+    # 17 digits tell any two floats apart
+    return texts if texts[0] != texts[1] or digits >= 17 else distinct_texts(value, bound, digits + 1)
+
+
 def path_text(place: Iterable[str | int]) -> str:
     """Return a place as scenarios write it: ``"loading.waypoints[3].time"``."""
     text = ""
@@ -82,8 +89,9 @@ class FrictionLimitError(LoadError):
         self.request, self.limit, self.path = request, limit, path
 
     def __str__(self) -> str:
+        request, limit = distinct_texts(self.request, self.limit)
         return (
-            f"a tangential load of {self.request:.6g} N is beyond the friction limit of {self.limit:.6g} N (Σ μ N), so "
+            f"a tangential load of {request} N is beyond the friction limit of {limit} N (Σ μ N), so "
             "there is no equilibrium; lower it, raise the normal load first, control the displacement instead, or "
             "choose `saturate` to hold the load at the limit"
         )

@@ -89,6 +89,26 @@ def test_a_signal_is_heard_in_the_midst_of_a_segment(ensemble, normal, tangentia
     assert ensemble.advance(start, tangential_displacement=1e-3).tangential_load > 0
 
 
+@posix
+def test_a_signal_is_heard_in_the_midst_of_a_step_of_two_directions():
+    """A single path without rows on the way, whose rings take longer than anybody waits."""
+    ensemble = hs.Ensemble(PAIR, *SUMMITS, 0.5, rings=hs.Rings(height_classes=1, rings=800, tolerance=1e-9))
+    start = ensemble.advance(ensemble.initial_state(), normal_load=0.03, tangential_displacement=(4e-3, 0.0))
+
+    def ring(*_):
+        raise HeardError
+
+    before = signal.signal(signal.SIGVTALRM, ring)
+    try:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.2)
+        with pytest.raises(HeardError):
+            ensemble.advance(start, tangential_displacement=(4e-3, 8e-3))
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+    assert not start.turned
+
+
 # what runs the tests may ignore the signal, and those that it starts then do, too
 TELLING = """
 import signal

@@ -6,6 +6,7 @@ import inspect
 import itertools
 import pickle
 import pkgutil
+import re
 
 import attrs
 import numpy as np
@@ -258,3 +259,14 @@ def test_no_value_is_forgotten():
             value = filled(kind)
             for way in WAYS.values():
                 assert taken_apart(way(value), hard=False) == taken_apart(value, hard=False)
+
+
+@pytest.mark.parametrize(
+    ("request_", "limit", "texts"),
+    [(3e-4, 2e-4, ("0.0003", "0.0002")), (3e-4 * (1 + 1e-9), 3e-4, ("0.0003000000003", "0.0003"))],
+)
+def test_a_load_beyond_the_limit_is_not_printed_like_it(request_, limit, texts):
+    message = str(hs.FrictionLimitError(request_, limit))
+    assert f"of {texts[0]} N is beyond the friction limit of {texts[1]} N" in message
+    nearest = str(hs.FrictionLimitError(float(np.nextafter(limit, 1)), limit))
+    assert len(set(re.findall(r"of (\S+) N", nearest))) == 2

@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Array, Booleans, Floats, Integers, checked
 from historysim.basics.library import ffi, lib, pointer
-from historysim.errors import CurveEndError, InputError
+from historysim.errors import CurveEndError, InputError, distinct_texts
 from historysim.memory.binding import LOAD, check, fill
 from historysim.memory.paths import Paths, Rows
 
@@ -415,8 +415,9 @@ class NormalCurves:
         if beyond.any():
             path = int(beyond.argmax())
             name, unit = ("a normal load", "N") if by_load[path] else ("an approach", "m")
-            asked = f"{name} of {paths['normal_target'][path]:.6g} {unit}"
-            raise CurveEndError(asked, f"{load:.6g} N and {approach:.6g} m", path)
+            asked, end_text = distinct_texts(float(paths["normal_target"][path]), load if by_load[path] else approach)
+            ends = f"{end_text} N and {approach:.6g} m" if by_load[path] else f"{load:.6g} N and {end_text} m"
+            raise CurveEndError(f"{name} of {asked} {unit}", ends, path)
 
 
 def _noise(noise: npt.ArrayLike, rows: int) -> Floats:

@@ -698,6 +698,11 @@ class Ensemble:
             raise InputError(f"state is {state!r}; expected an EnsembleState, such as initial_state() returns")
         if state.like is not self._beginning:
             binding.check_belongs(state.memory, self._beginning)
+        if isinstance(state, PlanarState) and state.rings != self.rings:
+            raise InputError(
+                f"the state was made with {state.rings}; expected one of this ensemble, with {self.rings}. Advance it "
+                "with an ensemble of its rings, or replay its events with this one"
+            )
         return state.memory
 
     def __getstate__(self) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.instrument import Rings
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.files import replacing
 from historysim.basics.library import ffi, lib, pointer
@@ -275,6 +276,12 @@ class PlanarState(WholeContact, SavedState):
         content = bytearray(lib.hs_planar_size(self.planar))
         check(lib.hs_planar_write(self.planar, ffi.from_buffer(content), len(content)))
         return bytes(content)
+
+    @property
+    def rings(self) -> Rings:
+        """How finely its asperities are resolved."""
+        planar = self.planar
+        return Rings(planar.height_classes, planar.rings, planar.tolerance)
 
     @property
     def turned(self) -> bool:

@@ -211,10 +211,18 @@ def _of_state(name: str) -> Any:
 
 @attrs.define(eq=False)
 class PlanarStepper:
-    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`."""
+    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`.
+
+    Only one thread at a time may use it; another one gets an InputError.
+    """
 
     state: PlanarState  #: the present one, which later steps do not change
     _advance: Callable[..., Any]
+    _place: OneAtATime = attrs.field(
+        init=False,
+        repr=False,
+        factory=lambda: OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())"),
+    )
 
     normal_load = _of_state("normal_load")
     tangential_load = _of_state("tangential_load")
@@ -224,13 +232,18 @@ class PlanarStepper:
 
     def step(self, **targets: Any) -> None:
         """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed."""
-        self.state = self._advance(self.state, **targets)
+        with self._place:
+            self.state = self._advance(self.state, **targets)
 
     def save(self) -> PlanarState:
         """Return the present state."""
-        return self.state
+        with self._place:
+            return self.state
 
     def restore(self, state: PlanarState) -> None:
         """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
         _check_restorable(state, PlanarState, self.state.memory)
-        self.state = state
+        if state.rings != self.state.rings:
+            raise InputError(f"the state was made with {state.rings}; expected one with {self.state.rings}")
+        with self._place:
+            self.state = state

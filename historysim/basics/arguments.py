@@ -40,6 +40,13 @@ class FrozenArrays:
 NUMBERS = "iufO"  # kinds of arrays that may hold numbers; of objects, fractions and the like
 
 
+def _has_boolean(values: Any) -> bool:
+    """Whether a boolean stands among the numbers of a list, where numpy takes it for 0 or 1."""
+    if isinstance(values, list | tuple):
+        return any(map(_has_boolean, values))
+    return isinstance(values, bool | np.bool_)
+
+
 def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
     """Return an argument as finite floats above a number, and of a least one; anything else is an InputError.
 
@@ -57,7 +64,7 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
         result = None if is_none or given.dtype.kind not in NUMBERS else given.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         result = None
-    if result is None:
+    if result is None or _has_boolean(values):
         raise InputError(f"{name} is {values!r}; expected numbers in SI")
     good = np.isfinite(result) & (result >= least)
     if above > -math.inf:

@@ -33,8 +33,8 @@
 #define ALWAYS_EVEN 3e-3
 #define STEADY 0.1
 #define SETTLED_LOAD 0.5
-#define SETTLED_LOSS 8.0
-#define SETTLED_WORK 1e-2
+#define SETTLED_LOSS 5.0
+#define SETTLED_WORK 5e-3
 #define LEAST_CURVED 0.05
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100

@@ -580,7 +580,9 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
                      double until, const hs_evolution *evolution, hs_refusal *refusal) {
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
+    hs_refusal unread;
     walk w;
+    if (!refusal) refusal = &unread;
     int flag = 0, status = hs_can_evolve(memory, evolution) ? HS_OK : HS_FOREIGN;
     if (status == HS_OK) status = part_as_they_evolve(memory, evolution);
     if (status != HS_OK) return status;

@@ -278,7 +278,7 @@ typedef struct hs_rows {
 } hs_rows;
 
 /* Carry a memory along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
- * share `until` is walked. Where a path is refused, the memory is of no use any more. */
+ * share `until` is walked. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
 HS_API int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                    double until, hs_refusal *refusal);
 /* Record one row of a memory as it is. */
@@ -411,7 +411,7 @@ HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus,
                             const double *summit_radius, double *normal_load, double *contact_radius);
 
 /* Do what `hs_walk` does where asperities evolve; the memory was made so, of as many asperities. Only a single path may
- * have a goal. */
+ * have a goal. `refusal` may be NULL. */
 HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                             const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
 /* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
@@ -498,8 +498,8 @@ typedef struct hs_planar_rows {
     double *tangential_load; /* (row, 2) [N] */
     double *displacement;    /* (row, 2) [m] */
 } hs_planar_rows;
-/* Do what `hs_walk` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place of the drive's. Where a path is
- * refused, the memory is of no use any more. */
+/* Do what `hs_walk` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place
+ * of the drive's. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
 HS_API int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
                           const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal);
 /* Record one row of it as it is. */

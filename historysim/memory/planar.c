@@ -463,7 +463,9 @@ int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count
                    const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal) {
     double unit = planar->line->contact->units.stiffness;
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
+    hs_refusal unread;
     int status = HS_OK;
+    if (!refusal) refusal = &unread;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         refusal->path = p;
         status = walk_path(planar, paths + p, yields, rows, drive, until, refusal);

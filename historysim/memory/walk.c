@@ -263,7 +263,9 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
     double compliance = drive->compliance * units->stiffness;
     hs_recorder recorder;
     hs_plan plan;
+    hs_refusal unread;
     int flag = 0;
+    if (!refusal) refusal = &unread;
     int64_t work = 0, each = 1 + (memory->contact->count + (rows ? rows->columns : 0)) / 16;
     int status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;

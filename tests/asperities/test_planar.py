@@ -11,8 +11,10 @@ import pytest
 
 import historysim as hs
 from historysim.asperities.instrument import MOST_RINGS
-from historysim.basics.library import lib
+from historysim.basics.library import ffi, lib
 from historysim.errors import FrictionLimitError, InputError, LoadError
+from historysim.memory.binding import LOAD as LOAD_CONTROL
+from historysim.memory.paths import Goals, paths_to
 from tests.support.planar_half_space import PlanarHalfSpace
 from tests.support.planar_paths import TABLES, way
 
@@ -340,6 +342,150 @@ def test_stiffness_by_differences():
     assert np.linalg.eigvalsh(state.stiffness((1.0, 0.0))).min() >= -1e-9 * LOAD
 
 
+def one_event(start, end, approach, turn, **rings):
+    """Energy dissipated in one event after a ramp, and the load at its end; a turn of 1e-9 brings in rings."""
+    ensemble = sphere(**rings)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(start, 0.0))
+    if turn:
+        state = ensemble.advance(state, tangential_displacement=(start, 1e-9))
+    before = state.dissipated_energy
+    target = (end, 1e-9 if turn else 0.0)
+    state = ensemble.advance(state, normal_displacement=approach, tangential_displacement=target)
+    assert state.turned == turn
+    return (state.dissipated_energy - before) / LOAD, state.tangential_load[0] / LOAD
+
+
+@pytest.mark.parametrize("approach", [1.5, 0.5, 0.2, 0.05, 0.001, 0.0, -0.1, -1.0])
+@pytest.mark.parametrize("end", [-0.5, 0.0, 0.6, 0.9, 2.0])
+@pytest.mark.parametrize("start", [0.6, 1.2])
+def test_one_event_with_motion_beside_one_direction(start, end, approach):
+    """At the default rings, within 4e-3 of the energy or 2e-4 of μN times full slip."""
+    expected, load = one_event(start, end, approach, turn=False)
+    found, found_load = one_event(start, end, approach, turn=True)
+    assert found == pytest.approx(expected, rel=4e-3, abs=2e-4)
+    assert found_load == pytest.approx(load, abs=3e-4)
+
+
+@pytest.mark.parametrize("ensemble", [sphere(), hs.Ensemble(PAIR, *many(friction=1.0))])
+@pytest.mark.parametrize("approach", [0.8, 0.3, 0.01, 0.0])
+def test_springs_that_lift_off_unloaded_dissipate_nothing(ensemble, approach):
+    """While all slide, and U falls by μ times what the approach falls by, each spring keeps up with its limit."""
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0, tangential_displacement=(1.3, 0.0))
+    state = ensemble.advance(state, tangential_displacement=(1.3, 1e-9))
+    stored = state.stored_energy
+    after = ensemble.advance(
+        state, normal_displacement=approach, tangential_displacement=(1.3 - (1.0 - approach), 1e-9)
+    )
+    assert after.dissipated_energy - state.dissipated_energy < 1e-5 * stored
+
+
+def test_asperities_share_what_is_dissipated_at_lift_off():
+    ensemble = hs.Ensemble(PAIR, *many())
+    path, approach = random_walk(4, 6)
+    events = []
+    for time, (u, d) in enumerate(zip(path, [*approach[:-1], -0.1], strict=True)):
+        events += [hs.NormalDisplacement(time, d), hs.TangentialDisplacement(time, tuple(u))]
+    history = hs.replay(ensemble, events, record="all")
+    total, each = history.total_dissipated_energy.values, history.dissipated_energy.values
+    np.testing.assert_allclose(each.sum(axis=1), total, rtol=1e-3)
+    assert (np.diff(each, axis=0) >= 0).all()
+
+
+@pytest.mark.parametrize("lowest", [1.0, 0.3, -0.2])
+def test_random_histories_beside_one_direction(lowest):
+    """Along a line that a turn of 1e-9 has left: loads within 2e-3 of μN, energies within 3e-3."""
+    random = np.random.default_rng(5)
+    line = plane = sphere().advance(sphere().initial_state(), normal_displacement=1.0)
+    ensemble = sphere()
+    plane = ensemble.advance(
+        ensemble.advance(plane, tangential_displacement=(1e-9, 0.0)), tangential_displacement=(1e-9, 1e-9)
+    )
+    for u, d in zip(random.uniform(-1.3, 1.3, 30), random.uniform(lowest, 1.0, 30), strict=True):
+        line = ensemble.advance(line, normal_displacement=d, tangential_displacement=u)
+        plane = ensemble.advance(plane, normal_displacement=d, tangential_displacement=(u, 1e-9))
+        assert plane.tangential_load[0] == pytest.approx(line.tangential_load, abs=2e-3 * LOAD)
+    assert plane.turned
+    assert plane.dissipated_energy == pytest.approx(line.dissipated_energy, rel=3e-3)
+
+
+def energy_of_second_circle(radius, **rings):
+    states = walked(
+        sphere(**rings), np.vstack([[(radius, 0.0)], way("circle", radius, 8)[8:], way("circle", radius, 8)[8:]])
+    )
+    return (states[-1].dissipated_energy - states[32].dissipated_energy) / LOAD
+
+
+def test_energy_of_small_circles():
+    """It goes with the third power of the radius; at 0.03 of full slip beside many rings."""
+    fine = energy_of_second_circle(0.03, rings=240)
+    assert energy_of_second_circle(0.03) == pytest.approx(fine, rel=0.03)
+    assert energy_of_second_circle(0.01) == pytest.approx(fine / 27, rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [559, 578])
+def test_the_tolerance_holds_where_two_splits_agree_by_chance(seed):
+    """Loads at eight random way points, which were up to 0.0165 of μN off."""
+    path = np.random.default_rng(seed).uniform(-1, 1, (2, 8)).T
+    coarse, fine = (
+        np.array([numbers(state)[:2] for state in walked(sphere(tolerance=tolerance), path)])
+        for tolerance in (1e-3, 3e-5)
+    )
+    assert np.hypot(*(coarse - fine).T).max() < 1e-3
+
+
+def test_without_friction_all_stored_energy_is_dissipated():
+    ensemble = hs.Ensemble(PAIR, *many())
+    path, approach = random_walk(2, 6)
+    state = walked(ensemble, path, approach)[-1]
+    free = ensemble.advance(state, friction=0.0)
+    assert (free.tangential_load == 0).all()
+    assert free.stored_energy == 0
+    assert free.dissipated_energy - state.dissipated_energy == pytest.approx(state.stored_energy, rel=1e-9)
+    assert (free.stiffness((1.0, 0.0)) == 0).all()
+    moved = ensemble.advance(free, tangential_displacement=(0.5, -0.5), normal_displacement=0.2)
+    assert (moved.tangential_load == 0).all()
+    assert moved.dissipated_energy == free.dissipated_energy
+    with pytest.raises(FrictionLimitError):
+        ensemble.advance(free, tangential_load=(1.0, 1.0))
+    # whatever is below all scales is next to nothing, and ends
+    assert np.hypot(*ensemble.advance(state, friction=1e-300).tangential_load) < 1e-200
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-300])
+def test_an_ensemble_without_friction(friction):
+    state = walked(sphere(friction), way("square", 0.7, 2))[-1]
+    assert state.turned
+    assert np.hypot(*state.tangential_load) < 1e-200
+    assert state.dissipated_energy < 1e-200
+
+
+def test_a_state_keeps_to_ensembles_of_its_rings():
+    state = walked(sphere(), way("square", 0.7, 1))[-1]
+    for call in (
+        lambda other: other.advance(state, normal_load=LOAD),
+        lambda other: other.stepper(state),
+        lambda other: other.with_friction(state, 0.5),
+        lambda other: other.asperity(0, state),
+        lambda other: other.stepper(walked(other, way("square", 0.7, 1))[-1]).restore(state),
+    ):
+        with pytest.raises(InputError, match=r"made with Rings\(.*rings=30.*expected .*rings=60"):
+            call(sphere(rings=60))
+    assert sphere().advance(state, normal_load=LOAD).rings == hs.Rings()
+
+
+def test_a_walk_goes_without_a_refusal():
+    state = walked(sphere(), way("square", 0.7, 1))[-1]
+    paths = paths_to(Goals(LOAD_CONTROL, LOAD), Goals(LOAD_CONTROL, [(0.0, 0.0)]), recorded=False)
+    for load, status in ((0.5 * LOAD, lib.HS_OK), (2.0 * LOAD, lib.HS_BEYOND_LIMIT)):
+        paths["tangential_target"] = load, 0.0
+        planar = lib.hs_planar_copy(state.planar)
+        path = ffi.cast("hs_planar_path *", ffi.from_buffer(paths))
+        driven = sphere().driven(False, hs.Instrument())
+        compliance = ffi.new("double[2]")
+        assert lib.hs_planar_walk(planar, path, 1, ffi.NULL, compliance, driven, 1.0, ffi.NULL) == status
+        lib.hs_planar_free(planar)
+
+
 def test_lift_off_forgets():
     ensemble = hs.Ensemble(PAIR, *many())
     path, approach = random_walk(11, 12)
@@ -380,6 +526,8 @@ def test_bytes_are_the_state():
         ({"tangential_displacement": 0.1}, "two numbers"),
         ({"tangential_displacement": (1, 2, 3)}, "a pair in x and y"),
         ({"tangential_load": (float("nan"), 0)}, "finite"),
+        ({"tangential_displacement": (True, 0)}, "expected numbers"),
+        ({"tangential_load": [0.0, np.False_]}, "expected numbers"),
         ({"normal_load": (1, 2)}, "one number"),
     ],
 )
