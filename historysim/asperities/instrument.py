@@ -123,12 +123,12 @@ class Rings:
     Parameters
     ----------
     height_classes : int
-        Classes of asperities by height, each with rings of its own: 1 is quick, 8 are within 1e-3 of μN.
+        Classes of asperities by height, each with separate rings: 1 is within 1 % of μN, 8 are within 0.25 %.
     rings : int
         Rings of a class, from the edge of contact to the middle of its highest summit.
     tolerance : float
-        Of the tangential load over the friction limit, and of the energy of a step, which is halved until it is
-        settled.
+        Relative to the friction limit for the tangential load, and to the energy of a step for its energy: steps are
+        halved until both are settled.
 
     Raises
     ------

@@ -460,7 +460,7 @@ typedef struct hs_vector {
 typedef struct hs_planar {
     hs_memory *line;     /* of one direction; from the first turn on it follows the approach, and no spring of it is strained */
     int64_t height_classes, rings;
-    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which the step is settled */
+    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which steps are settled */
     uint64_t identity;
     hs_vector direction; /* in which it moves, a unit vector */
     hs_vector origin;    /* where its displacement is 0 */
