@@ -35,7 +35,7 @@
 #define SETTLED_LOAD 0.5
 #define SETTLED_LOSS 5.0
 #define SETTLED_WORK 5e-3
-#define LEAST_CURVED 0.05
+#define MOST_CURVED 0.05
 /* turns of Newton's method, and cuts of each of its steps */
 #define MOST_TURNS 100
 #define MOST_CUTS 40
@@ -558,6 +558,7 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
             return HS_OUT_OF_MEMORY;
         begin_loss(part, body->approach, to->approach);
         memset(part->problem->edge, 0, sizeof part->problem->edge);
+        memset(part->problem->relieved, 0, sizeof part->problem->relieved);
         if (to->approach != body->approach) part->problem->edge[0] = hs_normal_at(part->curve, body->approach);
         memset(part->problem->slipped, 0, (size_t)part->count * sizeof(hs_vector));
     }
@@ -640,7 +641,8 @@ static hs_vector relieved_load(const hs_class *part, double from, double edge, h
 static double dissipation(const hs_class *part, const hs_planar_target *first, double from, double to, const hs_vector way[2],
                           double *uncertain) {
     const hs_ring_problem *problem = part->problem;
-    double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest), depth = hs_most(begin, end) - deepest;
+    double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest);
+    double depth = hs_most(begin, end) - deepest;
     double span = 1.0, middle = STAGE, once = 0.5, squared = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
     hs_vector relief[2] = {problem->relieved[0], problem->relieved[1]}, bend = nowhere, curved = nowhere;
     if (to != from) {
@@ -754,7 +756,7 @@ static int settled(const hs_body *body, const hs_body *one, const hs_body *first
     double way = hs_length(hs_plus(two->displacement, -1.0, body->displacement));
     double change = fabs(one->dissipated - two->dissipated), lost = two->dissipated - body->dissipated;
     double curved = first->curved + two->curved;
-    if (curved > LEAST_CURVED * hs_most(lost, limit * way * body->tolerance)) return 0;
+    if (curved > MOST_CURVED * hs_most(lost, limit * way * body->tolerance)) return 0;
     return force <= SETTLED_LOAD * body->tolerance * limit &&
            change <= hs_most(SETTLED_LOSS * lost, SETTLED_WORK * limit * way) * body->tolerance;
 }
@@ -799,7 +801,7 @@ static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const
     return status;
 }
 
-/* Carry a body to a target without total lift-off on the way. */
+/* Carry a body to a target without total lift-off on the way; `one`, unless it is NULL, is where a single step leads. */
 static int travel_in_contact(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
