@@ -19,6 +19,8 @@ STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
 CLEAR_SLOPE = 3.0  # standard errors beyond which a slope is no scatter
 FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitted to it
 PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
+FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
+CLOSED = 0.2  # largest difference of the load between the ends of a closed period, as a fraction of its range
 USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches that is the way of the test, and no step
 AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
 
@@ -108,6 +110,27 @@ def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[i
     # a last branch that no reversal ends is whole where it closes a loop with the one before
     whole = behind.size > 2 or (behind.size == 2 and bool(closed[-1]))
     return loops, (int(behind[0]), int(behind[1])) if whole else None
+
+
+def closed_period(trace: Trace, dead_band: float) -> Trace | None:
+    """Rotate a record of one period so that it starts and ends at its maximum; None if the record does not close.
+
+    A record closes if displacement and load end where they started: the displacement to within the dead band or two
+    of the steps at the ends, the load to within `CLOSED` of its range.
+    """
+    moved, load = trace.displacement, trace.tangential_load
+    if moved.size < FEWEST_OF_PERIOD:
+        return None
+    end_step = max(abs(float(moved[1] - moved[0])), abs(float(moved[-1] - moved[-2])))
+    if abs(moved[-1] - moved[0]) > max(dead_band, 2 * end_step) or abs(load[-1] - load[0]) > CLOSED * np.ptp(load):
+        return None
+    top = int(moved.argmax())
+    order = np.arange(top, top + moved.size + 1) % moved.size
+    steps = np.diff(trace.time)
+    period = float(np.ptp(trace.time)) + (float(np.median(steps)) if steps.size else 0.0)
+    later = np.arange(order.size) >= moved.size - top
+    normal_load = None if trace.normal_load is None else trace.normal_load[order]
+    return Trace(trace.time[order] + period * later, moved[order], load[order], normal_load)
 
 
 def enclosed(trace: Trace, start: int, turn: int, end: int) -> float:

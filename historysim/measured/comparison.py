@@ -108,6 +108,9 @@ def observe(
     except NoLoopError:
         # without a whole loop the samples can still be compared
         loops = None
+    if loops is not None and loops.trace.time.size > measurement.time.size:
+        # one closed period: the cycles before it were not stored, so the model follows the record from a reversal on
+        start = max(start, 1)
     noise = noise_of(displacement) if displacement_noise is None else displacement_noise
     nodes = np.union1d(turns, load_steps(normal))
     # half of the way from each sample to the farther one of its neighbours

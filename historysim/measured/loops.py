@@ -16,6 +16,7 @@ from historysim.measured.branches import (
     Definitions,
     Trace,
     at_one_load,
+    closed_period,
     enclosed,
     loop_ends,
     read_branch,
@@ -238,6 +239,11 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     noise = estimated_noise(moved, displacement_noise)
     band = loop_dead_band(moved, dead_band, noise)
     all_ends, lone = loop_ends(moved, band)
+    whole_period: tuple[str, ...] = ()
+    if not len(all_ends) and (period := closed_period(trace, band)) is not None:
+        trace, (moved, load) = period, (period.displacement, period.tangential_load)
+        all_ends, lone = loop_ends(moved, band)
+        whole_period = ("the record is one closed period: it is one loop, which starts at the greatest displacement",)
     first = check_skip(skip)
     if first >= len(all_ends):
         skipped = f", of which {first:,} are to be skipped" if first else ""
@@ -283,7 +289,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         left_out_branches=left_out,
         stepped_branches=stepped,
         rising_branches=rising & ~left_out,
-        exclusions=steady.notes,
+        exclusions=(*whole_period, *steady.notes),
         lateral_stiffness=lateral_stiffness,
         displacement_noise=noise,
     )

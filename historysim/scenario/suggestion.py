@@ -15,6 +15,7 @@ from historysim.basics.units import conversion_factor
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.events import ACROSS
+from historysim.scenario.run_column import find_run_column
 from historysim.scenario.schema import column_from_toml
 from historysim.tables import Format, Listing, read_table
 from historysim.tables.columns import split_unit
@@ -50,6 +51,9 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     friction, stroke = _found(left, "N", _TANGENTIAL), _found(left, "m", _STROKE)
     if time and (count := 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())) > 1:
         lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
+    elif runs := find_run_column(path, layout):
+        lines.append(f"runs_by = {_quoted(runs.name)}")
+        lines.append(f'run = {runs.numbers[0]}  # of {runs.listed}; run = "each" is for loops, sliding and fit')
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
     lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))

@@ -39,6 +39,7 @@ __all__ = [
     "MissingValueError",
     "Part",
     "Table",
+    "column_names",
     "describe",
     "join_tables",
     "opened_rows",
@@ -149,6 +150,21 @@ def describe(path: str | PathLike[str], format: Format | None = None) -> list[Li
 
         with reader_of(path, TableReader).opened(path, layout) as contents:
             return arrays.describe(contents, layout)
+
+
+def column_names(path: str | PathLike[str], format: Format | None = None) -> list[str]:  # noqa: A002 - as above
+    """Return the names of the columns of a file: those of the first table of a text, of arrays their paths.
+
+    Errors as for `describe`.
+    """
+    path, layout = Path(path), format or Format()
+    with _file(path):
+        if (text := _lines(path, layout)) is not None:
+            from historysim.tables.head import Head
+
+            return list(Head.of(*text).heading(()).names)
+        with reader_of(path, TableReader).opened(path, layout) as contents:
+            return [array.name for array in contents.arrays]
 
 
 def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above

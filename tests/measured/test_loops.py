@@ -354,3 +354,37 @@ def test_a_displacement_that_rests_has_no_loops(find):
         resting = attrs.evolve(record, channels={**record.channels, "tangential_displacement": rest})
         with pytest.raises(InputError, match=r"the tangential displacement rests: .* `historysim sliding`"):
             find(resting)
+
+
+# ---------------------------------------------------------------- one stored cycle
+
+
+def one_period(start, samples=200):
+    """Return the last period of a steady loop from any sample on, with its friction force and energy."""
+    moved = 50e-6 * np.sin(2 * np.pi * np.arange(3 * samples) / samples)
+    load = np.zeros(moved.size)
+    for i in range(1, load.size):
+        load[i] = np.clip(load[i - 1] + 5e6 * (moved[i] - moved[i - 1]), -10.0, 10.0)
+    part = slice(samples + start, 2 * samples + start)
+    return np.arange(samples) * 1e-3, moved[part], load[part]
+
+
+@pytest.mark.parametrize("start", [0, 20, 50, 90, 150, 199])
+@pytest.mark.parametrize("samples", [24, 200])
+def test_one_closed_period_is_a_loop_wherever_it_starts(start, samples):
+    start = start * samples // 200
+    found = loops_of_channels(*one_period(start, samples), 50.0)
+    assert len(found) == 1
+    assert found.friction_coefficient == pytest.approx(np.full((1, 2), 0.2), rel=1e-3)
+    assert found.dissipated_energy == pytest.approx([4 * 10 * (50e-6 - 10 / 5e6)], rel=2e-2 if samples < 50 else 5e-3)
+    assert (np.diff(found.trace.time) > 0).all()
+
+
+def test_the_first_cycle_from_rest_is_not_closed():
+    samples = 200
+    moved = 50e-6 * np.sin(2 * np.pi * np.arange(samples) / samples)
+    load = np.zeros(samples)
+    for i in range(1, samples):
+        load[i] = np.clip(load[i - 1] + 5e6 * (moved[i] - moved[i - 1]), -10.0, 10.0)
+    with pytest.raises(InputError, match="0 whole loops"):
+        loops_of_channels(np.arange(samples), moved, load, 50.0)

@@ -30,6 +30,7 @@ from historysim.scenario.loading_kinds.measured import (
     hum_remark,
     last_digit,
 )
+from historysim.scenario.run_column import find_run_column
 from historysim.scenario.schema import NumbersFile, given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
 from historysim.tables.blocks import one_clock
@@ -94,6 +95,8 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
     record = _Record(section, time, values, main.lines, inside, _run_of(main), [(FILE_REMARK, one) for one in notices])
+    if section.runs_by is None and len(section.files) == 1:
+        record.remark_runs(folder)
     if section.columns.time is None:
         record.remark("clock", "no column for time: the number of the row, from 0 s")
     return record
@@ -178,6 +181,16 @@ class _Record:
 
     def remark(self, label: str, text: str) -> None:
         self.remarks.append((label, text))
+
+    def remark_runs(self, folder: Path) -> None:
+        """Remark on a column that numbers runs, which are joined unless ``runs_by`` names it."""
+        runs = find_run_column(folder / self.section.files[0], self.section)
+        if runs is not None:
+            text = (
+                f"column {runs.name!r} has the numbers {runs.listed}, and these runs are joined; if each was stored by "
+                f'itself, say runs_by = "{runs.name}" and run = "each", or one of them'
+            )
+            self.remark(FILE_REMARK, text)
 
     def keep(self, kept: Booleans) -> None:
         self.values = {key: array[kept] for key, array in self.values.items()}
