@@ -11,8 +11,9 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
+from historysim.basics.units import quantity_text
 from historysim.errors import InputError
-from historysim.measured.reduction import clock, in_step, reversals, turning_points
+from historysim.measured.reduction import channel, clock, in_step, reversals, turning_points
 
 QUALITY = 30.0  # frequency of a notch over the width at which it lets half of the power pass, once
 ORDER = 2  # order of the Butterworth low-pass, which runs twice: half of the amplitude passes at its frequency
@@ -24,7 +25,6 @@ _LEAST_PIECE, _LONGEST_PIECE, _DEGREE = 128, 8192, 5
 # bins that a line spreads over to either side, and how far beside it the noise is looked for
 _LOBE, _ASIDE = 3, 12
 _ROUNDING = 1e-9
-
 
 # -- the instrument --------------------------------------------------------------------------------
 
@@ -146,18 +146,26 @@ def low_pass(time: Floats, values: Floats, frequency: float) -> Floats:
 
 def sampling_rate(time: Floats) -> float:
     """Return the sampling rate of an even clock [Hz]."""
-    times = clock(time)
+    times = channel("time", time)
     steps = np.diff(times)
     if not steps.size:
         raise InputError("one sample has no sampling rate; expected more of them")
     middle = float(np.median(steps))
     worst = int(np.abs(steps - middle).argmax())
-    if abs(steps[worst] - middle) > EVEN * middle:
+    if not middle > 0 or abs(steps[worst] - middle) > EVEN * middle:
         raise InputError(
             f"samples are {steps[worst]:.6g} s apart after {times[worst]:.9g} s, and {middle:.6g} s elsewhere; filters "
-            "by frequency need an even clock: resample first (interval)"
+            f"by frequency need an even clock: if the clock was rounded, {rate_remedy(times)}; else resample first "
+            "(interval)"
         )
     return steps.size / float(times[-1] - times[0])
+
+
+def rate_remedy(time: Floats) -> str:
+    """Text that names the key ``rate``, with the mean sampling rate of a record [Hz] as its value."""
+    duration = float(np.ptp(time))
+    example = f', as in rate = "{quantity_text((time.size - 1) / duration, "Hz", 4)}"' if duration > 0 else ""
+    return f"say the constant sampling rate in place of the time column{example}"
 
 
 def _below_half(frequency: float, rate: float) -> float:

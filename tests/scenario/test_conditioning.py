@@ -108,3 +108,74 @@ def test_the_rounding_of_printed_digits_is_no_hum(tmp_path):
     assert any(
         "12.3 Hz" in text for label, text in hs.load(tmp_path / "s.toml").measurement().remarks if label == "hum"
     )
+
+
+# ---------------------------------------------------------------- a rounded clock, or none
+
+
+@pytest.fixture
+def rounded(folder):
+    """The clock of the record to 10 ms, which four samples share, and the scenario with and without it."""
+    load = 0.01 * np.clip(CLEAN / 30, -1, 1)
+    write_columns(
+        folder / "m.csv", t=np.floor(TIME * 100 + 1e-9) / 100, N=np.full(TIME.size, 0.05), u=CLEAN + HUM, T=load
+    )
+    text = scenario_text(NOTCHED)
+    path = folder / "s.toml"
+
+    def write(text=text, rate=""):
+        path.write_text(text.replace('file = "m.csv"', f'file = "m.csv"\n{rate}'), encoding="utf-8")
+        return path
+
+    return write, text
+
+
+def without_clock(text):
+    return "\n".join(line for line in text.splitlines() if not line.startswith("time"))
+
+
+def test_a_filter_on_a_rounded_clock_names_the_rate(rounded):
+    write, _ = rounded
+    with pytest.raises(InputError, match=r'samples are 0.01 s apart after .* as in rate = "400.3 Hz"'):
+        hs.load(write()).measurement()
+
+
+def test_a_rate_in_place_of_the_clock_filters_and_keeps_every_sample(rounded):
+    write, text = rounded
+    path = write(without_clock(text), 'rate = "400 Hz"')
+    found = hs.load(path).measurement()
+    assert found.time == pytest.approx(TIME, abs=1e-9)
+    assert np.abs(found["tangential_displacement"] - 1e-9 * CLEAN)[800:-800].max() < 0.1e-9
+    assert dict(found.remarks)["clock"] == "400 Hz, from 0 s"
+    assert hs.run(path).sizes["step"] == TIME.size
+
+
+@pytest.mark.parametrize(
+    ("rate", "expected"),
+    [
+        ("", "notch: needs the times of the record; .* as in loading.rate"),
+        ('rate = "0 Hz"', "loading.rate"),
+        ('rate = "400 Hz"\nbroken = "drop"', "loading.rate: counts rows"),
+    ],
+)
+def test_a_missing_clock_and_a_wrong_rate_are_errors(rounded, rate, expected):
+    write, text = rounded
+    with pytest.raises(InputError, match=expected):
+        hs.load(write(without_clock(text), rate))
+
+
+def test_a_rate_beside_a_clock_is_an_error(rounded):
+    write, text = rounded
+    with pytest.raises(InputError, match=r"rate: together with columns\.time; expected one of them"):
+        hs.load(write(text, 'rate = "400 Hz"'))
+
+
+def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
+    write, text = rounded
+    plain = text.replace(', notch = "50 Hz"', "")
+    remark = dict(hs.load(write(plain)).measurement().remarks)["file"]
+    assert remark.startswith("3,600 of 4,800 samples have the time of the sample before, the first one at line 3")
+    assert "rate =" in remark
+    assert hs.run(write(plain)).sizes["step"] == 1200
+    with pytest.raises(InputError, match="rise from sample to sample; if the clock was rounded, say the constant"):
+        hs.load(write(plain, 'interval = "20 ms"')).measurement()

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Booleans, Floats, Integers
-from historysim.basics.fields import POSITIVE, Time
+from historysim.basics.fields import POSITIVE, Frequency, Time
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
@@ -97,7 +97,9 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     record = _Record(section, time, values, main.lines, inside, _run_of(main), [(FILE_REMARK, one) for one in notices])
     if section.runs_by is None and len(section.files) == 1:
         record.remark_runs(folder)
-    if section.columns.time is None:
+    if section.rate is not None:
+        record.remark("clock", f"{quantity_text(section.rate, 'Hz')}, from 0 s")
+    elif section.columns.time is None:
         record.remark("clock", "no column for time: the number of the row, from 0 s")
     return record
 
@@ -116,7 +118,8 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
         raise misfit(f'{error.args[0]}; missing = "drop" leaves out such samples', *error.place) from error
     if clock is None:
         rows = sum(part.rows for part in table.parts)
-        return attrs.evolve(table, columns={**table.columns, "time": np.arange(rows, dtype=np.float64)})
+        time = np.arange(rows, dtype=np.float64) / (section.rate or 1.0)
+        return attrs.evolve(table, columns={**table.columns, "time": time})
     if len(table.parts) == 1:
         return table
     time, clock_notices = one_clock(table.columns["time"], table.parts)
@@ -201,7 +204,14 @@ class _Record:
         return Measurement(self.time, {}, row=self.row).place(index)
 
     def check_order(self, *, rising: bool = False) -> None:
-        check_order(self.time, self.place, rising=rising)
+        check_order(self.time, self.place)
+        if not rising:
+            return
+        try:
+            check_order(self.time, self.place, rising=True)
+        except InputError as error:
+            remedy = correction.rate_remedy(self.time)
+            raise InputError(f"{error}; if the clock was rounded, {remedy}") from error
 
     def check_sizes(self, values: Floats) -> None:
         beyond = np.flatnonzero(np.abs(values) > LARGEST)
@@ -266,6 +276,7 @@ class _Record:
                 'and run = "each" all, for loops, sliding and fit'
             ) from error
         self.check_sizes(self.time)
+        self.remark_repeated_times()
         longest = math.inf if self.section.max_gap is None else self.section.max_gap
         wide = np.flatnonzero(np.diff(self.time) > longest)
         if wide.size:
@@ -275,6 +286,18 @@ class _Record:
                 f"{counted(wide.size, 'gap', 'gaps')} longer than max_gap, the first one of {length} before "
                 f"{self.place(after)}; split the record there, or raise max_gap"
             )
+
+    def remark_repeated_times(self) -> None:
+        """Remark on samples that share a time: all are replayed, and only the last of each time is recorded."""
+        repeated = int(np.count_nonzero(np.diff(self.time) == 0))
+        if repeated:
+            first = int(np.flatnonzero(np.diff(self.time) == 0)[0]) + 1
+            text = (
+                f"{repeated:,} of {_samples(self.time.size)} have the time of the sample before, the first one at "
+                f"{self.place(first)}: all are replayed in their order, and the last one at each time is recorded; if "
+                f"the clock was rounded, {correction.rate_remedy(self.time)}"
+            )
+            self.remark(FILE_REMARK, text)
 
     def resample(self, interval: float) -> None:
         """Take samples at even times, straight between the measured ones."""
@@ -379,6 +402,8 @@ class MeasuredLoading(NumbersFile, Loading):
     #: value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
     run: int | str | None = None
     runs_by: Column | None = None  #: column with the number of the run
+    #: Constant sampling rate, in place of a column for time: rows are 1/rate apart.
+    rate: Frequency | None = attrs.field(default=None, validator=POSITIVE)
     start: Time | None = None  #: samples before this time are left out
     end: Time | None = None  #: samples after this time are left out
     #: ``"refuse"``, or ``"drop"``: samples that miss a value are left out, and counted.
@@ -404,6 +429,10 @@ class MeasuredLoading(NumbersFile, Loading):
             raise misfit(f'{shown(self.run)}; expected the number of a run, from 1, or "each"', "run")
         if self.runs_by is not None and self.run is None:
             raise misfit('missing; expected the value of runs_by that is the run, or "each"', "run")
+        if self.rate is not None and self.columns.time is not None:
+            raise misfit("together with columns.time; expected one of them: rate if the clock was rounded", "rate")
+        if self.rate is not None and self.broken == "drop":
+            raise misfit('counts rows, and broken = "drop" would leave some out; expected one of them', "rate")
         if self.start is not None and self.end is not None and self.end < self.start:
             raise misfit(f"{self.end:g} s, before the start at {self.start:g} s; expected a later time", "end")
         replayed, names = given(self.columns), [key for _, key in self.channels]
@@ -424,8 +453,11 @@ class MeasuredLoading(NumbersFile, Loading):
                 problem = "needs the tangential load, at which the clearance opens; expected a column for it"
                 raise misfit(problem, *place, "free_play")
             for needs in ("time", "shift", "notch", "low_pass"):
-                if self.columns.time is None and getattr(channel, needs):
-                    problem = "needs the times of the record; expected a column for loading.columns.time"
+                if self.columns.time is None and self.rate is None and getattr(channel, needs):
+                    problem = (
+                        "needs the times of the record; expected a column for loading.columns.time, or a constant "
+                        'sampling rate, as in loading.rate = "5 kHz"'
+                    )
                     raise misfit(problem, *place, needs)
         if self.columns.time is None and not any(channel.sources for channel in self.channels.values()):
             raise misfit("constants alone, and no time; expected a column", "columns")
