@@ -17,7 +17,7 @@ from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
 from historysim.tables.columns import Format, Part, factor_or_none
 from historysim.tables.head import SEARCHED, Head, Heading
-from historysim.tables.lines import AT_ONCE, brief, fields, like_a_number
+from historysim.tables.lines import AT_ONCE, brief, fields, like_a_value
 
 _KEPT = 30  # lines of what stands above a table that are kept
 _NO_NUMBERS = re.compile(r"[^\d.,;|\t+\-eE \r\n]")
@@ -78,16 +78,16 @@ class _Look:
         if len(row) < self.width or any(row[self.width :]):
             return False
         values = [row[place] for place in self.numeric]
-        return any(values) and all(not value or value == "-" or like_a_number(value) for value in values)
+        return any(values) and all(not value or value == "-" or like_a_value(value) for value in values)
 
     def is_broken_row(self, row: Sequence[str], *, apart: bool) -> bool:
         """Return whether a line that is no row is meant as one; not where a blank line stands above it."""
         filled = [field for field in row if field]
         if not filled:
             return True
-        if like_a_number(filled[0]) and self.numeric[0] == 0:
+        if like_a_value(filled[0]) and self.numeric[0] == 0:
             return True
-        numbers = sum(like_a_number(row[place]) for place in self.numeric if place < len(row))
+        numbers = sum(like_a_value(row[place]) for place in self.numeric if place < len(row))
         return not apart and len(row) == self.width and numbers > 0 and 2 * numbers >= len(self.numeric)
 
 
@@ -153,7 +153,7 @@ def _next_table(text: Sequence[str], layout: Format, passed: int) -> tuple[Headi
     if table is None:
         return None
     heading, row = table
-    numeric = tuple(place for place, field in enumerate(row) if place < heading.width and like_a_number(field))
+    numeric = tuple(place for place, field in enumerate(row) if place < heading.width and like_a_value(field))
     return heading, _Look(heading.delimiter, heading.width, numeric, layout.comment), tuple(row[: heading.width])
 
 
@@ -187,14 +187,17 @@ _DATE = (
     r"(?:(?P<year>\d{4})-(?P<month>\d{2})-(?P<day>\d{2})|(?P<d>\d{1,2})\.(?P<m>\d{1,2})\.(?P<y>\d{4}))(?:[T ]|, )\s*"
 )
 _FULL_CLOCK = re.compile(
-    rf"(?:{_DATE})?(?P<hours>\d{{1,3}}):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d)(?P<fraction>[.,]\d*)?Z?", re.ASCII
+    rf"(?:{_DATE})?(?P<hours>\d{{1,3}}):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d)(?P<fraction>[.,]\d*)?"
+    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|(?:UTC|GMT)?(?P<zone>[+-]\d{2}):?(?P<past>\d{2})?)?",
+    re.ASCII,
 )
 
 
 def clock(text: str) -> float | None:
     """Return the seconds of a clock time, or None where a string is none.
 
-    It is ``hh:mm:ss`` with or without a fraction, alone or behind a date ``yyyy-mm-dd`` or ``dd.mm.yyyy``. Two numbers
+    It is ``hh:mm:ss`` with or without a fraction, AM or PM, and an offset such as ``+02:00``, which is taken off; alone
+    or behind a date ``yyyy-mm-dd`` or ``dd.mm.yyyy``. Two numbers
     alone may be hours and minutes or minutes and seconds, and a date with slashes begins with the day or the month:
     these are none.
     """
@@ -202,7 +205,14 @@ def clock(text: str) -> float | None:
     if match is None:
         return None
     parts = match.groupdict(default="0")
-    seconds = 3600.0 * int(parts["hours"]) + 60.0 * int(parts["minutes"]) + float(parts["seconds"])
+    hours = int(parts["hours"])
+    if match["half"]:
+        if not 1 <= hours <= 12:
+            return None
+        hours = hours % 12 + 12 * (match["half"][0] in "Pp")
+    seconds = 3600.0 * hours + 60.0 * int(parts["minutes"]) + float(parts["seconds"])
+    offset = 3600.0 * abs(int(parts["zone"])) + 60.0 * int(parts["past"])
+    seconds += offset if parts["zone"].startswith("-") else -offset
     seconds += float("0." + parts["fraction"][1:] + "0")
     year, month, day = (
         int(parts[long]) or int(parts[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))

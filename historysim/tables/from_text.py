@@ -19,7 +19,19 @@ from historysim.errors import InputError
 from historysim.tables.blocks import Block, clock, from_the_first, survey
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
 from historysim.tables.head import SEARCHED, Head, Heading, ragged
-from historysim.tables.lines import AT_ONCE, brief, decimal_hint, fields, is_plain, number, split
+from historysim.tables.lines import (
+    AT_ONCE,
+    brief,
+    decimal_hint,
+    fault_hint,
+    fields,
+    is_plain,
+    number,
+    number_in_unit,
+    plain_notation,
+    split,
+    split_quantity,
+)
 
 # where the rows begin with numbers, no row begins with a word
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
@@ -223,7 +235,10 @@ def describe(text: Sequence[str], layout: Format) -> list[Listing]:
     blocks, _ = survey(text, layout)
     block = blocks[min(layout.block, len(blocks)) - 1 if isinstance(layout.block, int) else 0]
     heading = block.heading
-    units = ["s" if clock(first) is not None else ", ".join(heading.units(at)) for at, first in enumerate(block.row)]
+    units = [
+        "s" if clock(first) is not None else ", ".join(dict.fromkeys([*heading.units(at), *in_cell]))
+        for at, (first, in_cell) in enumerate((each, (split_quantity(each) or ("",))[1:]) for each in block.row)
+    ]
     return [
         Listing(reference, unit, str(block.rows), first.strip())
         for reference, unit, first in zip(heading.references(), units, block.row, strict=True)
@@ -245,23 +260,54 @@ def with_heading(
 class _BadRowError(InputError):
     """A line that is no row."""
 
+    line = 0  #: counted from 1
+    cell = ""  #: the cell that is broken, empty if it is the whole line
+
 
 class _MissingError(_BadRowError, MissingValueError):
     """A row that misses a value."""
 
 
+def _dropped_text(dropped: Sequence[_BadRowError], kept: int) -> str:
+    """Return how many rows are left out, of how many, where, and what they have in common."""
+    which = ", ".join(str(error.line) for error in dropped[:_MOST_NAMED]) + (", …" if dropped[_MOST_NAMED:] else "")
+    shared = _what_dropped_rows_share(dropped)
+    rows = f"{len(dropped):,} of {counted(len(dropped) + kept, 'row', 'rows')} (line {which})"
+    return f"{rows}, {shared}" if shared else rows
+
+
+def _what_dropped_rows_share(dropped: Sequence[_BadRowError]) -> str:
+    """Return what several broken rows have in common, for a message; empty if nothing."""
+    cells = {plain_notation(error.cell.strip()) for error in dropped}
+    if len(dropped) < 2 or "" in cells:
+        return ""
+    if all(cell[:1] in "-(" or cell[-1:] == "-" for cell in cells):
+        return "all of them negative"
+    if len(cells) == 1:
+        return f"all of them {brief(dropped[0].cell)}"
+    return "in one piece" if len(dropped) > 2 and dropped[-1].line - dropped[0].line < len(dropped) else ""
+
+
 def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
     """Return finite numbers as an array; None where anything else stands among them."""
-    whole = "\n".join(texts)
+    whole = plain_notation("\n".join(texts))
     if not is_plain(whole, decimal):
         return None
-    if decimal != ".":
-        texts = whole.replace(decimal, ".").split("\n")
+    numbers = whole.replace(decimal, ".").split("\n")
+    if len(numbers) != len(texts):
+        return None
     try:
-        values = np.fromiter(map(float, texts), dtype=np.float64, count=len(texts))
+        values = np.fromiter(map(float, numbers), dtype=np.float64, count=len(texts))
     except ValueError:
         return None
     return values if np.isfinite(values).all() else None
+
+
+def _quantities(texts: Sequence[str], decimal: str, unit: str) -> Floats | None:
+    """Return values with their units in one unit; None where anything else stands among them."""
+    values = [number_in_unit(text, decimal, unit) for text in texts]
+    finite = [value for value in values if value is not None and math.isfinite(value)]
+    return np.array(finite, dtype=np.float64) if len(finite) == len(texts) else None
 
 
 def _clock_times(texts: Sequence[str]) -> Floats | None:
@@ -305,6 +351,18 @@ def _fits(row: Sequence[str], heading: Heading) -> bool:
     return len(row) >= heading.width and not any(field.strip() for field in row[heading.width :])
 
 
+def _unit_in_cells(lines: Sequence[str], heading: Heading, place: int, decimal: str) -> str:
+    """Return the unit in the first value of a column that is neither missing nor 0; empty without one."""
+    for line in lines:
+        row = fields(line, heading.delimiter)
+        value = number(row[place], decimal) if place < len(row) else 0.0
+        if value == 0 or (value is not None and math.isnan(value)):
+            continue
+        quantity = split_quantity(row[place]) if value is None else None
+        return quantity[1] if quantity else ""
+    return ""
+
+
 @frozen
 class _Rows:
     """The rows of a table, and the values that are wanted of them."""
@@ -316,6 +374,7 @@ class _Rows:
     missing: bool
     places: dict[str, int]  #: where the values stand, by the keys of the columns
     clocks: set[int]  #: which of these places are of clocks
+    cell_units: dict[int, str]  #: the unit of the first value, by the places of columns whose values have units
     #: The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
     #: there is none.
     guard: int
@@ -329,11 +388,13 @@ class _Rows:
         places = {key: heading.place(column) for key, column in columns.items()}
         _, lines = next(_lines_of_rows(text, heading, head.layout, end), ([], [""]))
         first = fields(lines[0], heading.delimiter)
-        values = [number(field, head.layout.decimal) for field in first]
+        units = {place: _unit_in_cells(lines, heading, place, head.layout.decimal) for place in places.values()}
+        cell_units = {place: unit for place, unit in units.items() if unit}
+        values = [number((split_quantity(field) or [field])[0], head.layout.decimal) for field in first]
         guard = next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
         clocks = {place for place in places.values() if place < len(first) and clock(first[place]) is not None}
         guard = -1 if guard in places.values() else guard
-        return cls(text, end, heading, head.layout, missing, places, clocks, guard)
+        return cls(text, end, heading, head.layout, missing, places, clocks, cell_units, guard)
 
     def piece(
         self,
@@ -344,9 +405,38 @@ class _Rows:
         start: float | None = None,
     ) -> Piece:
         """Return the columns; starts of clocks that begin here, and a notice of broken rows, are added to those."""
+        if notices is not None and self.layout.broken == "refuse":
+            try:
+                return self.read(label, starts, most_rows, start)[0]
+            except _MissingError:
+                raise
+            except _BadRowError as error:
+                raise _BadRowError(f"{error}; {self._drop_advice(most_rows)}") from error
+        piece, dropped = self.read(label, starts, most_rows, start)
+        if dropped and notices is not None:
+            notices.append(f"broken rows left out: {_dropped_text(dropped, piece.part.rows)}")
+        return piece
+
+    def _drop_advice(self, most_rows: int) -> str:
+        """Return which rows ``broken = "drop"`` would leave out."""
+        dropping = evolve(self, layout=evolve(self.layout, broken="drop"))
+        try:
+            piece, dropped = dropping.read("", {}, most_rows, None)
+        except InputError:
+            # other rows cannot be read either way
+            return "mend it in the file"
+        text = _dropped_text(dropped, piece.part.rows)
+        if _what_dropped_rows_share(dropped):
+            return f'mend it in the file; broken = "drop" would leave out {text}, and the rest is another record'
+        return f'mend it in the file, or broken = "drop" leaves out {text}'
+
+    def read(
+        self, label: str, starts: dict[str, float | None], most_rows: int, start: float | None
+    ) -> tuple[Piece, list[_BadRowError]]:
+        """Return the columns, and the errors of rows that are left out."""
         parts: list[list[Floats]] = []
         kept: list[Integers] = []
-        count, dropped = 0, list[int]()
+        count, dropped = 0, list[_BadRowError]()
         for numbers, texts in _lines_of_rows(self.text, self.heading, self.layout, self.end):
             values, rows = self._plain(texts), numbers
             if values is None:
@@ -359,17 +449,16 @@ class _Rows:
                 raise InputError(f"has more than {most_rows:,} rows; thin or split it")
         if not count:
             raise InputError("has a header but no rows; expected one line for each sample")
-        if dropped and notices is not None:
-            which = ", ".join(map(str, dropped[:_MOST_NAMED])) + (", …" if len(dropped) > _MOST_NAMED else "")
-            notices.append(f"{counted(len(dropped), 'broken row', 'broken rows')} left out (line {which})")
         columns = {}
         for (key, place), *values in zip(self.places.items(), *parts, strict=True):
             column, units = np.concatenate(values), self.heading.units(place)
             if place in self.clocks:
                 column, starts[key] = from_the_first(column, starts.get(key))
                 units = ("s",)
+            elif place in self.cell_units:
+                units = (*units, self.cell_units[place])
             columns[key] = FileColumn(self.heading.label(place), column, units)
-        return Piece(columns, Part(label, count, start), np.concatenate(kept))
+        return Piece(columns, Part(label, count, start), np.concatenate(kept)), dropped
 
     def _plain(self, lines: Sequence[str]) -> list[Floats] | None:
         """Return the values of lines that are rows of finite numbers and times; None where anything else is there."""
@@ -385,14 +474,19 @@ class _Rows:
         values = []
         for place in self.places.values():
             texts = [row[place] for row in rows]
-            column = _clock_times(texts) if place in self.clocks else plain_numbers(texts, self.layout.decimal)
+            if place in self.clocks:
+                column = _clock_times(texts)
+            elif place in self.cell_units:
+                column = _quantities(texts, self.layout.decimal, self.cell_units[place])
+            else:
+                column = plain_numbers(texts, self.layout.decimal)
             if column is None:
                 return None
             values.append(column)
         return values
 
     def _careful(
-        self, numbers: Sequence[int], texts: Sequence[str], dropped: list[int]
+        self, numbers: Sequence[int], texts: Sequence[str], dropped: list[_BadRowError]
     ) -> tuple[list[Floats], list[int]]:
         """Return the values of rows, line by line, and the numbers of their lines; broken ones may be left out."""
         kept: list[int] = []
@@ -405,8 +499,9 @@ class _Rows:
                 raise
             except _BadRowError as error:
                 if self.layout.broken == "refuse":
-                    raise _BadRowError(f'{error}; broken = "drop" leaves such rows out') from error
-                dropped.append(line_number)
+                    raise
+                error.line = line_number
+                dropped.append(error)
         return [*np.array(rows, dtype=np.float64).reshape(len(kept), len(self.places)).T.copy()], kept
 
     def _values(self, line_number: int, text: str) -> list[float]:
@@ -414,17 +509,25 @@ class _Rows:
         row = _row(line_number, text, self.heading)
         values = []
         for place in self.places.values():
-            value = number(row[place], self.layout.decimal)
-            expected = "a finite number"
+            value, expected = number(row[place], self.layout.decimal), "a finite number"
+            if unit := self.cell_units.get(place):
+                value = number_in_unit(row[place], self.layout.decimal, unit)
+                expected = f"a value with its unit, as in the other rows ({unit})"
+            elif quantity := split_quantity(row[place]):
+                expected = f"a finite number, or a unit such as {quantity[1]} in all rows"
             if place in self.clocks and not (value is not None and math.isnan(value)):
                 value, expected = clock(row[place]), "a time as in the rows above"
             if value is None and _LIKE_A_CLOCK.fullmatch(row[place]):
-                expected += ", or a clock: hh:mm:ss, alone or behind yyyy-mm-dd or dd.mm.yyyy"
+                expected += ", or a clock: hh:mm:ss, with or without AM or PM, alone or behind yyyy-mm-dd or dd.mm.yyyy"
             problem = f"{self._place(line_number, place, row)}; expected {expected}"
             if value is None:
                 decimal = decimal_hint(row[place], self.layout.decimal)
                 # a decimal comma in some rows is no break in them: without those, the rest would be another record
-                raise InputError(problem + decimal) if decimal else _BadRowError(problem)
+                if decimal:
+                    raise InputError(problem + decimal)
+                error = _BadRowError(problem + fault_hint(row[place]))
+                error.cell = row[place]
+                raise error
             if math.isnan(value) and not self.missing:
                 raise _MissingError(problem)
             values.append(value)

@@ -15,11 +15,13 @@ from historysim.tables.lines import (
     Line,
     brief,
     like_a_number,
+    like_a_value,
     longest_run,
     namings,
     number,
     places_of,
     runs,
+    split_quantity,
     units_in_line,
     width_of,
     without_blank_end,
@@ -275,7 +277,8 @@ class Head:
         if heading.mismatch or not row:
             return False
         places = [heading.place(attrs.evolve(column, occurrence=column.occurrence or 1)) for column in columns]
-        return all(number(row[place], self.layout.decimal) is not None for place in places)
+        decimal = self.layout.decimal
+        return all(number((split_quantity(row[at]) or row[at:])[0], decimal) is not None for at in places)
 
     def _below(self, header: Line, delimiter: str, names: Sequence[str] | None = None) -> Heading:
         """Return the heading of the table below a header line, with these names or those that suit its rows."""
@@ -322,11 +325,11 @@ class Head:
         values = [line.fields(delimiter) for line in run]
         width = len(values[0])
         # where at least half of the lines have numbers
-        numeric = [i for i in range(width) if 2 * sum(like_a_number(row[i]) for row in values) >= len(values)]
+        numeric = [i for i in range(width) if 2 * sum(like_a_value(row[i]) for row in values) >= len(values)]
 
         def is_first(line: Line) -> bool:
             row = line.fields(delimiter)
-            return len(row) == width and numeric != [] and all(not row[i] or like_a_number(row[i]) for i in numeric)
+            return len(row) == width and numeric != [] and all(not row[i] or like_a_value(row[i]) for i in numeric)
 
         return self._above(next(filter(is_first, self._rows()), run[0]), delimiter, width)
 
@@ -343,7 +346,7 @@ class Head:
         least = 2 if longest else 1
         for begin, end in runs(rows, delimiter, least):
             fields = rows[begin].fields(delimiter)
-            begins_with_a_number = like_a_number(next(filter(None, fields)))
+            begins_with_a_number = like_a_value(next(filter(None, fields)))
             if len(fields) == 2 and not begins_with_a_number:
                 continue
             heading = self._above(rows[begin], delimiter, len(fields))

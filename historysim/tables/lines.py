@@ -9,7 +9,7 @@ from functools import lru_cache
 import attrs
 
 from historysim.basics.units import is_common
-from historysim.tables.columns import split_unit
+from historysim.tables.columns import factor_or_none, split_unit
 
 MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}  # what stands for a missing value, in any case of letters
 AT_ONCE = 2000  # lines that are read at once: few enough for the cache
@@ -40,9 +40,46 @@ def fields(line: str, delimiter: str) -> list[str]:
     return [field.strip() for field in rows[0]] if len(rows) == 1 else []
 
 
+# Typographic minus signs, hyphens and dashes, in place of which other programs write "-".
+_MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\ufe63\uff0d", "-"))
+_FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
+_QUANTITY = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_].*|[%°].*)", re.DOTALL)
+
+
+def plain_notation(text: str) -> str:
+    """Return text with ASCII minus signs, and with ``e`` for the exponent letter ``D`` of Fortran."""
+    if not text.isascii():
+        text = text.translate(_MINUS)
+    return _FORTRAN_EXPONENT.sub("e", text) if "D" in text or "d" in text else text
+
+
+def split_quantity(text: str) -> tuple[str, str] | None:
+    """Split a value with its unit, as in ``50 mN``, into number and unit; None for any other text."""
+    match = _QUANTITY.fullmatch(plain_notation(text.strip()))
+    return (match[1], match[2]) if match and _is_unit(match[2]) else None
+
+
+@lru_cache(maxsize=1000)
+def _is_unit(text: str) -> bool:
+    return is_common(text)
+
+
+def number_in_unit(text: str, decimal: str, unit: str) -> float | None:
+    """Return the number of a value with its unit, converted to a unit; NaN if missing, None for any other text.
+
+    A bare number has no unit, except 0.
+    """
+    quantity = split_quantity(text)
+    if quantity is None:
+        bare = number(text, decimal)
+        return None if bare else bare
+    value, factor = number(quantity[0], decimal), factor_or_none(quantity[1], unit)
+    return None if value is None or factor is None else value * factor
+
+
 def number(text: str, decimal: str) -> float | None:
     """Return a finite number, NaN where it is missing, or None where there is something else."""
-    text = text.strip()
+    text = plain_notation(text.strip())
     if text.lower() in MISSING:
         return math.nan
     if not is_plain(text, decimal):
@@ -72,7 +109,28 @@ def decimal_hint(text: str, decimal: str) -> str:
         return '; it has a decimal point, although decimal is ","'
     if re.fullmatch(r"[+-]?\d{1,3}(?:[,'\s]\d{3})+(?:\.\d*)?", text.strip()):
         return "; export it without separators between thousands"
-    return ""
+    return next((f"; {mend}" for pattern, mend in _MENDS if pattern.fullmatch(plain_notation(text.strip()))), "")
+
+
+_SOME = r"\d[\d.,]*(?:[eE][+-]?\d+)?"
+_MENDS = (
+    (re.compile(rf"\({_SOME}\)"), "brackets mean a negative number to accountants alone: write it with a minus sign"),
+    (re.compile(rf"{_SOME}-"), "write the minus sign before the number"),
+    (re.compile(r"[+-]?\d*\.\d+[+-]\d{3}"), "the exponent has no letter: write it as 1.2e-101"),
+    (re.compile(rf"[<>≤≥~≈±]\s*[+-]?{_SOME}"), "write the number alone"),
+    (re.compile(rf"['\"]\s*[+-]?{_SOME}['\"]?"), "write it without quotation marks"),
+    (re.compile(r"[+-]?(?=.*[^\x00-\x7f])\d+(?:[.,]\d*)?"), "write it in the digits 0 to 9"),
+    (re.compile(r"\d+_[\d_.]+"), "export it without separators between thousands"),
+)
+_OUT_OF_RANGE = re.compile(r"(?i)[+-]?(?:inf|infinity|over\w*|ovr?l?d?|o\.?l\.?|range|#+|1\.#(?:inf|ind|qnan).*)")
+_OF_WORKSHEETS = re.compile(r"#.*[!?]|#N/A|#N/V")
+
+
+def fault_hint(text: str) -> str:
+    """Return what a word in place of a number means, for a message; empty for any other word."""
+    if _OUT_OF_RANGE.fullmatch(text.strip()):
+        return ": the channel was out of its range there"
+    return ": a formula of the worksheet failed there" if _OF_WORKSHEETS.fullmatch(text.strip()) else ""
 
 
 # -- rows ------------------------------------------------------------------------------------------
@@ -95,7 +153,12 @@ class Line:
 
 def like_a_number(field: str) -> bool:
     """Return whether a value looks like a number, with any decimal sign, or says that it is missing."""
-    return bool(_LIKE_A_NUMBER.fullmatch(field))
+    return bool(_LIKE_A_NUMBER.fullmatch(plain_notation(field)))
+
+
+def like_a_value(field: str) -> bool:
+    """Return whether a value looks like a number with or without its unit, or says that it is missing."""
+    return like_a_number(field) or split_quantity(field) is not None
 
 
 def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Line]:
@@ -104,7 +167,7 @@ def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Li
     begin = width = 0
     for index, line in enumerate(rows):
         values = line.fields(delimiter)
-        if len(values) < least or not any(map(like_a_number, values)):
+        if len(values) < least or not any(map(like_a_value, values)):
             width = 0
             continue
         if len(values) != width:
@@ -117,10 +180,10 @@ def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Li
 def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int, int]]:
     """Yield begin and end of lines in a row that have equally many values, and numbers at the same places."""
     begin = 0
-    previous: list[bool | None] = []
+    previous: list[int | None] = []
     for index, line in enumerate(rows):
         values = line.fields(delimiter)
-        looks = [like_a_number(value) if value else None for value in values]
+        looks = [_look(value) if value else None for value in values]
         is_row = len(values) >= least and any(looks)
         is_alike = len(looks) == len(previous) and all(
             None in pair or pair[0] == pair[1] for pair in zip(looks, previous, strict=True)
@@ -132,6 +195,11 @@ def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int
             begin, previous = index, looks
     if previous:
         yield begin, len(rows)
+
+
+def _look(value: str) -> int:
+    """Return 0 for a text, 1 for a number, 2 for a number with its unit."""
+    return 1 if like_a_number(value) else 2 * (split_quantity(value) is not None)
 
 
 def width_of(rows: Sequence[Line], delimiter: str, usual: int) -> int:

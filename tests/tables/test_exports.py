@@ -104,13 +104,33 @@ def test_sheets_of_excel_are_read_as_texts(tmp_path):
 def test_a_broken_row_is_named_or_left_out(file):
     content = "t [s],Fn [mN]\n0,1\n1\n2,3\n3,x\n4,5\n"
     columns = {"time": "t", "normal": "Fn"}
-    with pytest.raises(InputError, match=r"line 3: 1 value where .*; broken = \"drop\" leaves such rows out"):
+    with pytest.raises(
+        InputError, match=r"line 3: 1 value where .*, or broken = \"drop\" leaves out 2 of 5 rows .line 3, 5."
+    ):
         read(file, content, columns)
     table = read(file, content, columns, broken="drop")
     np.testing.assert_allclose(table.columns["normal"], [1e-3, 3e-3, 5e-3])
-    assert table.notices == ("2 broken rows left out (line 3, 5)",)
+    assert table.notices == ("broken rows left out: 2 of 5 rows (line 3, 5)",)
     with pytest.raises(InputError, match="if it has a decimal comma"):
         read(file, content.replace(",", ";").replace("x", "1,5"), columns, broken="drop")
+
+
+@pytest.mark.parametrize(
+    ("values", "shared"),
+    [
+        (["1", "-1x", "2", "-2x"], "2 of 4 rows (line 3, 5), all of them negative"),
+        (["1", "OVER", "2", "OVER"], "2 of 4 rows (line 3, 5), all of them 'OVER'"),
+        (["1", "a", "b", "c", "2"], "3 of 5 rows (line 3, 4, 5), in one piece"),
+    ],
+)
+def test_dropping_is_not_advised_where_the_broken_rows_have_something_in_common(file, values, shared):
+    content = "t [s],Fn [mN]\n" + "".join(f"{row},{value}\n" for row, value in enumerate(values))
+    columns = {"time": "t", "normal": "Fn"}
+    with pytest.raises(InputError) as caught:
+        read(file, content, columns)
+    expected = f'; mend it in the file; broken = "drop" would leave out {shared}, and the rest is another record'
+    assert str(caught.value).endswith(expected)
+    assert read(file, content, columns, broken="drop").notices == (f"broken rows left out: {shared}",)
 
 
 def test_what_stands_below_the_table_is_told(file):

@@ -154,23 +154,79 @@ def test_missing_values_are_nan_when_asked_for_and_errors_otherwise(file, word):
 @pytest.mark.parametrize(
     ("word", "hint"),
     [
-        ("inf", ""),
-        ("1_0", ""),
-        ("٣", ""),
+        ("abc", ""),
+        ("inf", ": the channel was out of its range there"),
+        ("#N/A", ": a formula of the worksheet failed there"),
+        ("1_0", "; export it without separators between thousands"),
+        ("٣", "; write it in the digits 0 to 9"),
+        ("(0.5)", "; brackets mean a negative number to accountants alone: write it with a minus sign"),
+        ("0.5-", "; write the minus sign before the number"),
+        ("1.5-101", "; the exponent has no letter: write it as 1.2e-101"),
+        ("<0.5", "; write the number alone"),
         ("1,5", '; if it has a decimal comma, say decimal = ","'),
         ("1,500.2", "; export it without separators between thousands"),
-        ("1.5 mN", ""),
+        ("1.5 mN", ", or a unit such as mN in all rows"),
         (
             "1/2/2024 10:00",
-            ', or a clock: hh:mm:ss, alone or behind yyyy-mm-dd or dd.mm.yyyy; broken = "drop" leaves such rows out',
+            ", or a clock: hh:mm:ss, with or without AM or PM, alone or behind yyyy-mm-dd or dd.mm.yyyy",
         ),
     ],
 )
 def test_anything_else_is_an_error_with_line_and_column(file, word, hint, missing):
     content = f"t;F\n0;1\n1;{word}\n2;3\n"
     message = refusal(file, content, ["t", "F"], missing=missing, delimiter=";")
-    mend = hint or '; broken = "drop" leaves such rows out'
-    assert message == f"f.txt: line 3, column 'F': {word!r}; expected a finite number{mend}"
+    drop = "" if hint.startswith(";") else '; mend it in the file, or broken = "drop" leaves out 1 of 3 rows (line 3)'
+    assert message == f"f.txt: line 3, column 'F': {word!r}; expected a finite number{hint}{drop}"
+
+
+@pytest.mark.parametrize(
+    ("cells", "expected"),
+    [
+        (["\u22121", "\u22122.5e\u22123", "3"], [-1, -2.5e-3, 3]),
+        (["\u20131", "\uff0d2", "3"], [-1, -2, 3]),
+        (["1.0D-03", "-2.5d+02", "3.D0"], [1e-3, -250, 3]),
+        (["50 ms", "-25ms", "0.05 s"], [0.05, -0.025, 0.05]),
+        (["0", "\u221225 ms", "1.5D1 ms"], [0, -0.025, 0.015]),
+    ],
+)
+@pytest.mark.parametrize("rows", [1, 3000])
+def test_numbers_as_other_programs_write_them(file, cells, expected, rows):
+    lines = [f"{row};{cell}\n" for row, cell in enumerate(cells)] + [f"{row};1 s\n" for row in range(3, rows)]
+    if "s" not in "".join(cells):
+        lines = [line.replace(" s", "") for line in lines]
+    [_, force] = values(file, "t;F\n" + "".join(lines), ["t", "F"])
+    assert force[:3] == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("cells", "said"),
+    [
+        (
+            ["50 mN", "25", "1 mN"],
+            "line 3, column 'F': '25'; expected a value with its unit, as in the other rows (mN)",
+        ),
+        (["50 mN", "25 mm", "1 mN"], "line 3, column 'F': '25 mm'; expected a value with its unit"),
+        (["50 mm", "25 mm", "1 mm"], "column 'F': 'mm' is not a unit of a time"),
+    ],
+)
+def test_units_in_cells_that_differ_are_errors(file, cells, said):
+    content = "t;F\n" + "".join(f"{row};{cell}\n" for row, cell in enumerate(cells))
+    assert said in refusal(file, content, ["t", "F"])
+
+
+@pytest.mark.parametrize(
+    ("times", "expected"),
+    [
+        (["11:59:59 PM", "12:00:01 AM", "12:00:02.5 am"], [0, 2, 3.5]),
+        (["11:59:59 a.m.", "12:00:01 p.m.", "01:00:00 PM"], [0, 2, 3601]),
+        (["2024-01-15T10:00:00+02:00", "2024-01-15T08:00:01.5Z", "2024-01-15T02:30:02-05:30"], [0, 1.5, 2]),
+        (["2024-01-15 23:30:00-00:30", "2024-01-16 00:00:01+00:00", "2024-01-16 02:00:02 +0200"], [0, 1, 2]),
+    ],
+)
+def test_clocks_of_twelve_hours_and_with_an_offset(file, times, expected):
+    content = "t;F;x\n" + "".join(f"{time};1;2\n" for time in times)
+    [time, _] = values(file, content, ["t", "F"], delimiter=";")
+    assert time == pytest.approx(expected)
 
 
 @given(

@@ -115,7 +115,14 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
     try:
         table = section.table(folder, columns, units, missing=section.missing == "drop")
     except MissingValueError as error:
-        raise misfit(f'{error.args[0]}; missing = "drop" leaves out such samples', *error.place) from error
+        try:
+            read = section.table(folder, columns, units, missing=True)
+            count = int(np.count_nonzero(~reduction.whole_samples(*read.columns.values())))
+            left_out = f"{count:,} of {_samples(sum(part.rows for part in read.parts))}"
+        except InputError:
+            # another value is broken
+            left_out = "such samples"
+        raise misfit(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
     if clock is None:
         rows = sum(part.rows for part in table.parts)
         time = np.arange(rows, dtype=np.float64) / (section.rate or 1.0)
