@@ -11,7 +11,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats
-from historysim.basics.units import conversion_factor
+from historysim.basics.units import conversion_factor, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.events import ACROSS
@@ -22,14 +22,49 @@ from historysim.tables.columns import split_unit
 
 # A word begins at the start of a name or behind a device or a group, and ends where no letter follows.
 _AT, _END = r"^(?:.*[./:|>])?\W*", r"(?![^\W\d_])"
-# What the columns of a channel are called, the likeliest first; each is taken where one column fits alone.
-_TIME = (rf"{_AT}(time(stamp)?|zeit|temps|elapsed|t){_END}", rf"^\W*(?-i:t){_END}")
-_NORMAL = (rf"normal|press|applied|{_AT}(fn|fz|f_n|n|load|p){_END}",)
-_TANGENTIAL = ("fric|tang|reib|shear", rf"{_AT}(ff|ft|f_t){_END}", rf"{_AT}fx{_END}", rf"lateral|{_AT}(fy|t|q){_END}")
-_STROKE = ("^(?!.*normal).*(tang|lateral|shear|slid)", "disp|weg", "stroke|pos", rf"{_AT}(x|u|ux|s|dx){_END}")
-_SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio")  # A coefficient of friction is no load
-# A name that ends as ``Fx_mN`` does; letters that stand for other things as often are left out.
-_UNIT_IN_NAME = re.compile(r".+_(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)")
+_WORD = r"(?<![^\W\d_])"
+# Names of the columns of a channel in English, German, French, Chinese and Japanese, the likeliest first; each pattern
+# counts where one column fits alone, or several of one name.
+_TIME = (
+    rf"{_AT}(time(stamp)?|zeit|temps|elapsed|t|时间|時間|时刻|時刻){_END}",
+    rf"^\W*(?-i:t){_END}",
+    rf"{_WORD}(time|temps){_END}|zeit{_END}|uhrzeit|时间|時間|时刻|時刻",
+)
+_NORMAL = (
+    "normal|press|applied|法向|正压|法線|垂直|押(し)?付",
+    rf"{_AT}(fn|fz|f_n|n|load|p){_END}",
+    (
+        rf"{_WORD}(?:ball|dead|axial|vertical|contact|clamp(?:ing)?|specimen|preload)\W*(?:load|force|weight)?{_END}"
+        rf"|{_WORD}(?:preload|weight|last|charge){_END}|auflast|axialkraft|anpress|vorspann|appui"
+        "|载荷|載荷|荷载|荷重|负荷|負荷"
+    ),
+)
+_TANGENTIAL = (
+    r"fric|tang|reib|shear|traction|querkraft|schub|scher|frott|cisaill|摩擦|切向|剪切|接線|せん断",
+    rf"{_AT}(ff|ft|f_t){_END}",
+    rf"{_AT}fx{_END}",
+    rf"lateral|横向|{_AT}(fy|t|q){_END}",
+)
+_ANY_FORCE = (
+    rf"{_AT}f{_END}",
+    rf"{_WORD}(force|effort){_END}|kraft|力",
+)
+_STROKE = (
+    "^(?!.*normal).*(tang|lateral|shear|slid|接線|切向)",
+    "disp|weg|verschieb|d[eé]placement|位移|変位|滑移|すべり",
+    rf"stroke|pos|行程|ストローク|course|auslenk|{_WORD}(hub|slip){_END}",
+    rf"{_AT}(x|u|ux|s|dx){_END}",
+)
+# A coefficient of friction is no load; a depth, a height or wear is no tangential displacement.
+_SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio|beiwert|zahl|系数|係数|率")
+_NOT_A_STROKE = re.compile(
+    r"(?i)depth|indent|penetr|approach|height|wear|normal|vertical|eindring|tiefe|höhe|verschleiß|verschleiss|profond|usure"
+    r"|深|高度|高さ|压入|圧入|押込|磨损|磨耗|摩耗"
+)
+_UNIT = r"(s|ms|us|µs|μs|min|N|mN|uN|µN|μN|nN|kN|mm|um|µm|μm|nm)"
+# A name that ends as ``Fx_mN``, ``Weg in µm``, ``Force, N``, ``F/N`` or ``Force N`` does; letters that stand for other
+# things as often are left out.
+_UNIT_IN_NAME = re.compile(rf".+?(?:_|\s+in\s+|[,;:/]\s*|\s+|-){_UNIT}")
 
 
 def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, blocks: int = 1) -> str:
@@ -45,10 +80,17 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         layout = attrs.evolve(layout, decimal=",")
     layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
     lines += [f"{key} = {_quoted(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)]
-    time, normal = _found(listings, "s", _TIME), _found(listings, "N", _NORMAL)
+    time = _found(listings, "s", _TIME)
+    lateral = [each for each in listings if _found([each], "N", _TANGENTIAL[:1])]
+    normal = _found([each for each in listings if each not in (time, *lateral)], "N", _NORMAL)
     across = _along_y(listings)
     left = [each for each in listings if each not in (time, normal, *across.values())]
-    friction, stroke = _found(left, "N", _TANGENTIAL), _found(left, "m", _STROKE)
+    friction = _found(left, "N", _TANGENTIAL)
+    stroke = _found([each for each in left if not _NOT_A_STROKE.search(_name(each))], "m", _STROKE)
+    depth = None if stroke else _found(left, "m", (_NOT_A_STROKE.pattern,))
+    normal, friction = _any_forces(
+        path, left, layout, normal, friction, only_normal=stroke is None and depth is not None
+    )
     if time and (count := 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())) > 1:
         lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
     elif runs := find_run_column(path, layout):
@@ -56,10 +98,17 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         lines.append(f'run = {runs.numbers[0]}  # of {runs.listed}; run = "each" is for loops, sliding and fit')
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
-    lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))
+    if normal is None and (friction or stroke) and not _found(listings, "", _NORMAL):
+        lines.append(f'normal_load = {{ constant = "{_guessed_load(path, friction, layout)}" }}  # a guess: fill it in')
+    else:
+        lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))
     if friction and not stroke:
         # where the load alone was recorded, it is what was controlled
+        saturate = "saturate = true  # a tangential load beyond the friction limit is held there"
+        lines.insert(lines.index(""), saturate)
         return "\n".join([*lines, *_tangential_keys("tangential_load", friction, "mN", across)])
+    if normal and depth and not friction:
+        return "\n".join([*lines, "", "[loading.response]", _key("normal_displacement", depth, "µm")])
     lines += _tangential_keys("tangential_displacement", stroke, "µm", across)
     if stroke in across:
         # a response has one direction
@@ -80,6 +129,8 @@ def suggested_scenario(path: Path, output: Path, listings: Sequence[Listing], la
     return f"title = {_quoted(path.stem)}\n{_HEAD}\n{loading}\n{fit}"
 
 
+GUESSED_FRICTION = 0.2
+
 _HEAD = """
 [materials]  # fill in: both of the pair, by name or as { name = …, youngs_modulus = …, poissons_ratio = … }
 # first = "silicon"
@@ -90,8 +141,8 @@ kind = "sphere"  # or "random", "measured", "summits", …
 # radius = "2.5 mm"  # fill in
 
 [friction]
-coefficient = 0.2  # a guess, where a fit starts
-"""
+coefficient = GUESS  # a guess, where a fit starts
+""".replace("GUESS", str(GUESSED_FRICTION))
 _FIT = """
 # [instrument]  # where the displacement is that of a drive, behind a spring
 # lateral_stiffness = "300 mN/µm"
@@ -113,7 +164,10 @@ def _values(path: Path, listing: Listing, layout: Format, unit: str) -> Floats:
 
 
 def _found(listings: Sequence[Listing], unit: str, patterns: Sequence[str]) -> Listing | None:
-    """Return the column with a fitting name and unit: by the first of the patterns that one alone has."""
+    """Return the column with a fitting name and unit: by the first of the patterns that one alone has.
+
+    Of several columns of one name, such as those of several tests, the first. An empty unit fits any column.
+    """
     for pattern in patterns:
         fitting = [
             each
@@ -121,11 +175,51 @@ def _found(listings: Sequence[Listing], unit: str, patterns: Sequence[str]) -> L
             if re.search(pattern, _name(each), re.IGNORECASE)
             and not _SHARE.search(_name(each))
             and each.values != "a text"
-            and _is_of(each.unit or _unit_in_name(each) or unit, unit)
+            and (not unit or _is_of(each.unit or _unit_in_name(each) or unit, unit))
         ]
-        if len(fitting) == 1:
+        if fitting and len({re.split(r"[.:|>}]", _name(each))[-1] for each in fitting}) == 1:
             return fitting[0]
     return None
+
+
+def _any_forces(
+    path: Path,
+    listings: Sequence[Listing],
+    layout: Format,
+    normal: Listing | None,
+    friction: Listing | None,
+    *,
+    only_normal: bool,
+) -> tuple[Listing | None, Listing | None]:
+    """Return the columns of normal load and friction, filled up with columns that are called a force alone.
+
+    The force that changes its sign is the friction, and of two the one with less scatter over its mean is the normal
+    load.
+    """
+    if normal and friction:
+        return normal, friction
+    forces = [each for each in listings if each not in (normal, friction) and _found([each], "N", _ANY_FORCE)]
+    if not forces or len(forces) > 2:
+        return normal, friction
+    steady = [_steadiness(_values(path, each, layout, "N")) for each in forces]
+    if len(forces) == 2:
+        both = (forces[0], forces[1]) if steady[0] > steady[1] else (forces[1], forces[0])
+        return both if normal is None and friction is None else (normal, friction)
+    if normal is None and (friction or only_normal):
+        return forces[0], friction
+    return normal, friction or forces[0]
+
+
+def _steadiness(values: Floats) -> float:
+    """Return the mean over the standard deviation of a channel, without its sign."""
+    return float(abs(values.mean()) / (values.std() or 1e-300)) if values.size else 0.0
+
+
+def _guessed_load(path: Path, friction: Listing | None, layout: Format) -> str:
+    """Return a normal load at which the largest tangential load is the guessed coefficient times it, to one digit."""
+    values = _values(path, friction, layout, "N") if friction else np.empty(0)
+    largest = float(np.abs(values).max(initial=0.0)) / GUESSED_FRICTION
+    return quantity_text(float(f"{largest:.0e}"), "N") if largest > 0 else "1 N"
 
 
 def _pressing(path: Path, listing: Listing | None, layout: Format) -> tuple[str, str]:

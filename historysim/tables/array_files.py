@@ -147,8 +147,10 @@ _HEADER = 128
 _MATRIX, _COMPRESSED = 14, 15
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
+MOST_STRUCTURES = 1000  # structures or cells of one array, up to which they are listed
+_CLASSES = {1: "cells", 2: "structures", 3: "an object", 4: "texts", 5: "sparse"}
 # classes of matrices, and flags beside them
-_STRUCTURE, _TEXT, _NUMERIC = 2, 4, range(6, 16)
+_CELLS, _STRUCTURE, _TEXT, _NUMERIC = 1, 2, 4, range(6, 16)
 _LOGICAL, _COMPLEX = 0x200, 0x800
 
 
@@ -207,16 +209,25 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     if min(shape) < 0 or len(shape) < 2:
         raise InputError(f"is damaged: {name!r} has the shape {shape}")
     kind = flag & 0xFF
-    if kind == _STRUCTURE and math.prod(shape) == 1:
+    if kind == _STRUCTURE and 0 < math.prod(shape) <= MOST_STRUCTURES:
         (_, width), (_, names), *values = parts
         size = int(np.frombuffer(width, f"{order}i4")[0])
         fields = [bytes(names[start : start + size]).partition(b"\0")[0] for start in range(0, len(names), size)]
-        for field, (_, value) in zip(fields, values, strict=True):
-            _gather(contents, f"{name}.{field.decode('latin-1')}", value, order)
+        # of an array of structures all fields of the first one come first
+        one = math.prod(shape) == 1
+        elements = [name] if one else [f"{name}({number})" for number in range(1, math.prod(shape) + 1)]
+        paths = [f"{element}.{field.decode('latin-1')}" for element in elements for field in fields]
+        for path, (_, value) in zip(paths, values, strict=True):
+            _gather(contents, path, value, order)
+    elif kind == _CELLS and 0 < math.prod(shape) <= MOST_STRUCTURES:
+        for number, (_, value) in enumerate(parts, 1):
+            _gather(contents, f"{name}{{{number}}}", value, order)
     elif kind == _TEXT and shape[0] == 1:
         contents.texts[name] = _text(*parts[0], order)
     elif kind in _NUMERIC and not flag & (_LOGICAL | _COMPLEX):
         contents.arrays.append(_array(name, shape, *parts[0], order))
+    else:
+        contents.passed_over.append(f"{name!r} ({' × '.join(map(str, shape))}, {_CLASSES.get(kind, 'another class')})")
 
 
 def _text(kind: int, content: memoryview, order: str) -> str:

@@ -39,6 +39,7 @@ class Contents:
 
     arrays: list[Array]
     texts: dict[str, str] = attrs.Factory(dict)
+    passed_over: list[str] = attrs.Factory(list)  #: what else is there, for messages
 
     def units(self, array: Array) -> tuple[str, ...]:
         """Return the units that the file has for an array: in an attribute, in the name, or in a text beside it.
@@ -196,6 +197,9 @@ def _number(value: object, name: str, row: int) -> float:
 
 def describe(contents: Contents, layout: Format) -> list[Listing]:
     """Return what columns arrays have."""
+    if not contents.arrays:
+        held = f"it holds {', '.join(contents.passed_over[:5])}" if contents.passed_over else "it is empty"
+        raise InputError(f"has no arrays of numbers; expected one or more; {held}")
     listings = [listing for array in contents.arrays for listing in _listings(contents, array, layout.transposed)]
     return [*listings, *(Listing(_quoted(name), "", "a text", text) for name, text in contents.texts.items())]
 

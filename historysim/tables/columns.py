@@ -204,7 +204,8 @@ class FileColumn:
 
 # "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
 _BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")
-_MARKS = frozenset("([/")  # one of them stands in a name that has a unit
+_FULL_WIDTH = str.maketrans("（）［］【】／", "()[][]/")  # brackets of Chinese and Japanese headers
+_MARKS = frozenset("([/（［【／")  # one of them stands in a name that has a unit
 _SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
 # factors of one unit, reached in different ways
 _ROUNDING = 1e-12
@@ -226,7 +227,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
     # the header is looked for in all values of many lines
     if _MARKS.isdisjoint(name):
         return name, None
-    matches = [*_BRACKETS.finditer(name)] or [*_SLASH.finditer(name)]
+    half_width = name.translate(_FULL_WIDTH)
+    matches = [*_BRACKETS.finditer(half_width)] or [*_SLASH.finditer(half_width)]
     unit = next(filter(None, matches[-1].groups()), "").strip() if matches else ""
     if not re.search(r"[^\W\d_]|[%°]", unit):
         return name, None

@@ -9,6 +9,7 @@ import pytest
 import synthetic
 from click.testing import CliRunner
 
+import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
@@ -197,6 +198,61 @@ def test_usual_names_of_tribometers_are_known(tmp_path, header, columns, respons
     assert loading["columns"]["normal_load"] == columns
     assert f"tangential_load = {response}\n" in text + "\n"
     assert "?" not in text
+
+
+MOVED = 50 * np.sin(2 * np.pi * np.arange(200) / 100)
+FRICTION = np.clip(MOVED, -10, 10)
+CHANNELS = {
+    "t": np.arange(200) * 0.01,
+    "u": MOVED,
+    "T": FRICTION,
+    "N": 50 + 0.05 * np.cos(np.arange(200)),
+    "d": np.sqrt(np.arange(200)),
+}
+CONSTANT = {"constant": "50 N"}
+
+
+@pytest.mark.parametrize(
+    ("header", "order", "normal", "stroke", "friction"),
+    [
+        ("Time (s),Displacement (µm),Friction Force (N)", "tuT", CONSTANT, 2, 3),
+        ("t (s),F (N),x (µm)", "tTu", CONSTANT, 3, 2),
+        ("t (s),F (N),N (N),x (µm)", "tTNu", 3, 4, 2),
+        ("Time (s),Force (N),Force (N),Displacement (µm)", "tTNu", (2, 2), 4, (1, 2)),
+        ("Step Time (s),Ball Load (N),Traction Force (N),Wear (µm)", "tNTd", 2, None, 3),
+        ("Time (s),Load (N),Indentation depth (µm)", "tNd", 2, None, None),
+        ("Temps (s),Force normale (N),Déplacement (µm),Force de frottement (N)", "tNuT", 2, 3, 4),
+        ("Temps (s),Charge (N),Course (mm),Effort tangentiel (N)", "tNuT", 2, 3, 4),
+        ("時間（s）,荷重（N）,変位（μm）,摩擦力（N）", "tNuT", 2, 3, 4),
+        ("時間(s),垂直荷重(N),押込深さ(μm),変位(μm),せん断力(N)", "tNduT", 2, 4, 5),
+        ("时间(s),法向力(N),位移(μm),摩擦力(N),摩擦系数", "tNuTT", 2, 3, 4),
+        ("时间/s,载荷/N,位移/µm,切向力/N", "tNuT", 2, 3, 4),
+        ("Zeit in s,Normalkraft in N,Weg in µm,Reibkraft in N", "tNuT", 2, 3, 4),
+        ("Prüfzeit [s],Auflast [N],Hub [mm],Reibungskraft [N],Reibungszahl", "tNuTT", 2, 3, 4),
+    ],
+)
+def test_the_proposed_scenario_runs(tmp_path, header, order, normal, stroke, friction):
+    names = header.split(",")
+    rows = zip(*(CHANNELS[key].tolist() for key in order), strict=True)
+    path = tmp_path / "m.csv"
+    path.write_text("\n".join([header, *(",".join(f"{value:.6g}" for value in row) for row in rows)]), "utf-8")
+    text = suggested_loading(path, describe(path), Format())
+    loading = tomllib.loads(text)["loading"]
+    found = {**loading["columns"], **loading.get("response", {})}
+
+    def column(key):
+        value = found.get(key)
+        if not isinstance(value, dict) or "constant" in value:
+            return value if value is None or isinstance(value, dict) else 1 + names.index(value)
+        place = 1 + names.index(value["column"])
+        return (value["occurrence"], place) if "occurrence" in value else place
+
+    assert column("time") == 1
+    assert column("normal_load") == normal
+    assert column("tangential_displacement") == stroke
+    assert column("tangential_load") == friction
+    (tmp_path / "s.toml").write_text(HEAD.replace("[loading]", text), encoding="utf-8")
+    assert hs.run(tmp_path / "s.toml").sizes["step"] >= 200
 
 
 def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypatch):

@@ -548,3 +548,28 @@ def test_the_bolted_joint():
     gap = read_table(BOLTED, {"gap": Column("mesoscale_xygap", index=3)}, {"gap": "m"}, missing=True)
     np.testing.assert_array_equal(gap.columns["gap"], expected["mesoscale_xygap"][:, 2])
     assert "row 1, column 3 of 'mesoscale_xygap': missing (NaN)" in refusal(BOLTED, Column("mesoscale_xygap", index=3))
+
+
+def test_structures_and_cells_of_matlab_are_listed_by_their_numbers(tmp_path):
+    from scipy.io import savemat
+
+    tests = [{"t": np.arange(3.0) + 10 * number, "F": np.arange(3.0)} for number in range(2)]
+    array = np.zeros((1, 2), dtype=[("t", object), ("F", object)])
+    for number, test in enumerate(tests):
+        array[0, number] = (test["t"], test["F"])
+    savemat(tmp_path / "s.mat", {"tests": array, "cells": np.array(tests, dtype=object)})
+    names = [listing.column for listing in describe(tmp_path / "s.mat")]
+    assert names == [
+        f'"{each}.{field}"' for each in ("tests(1)", "tests(2)", "cells{1}", "cells{2}") for field in ("t", "F")
+    ]
+    for name in ("tests(2).t", "cells{2}.t"):
+        read = read_table(tmp_path / "s.mat", {"time": Column(name)}, {"time": "s"})
+        assert read.columns["time"].tolist() == [10, 11, 12]
+
+
+def test_a_file_without_numbers_says_what_it_holds(tmp_path):
+    from scipy.io import savemat
+
+    savemat(tmp_path / "s.mat", {"flag": np.array([True, False])})
+    with pytest.raises(InputError, match=r"s.mat: has no arrays of numbers; expected one or more; it holds 'flag' "):
+        describe(tmp_path / "s.mat")
