@@ -121,6 +121,29 @@ def tangential_stiffness(history: xr.Dataset, direction: str = "onward") -> xr.D
     return _derived(history, "tangential_stiffness", stiffness, [RADIUS[direction]], units="N m-1", long_name=text)
 
 
+@question(planar=True)
+def dissipated_power(history: xr.Dataset) -> xr.DataArray:
+    """Return the mean power that each asperity dissipates over the time up to each step [W].
+
+    The energy dissipated since the step before over the time since then; 0 at the first step. Times the lengths of the
+    steps, the powers add up to the dissipated energy. Along ``step`` and ``asperity``, computed where it is read.
+    InputError: no asperities.
+    """
+    check_recorded(history, "dissipated_energy")
+    energy = history["dissipated_energy"]
+    before = energy.isel(step=np.maximum(np.arange(energy.sizes["step"]) - 1, 0))
+    duration = np.diff(history["time"].values, prepend=history["time"].values[:1])
+    # broadcast, not copied: one duration for all asperities of a step
+    sizes = {name: energy.sizes[name] for name in energy.dims}
+    durations = xr.DataArray(xr.Variable("step", duration).set_dims(sizes))
+
+    def power(energy: Floats, before: Floats, duration: Floats) -> Floats:
+        return _ratio(np.asarray(energy) - np.asarray(before), duration, 0.0)
+
+    text = "power that the asperity dissipates, mean since the step before"
+    return _derived(history, "dissipated_power", power, [energy, before, durations], units="W", long_name=text)
+
+
 def _pressure(history: xr.Dataset, name: str, text: str, factor: float = 1.0) -> xr.DataArray:
     of_radius = "contact_area" not in history
     size = "contact_radius" if of_radius else "contact_area"
@@ -155,14 +178,23 @@ class _Derived(BackendArray):
 
 
 def _derived(
-    history: xr.Dataset, name: str, compute: Callable[..., Floats], sources: Sequence[str], **attributes: str
+    history: xr.Dataset,
+    name: str,
+    compute: Callable[..., Floats],
+    sources: Sequence[str | xr.DataArray],
+    **attributes: str,
 ) -> xr.DataArray:
-    """Return an array that is computed from variables of a history, element by element, where it is read."""
-    arrays = [history[source] for source in sources]
+    """Return an array that is computed from arrays, or variables of a history, element by element, where it is read."""
+    arrays = [history[source] if isinstance(source, str) else source for source in sources]
     if any(array.chunks for array in arrays):
         # from dask arrays another one, with their chunks
         answer: xr.DataArray = xr.apply_ufunc(
-            compute, *arrays, dask="parallelized", output_dtypes=[np.float64], keep_attrs=True
+            compute,
+            arrays[0],
+            *(array.chunk(arrays[0].chunksizes).variable for array in arrays[1:]),
+            dask="parallelized",
+            output_dtypes=[np.float64],
+            keep_attrs=True,
         ).rename(name)
         answer.attrs = dict(attributes)
         return answer

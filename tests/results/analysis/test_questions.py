@@ -239,9 +239,24 @@ def test_the_nominal_pressure_needs_an_area(ball):
     assert analysis.nominal_pressure(of_a_map).values[0] == pytest.approx(LOAD / 2e-6, rel=1e-9)
 
 
+def test_the_power_of_sliding_is_friction_times_speed_and_sums_up_to_the_energy(history):
+    slides = [hs.NormalLoad(0.0, LOAD), hs.TangentialDisplacement(2.0, 1e-6), hs.TangentialDisplacement(6.0, -1e-6)]
+    ball = hs.replay(hs.Ensemble(PAIR, 0.0, 2.5e-3, MU), slides, substeps=50)
+    power = ball.contact.dissipated_power()
+    assert power.attrs["units"] == "W"
+    # 0.5 µm/s there, and back again
+    assert power.values[[50, -1], 0] == pytest.approx(MU * LOAD * 0.5e-6, rel=1e-9)
+    assert power.values[0, 0] == 0
+    durations = np.diff(history["time"], prepend=history["time"][0])
+    total = (history.contact.dissipated_power() * durations[:, None]).sum()
+    gained = history["dissipated_energy"][-1].sum() - history["dissipated_energy"][0].sum()
+    assert float(total) == pytest.approx(float(gained), rel=1e-12)
+
+
 QUESTIONS = [
     analysis.energy_per_cycle,
     slips.first_slips,
+    analysis.dissipated_power,
     analysis.mean_pressure,
     analysis.peak_pressure,
     analysis.preliminary_displacements,
@@ -267,7 +282,9 @@ def test_what_is_read_in_blocks_is_what_is_in_memory(history, question, tmp_path
         xr.testing.assert_identical(lazy.load(), question(history).load())
 
 
-@pytest.mark.parametrize("question", [analysis.mean_pressure, analysis.slip_shares, slips.first_slips])
+@pytest.mark.parametrize(
+    "question", [analysis.mean_pressure, analysis.slip_shares, slips.first_slips, analysis.dissipated_power]
+)
 def test_of_dask_arrays_the_answer_is_the_same_and_none_is_computed_before_it_is_asked_for(history, question):
     dask = pytest.importorskip("dask")
     cut = history.chunk({"step": 5, "asperity": 2})
@@ -292,7 +309,7 @@ def test_a_question_reads_no_more_than_it_says(history, tmp_path, monkeypatch):
 
 def test_totals_alone_do_not_suffice(events):
     totals = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
-    for question in [*QUESTIONS[1:9], analysis.slides_first, lambda history: rebuilt.asperity_at(history, 0, 0)]:
+    for question in [*QUESTIONS[1:10], analysis.slides_first, lambda history: rebuilt.asperity_at(history, 0, 0)]:
         with pytest.raises(InputError, match=r"expected one recorded with"):
             question(totals)
         with pytest.raises(InputError, match="is no history"):
