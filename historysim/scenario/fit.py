@@ -162,7 +162,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     171 µN
     """
     scenario = as_scenario(scenario)
-    scenario.check_steady_friction()
+    scenario.check_comparable()
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip)
@@ -194,7 +194,7 @@ def creep(scenario: Scenario | str | Path) -> Creep:
         A normal load that the contact cannot carry.
     """
     scenario = as_scenario(scenario)
-    scenario.check_steady_friction()
+    scenario.check_comparable()
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
     with reported(scenario.path.name), at("loading"):
         return creep_of(measurement, ensemble, scenario.instrument)
@@ -235,7 +235,7 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 
 def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
     """Return what a fit compares with, the model, and the values that it starts from; raises what `fit` does."""
-    scenario.check_steady_friction()
+    scenario.check_comparable()
     measurement = scenario.measurement()
     section, model, start = model_of(scenario)
     with reported(scenario.path.name), at("loading"):

@@ -234,9 +234,12 @@ class Scenario:
             loadings = [attrs.evolve(loading, run=number) for number in runs_of(self.path.parent, loading)]
         return [attrs.evolve(self, sections=attrs.evolve(self.sections, loading=each)) for each in loadings]
 
-    def check_steady_friction(self) -> None:
-        """Check that friction has no course, along which a record is not compared; one is an InputError."""
+    def check_comparable(self) -> None:
+        """Check that a record can be compared: a course of friction, or blocks before the record, are an InputError."""
         with reported(self.path.name):
+            if getattr(self.sections.loading, "kind", "") == "file" and self.measured_loading().blocks:
+                problem = "are replayed before the record by run, and not by compare, fit and creep; expected none"
+                raise misfit(problem, "loading", "blocks")
             if self.sections.course is not None:
                 problem = "a record is compared with, and fitted by, one coefficient; expected none, or run it"
                 raise misfit(problem, "friction", "course")

@@ -8,7 +8,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from records import scenario_text, write_columns
 
 import historysim as hs
-from historysim.errors import InputError
+from historysim.errors import InputError, LoadError
 from historysim.scenario import scenario
 
 TIME = np.arange(15.0)
@@ -432,3 +432,39 @@ def test_a_channel_that_runs_on_unnamed_is_told_and_may_be_held(tmp_path):
 )
 def test_a_channel_that_stays_or_is_named_is_not_told(tmp_path, written):
     assert events_of(written, tmp_path)[1] == []
+
+
+def test_blocks_before_a_record_condition_the_contact(folder):
+    """The record keeps its clock, and follows the waypoints by one sample."""
+    moved = 20.0 * np.sin(np.arange(50) / 5)
+    write_columns(folder / "m.csv", t=np.arange(50) * 0.1, N=np.full(50, 0.05), u=moved)
+    block = """
+[[loading.blocks]]
+repeat = 2
+waypoints = [
+    { after = "1 s", normal_load = "80 mN", tangential_displacement = "300 nm" },
+    { after = "2 s", tangential_displacement = 0 },
+]
+"""
+    (folder / "s.toml").write_text(scenario_text(loading=block), encoding="utf-8")
+    scenario = hs.load(folder / "s.toml")
+    found = scenario.replay().dataset()
+    events = []
+    for time, displacement in ((-5.1, 300e-9), (-3.1, 0.0), (-2.1, 300e-9), (-0.1, 0.0)):
+        events += [hs.NormalLoad(time, 80e-3), hs.TangentialDisplacement(time, displacement)]
+    for row in range(50):
+        events += [hs.NormalLoad(0.1 * row, 0.05), hs.TangentialDisplacement(0.1 * row, 1e-9 * float(moved[row]))]
+    expected = hs.replay(scenario.ensemble(), events)
+    np.testing.assert_allclose(found["time"], expected["time"], atol=1e-12)
+    np.testing.assert_allclose(found["total_tangential_load"], expected["total_tangential_load"], rtol=1e-12)
+    assert scenario.measurement().time.size == 50
+    with pytest.raises(InputError, match=r"loading\.blocks: are replayed before the record by run"):
+        hs.compare(folder / "s.toml")
+
+
+def test_errors_of_blocks_before_a_record_name_the_waypoint(folder):
+    write_columns(folder / "m.csv", t=[0, 1], N=[0.05, 0.05], u=[0, 1])
+    block = '[[loading.blocks]]\nwaypoints = [{ after = "1 s", normal_load = "50 mN", tangential_load = "1 N" }]'
+    (folder / "s.toml").write_text(scenario_text(loading=block), encoding="utf-8")
+    with pytest.raises(LoadError, match=r"loading\.blocks\[0\]\.waypoints\[0\]"):
+        hs.run(folder / "s.toml")

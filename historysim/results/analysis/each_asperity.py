@@ -134,8 +134,7 @@ def dissipated_power(history: xr.Dataset) -> xr.DataArray:
     before = energy.isel(step=np.maximum(np.arange(energy.sizes["step"]) - 1, 0))
     duration = np.diff(history["time"].values, prepend=history["time"].values[:1])
     # broadcast, not copied: one duration for all asperities of a step
-    sizes = {name: energy.sizes[name] for name in energy.dims}
-    durations = xr.DataArray(xr.Variable("step", duration).set_dims(sizes))
+    durations = xr.DataArray(duration, dims="step").broadcast_like(energy)
 
     def power(energy: Floats, before: Floats, duration: Floats) -> Floats:
         return _ratio(np.asarray(energy) - np.asarray(before), duration, 0.0)

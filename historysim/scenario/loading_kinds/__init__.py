@@ -58,6 +58,9 @@ def loading_from_toml(converter: Converter, value: object, _: object) -> Loading
     """Return the loading of ``[loading]``; not exactly one kind of loading is an InputError."""
     entry = table(value)
     given = [key for key in NAMED_BY_A_KEY if key in entry]
+    if given == ["blocks", "file"]:
+        # conditioning before the record
+        given = ["file"]
     if "kind" not in entry and len(given) != 1:
         problem = " and ".join(given) or ", ".join(repr(key) for key in entry) or "nothing"
         others = ", ".join(name for name in LOADINGS if name not in NAMED_BY_A_KEY)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, cast
 
 import attrs
 import numpy as np
@@ -13,7 +14,8 @@ from historysim.basics.fields import POSITIVE, Frequency, Time
 from historysim.basics.limits import LARGEST, SIZE
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
-from historysim.errors import InputError, at, misfit
+from historysim.errors import InputError, at, misfit, path_text
+from historysim.loads.event_sequence import Events
 from historysim.loads.events import ACROSS, LOAD_KINDS, Event
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
@@ -30,6 +32,7 @@ from historysim.scenario.loading_kinds.measured import (
     hum_remark,
     last_digit,
 )
+from historysim.scenario.loading_kinds.written import WaypointBlock, timeline_of
 from historysim.scenario.run_column import find_run_column
 from historysim.scenario.schema import NumbersFile, given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
@@ -404,6 +407,8 @@ class MeasuredLoading(NumbersFile, Loading):
     also_called = ("measured", "record", "csv")
 
     columns: LoadColumns  #: what is replayed: ``time``, and a load or displacement of one channel or both, as below
+    #: Waypoints before the record, such as conditioning loops; it begins one sample after them.
+    blocks: tuple[WaypointBlock, ...] = ()
     response: Channels = attrs.Factory(Channels)  #: what was measured beside it, to compare with; the same keys
     #: Of a file with several runs: the number of the one that is read, from 1, by where the clock starts again; or its
     #: value in ``runs_by``; or ``"each"``, for ``loops``, ``sliding`` and ``fit``.
@@ -486,6 +491,10 @@ class MeasuredLoading(NumbersFile, Loading):
 
     def place(self, folder: Path, index: int) -> str:
         """Return the line of the file that has an event."""
+        before = timeline_of(self.blocks)
+        if index < len(before.events):
+            return path_text(before.places[index])
+        index -= len(before.events)
         measurement = self.measurement(folder)
         sample = int(measurement.kept()[index // len(measurement.vectors)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
@@ -500,6 +509,19 @@ class MeasuredLoading(NumbersFile, Loading):
             notify(f"{self.name}: {noise}")
         with at("loading", "file"):
             try:
-                return measurement.events()
+                events = measurement.events()
             except InputError as error:
                 raise InputError(f"{self.name}: {error}") from error
+        if not self.blocks:
+            return events
+        before = self._events_before(measurement.time)
+        return Events.joined([before, events if isinstance(events, Events) else Events(events)])
+
+    def _events_before(self, time: Floats) -> Events:
+        """Return the events of the blocks, which end one sample before the record, with all channels held."""
+        line = timeline_of(self.blocks)
+        line.hold("loading", "blocks")
+        steps = np.diff(time)
+        interval = float(np.median(steps)) if steps.size else 0.0
+        offset = float(time[0]) - (interval or 1.0) - line.now
+        return Events([attrs.evolve(cast("Any", event), time=event.time + offset) for event in line.events])

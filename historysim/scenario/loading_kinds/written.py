@@ -1,7 +1,7 @@
 """``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
 
 import abc
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self, cast
 
@@ -74,7 +74,7 @@ def _check_channels(keys: Iterable[str]) -> None:
 
 
 @attrs.define
-class _Timeline:
+class Timeline:
     """Events in time order, with the value of each channel."""
 
     #: Whether a channel keeps its value at each waypoint that does not name it; None where that is open.
@@ -89,6 +89,7 @@ class _Timeline:
     drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
 
     def reach(self, time: float, changes: Changes, *place: str | int) -> None:
+        """Add an event for each change at a time."""
         for key, change in changes.items():
             with at(key):
                 timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
@@ -146,7 +147,7 @@ class Written(Loading):
         return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
 
     @abc.abstractmethod
-    def timeline(self) -> _Timeline:
+    def timeline(self) -> Timeline:
         """Return the events with their places."""
 
     def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
@@ -187,9 +188,9 @@ class Waypoints(Written):
                 times[waypoint.name] = time
         return times
 
-    def timeline(self) -> _Timeline:
+    def timeline(self) -> Timeline:
         """Return the events with their places."""
-        line = _Timeline(self.hold)
+        line = Timeline(self.hold)
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
@@ -274,7 +275,7 @@ class WaypointBlock:
         turns = self.each.count if self.each else 1
         return turns * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
-    def extend(self, line: _Timeline, *place: str | int) -> None:
+    def extend(self, line: Timeline, *place: str | int) -> None:
         """Append the events of the block, at a place of the scenario."""
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
         for turn in self.each.turns if self.each else [{}]:
@@ -299,14 +300,19 @@ class Blocks(Written):
 
     blocks: tuple[WaypointBlock, ...]  #: runs of waypoints, one after the other, as below
 
-    def timeline(self) -> _Timeline:
+    def timeline(self) -> Timeline:
         """Return the events with their places."""
-        count = sum(block.count() for block in self.blocks)
-        if count > MOST_EVENTS:
-            problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
-            raise misfit(problem, "loading", "blocks")
-        line = _Timeline(self.hold)
-        for index, block in enumerate(self.blocks):
-            with at("loading", "blocks", index):
-                block.extend(line, "loading", "blocks", index)
-        return line
+        return timeline_of(self.blocks, hold=self.hold)
+
+
+def timeline_of(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) -> Timeline:
+    """Return the events of blocks of ``[loading]`` with their places; too many are an InputError."""
+    count = sum(block.count() for block in blocks)
+    if count > MOST_EVENTS:
+        problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
+        raise misfit(problem, "loading", "blocks")
+    line = Timeline(hold)
+    for index, block in enumerate(blocks):
+        with at("loading", "blocks", index):
+            block.extend(line, "loading", "blocks", index)
+    return line
