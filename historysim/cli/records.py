@@ -150,7 +150,8 @@ def loops(
         return
     evaluation = find(record)
     model = _model_loops(record, skipped["skip"]) if with_model else None
-    drawn = MeasuredLoopsPicture(model=model, title=file.name)
+    title = _title(record)
+    drawn = MeasuredLoopsPicture(model=model, title=title)
     by_load, measured = evaluation.by_load(), file.suffix == ".toml"
     if levels is not None and not len(by_load):
         raise InputError(f"{file}: the normal load was not measured; expected it for {levels}")
@@ -158,7 +159,7 @@ def loops(
         all_loops = evaluation.to_dataset()
         save_table(all_loops, output, lambda _: drawn.figure(evaluation, {"size": size}), measured=measured)
     if levels is not None:
-        by_level = LoopLevelsPicture(title=file.name)
+        by_level = LoopLevelsPicture(title=title)
         table = by_load.to_dataset()
         save_table(table, levels, lambda _: by_level.figure(table, {"size": size}), measured=measured)
     for path in (beside, picture):
@@ -206,7 +207,7 @@ def sliding(file: Path, output: Path | None, size: "Size", values: dict[str, Any
         return
     found = find(record)
     if output is not None:
-        picture = SlidingPicture(title=file.name)
+        picture = SlidingPicture(title=_title(record))
         measured = file.suffix == ".toml"
         save_table(found.to_dataset(), output, lambda _: picture.figure(found, {"size": size}), measured=measured)
     write_answer(found.summary(), files=files, data=found.to_dataset)
@@ -303,6 +304,11 @@ def _record(file: Path, values: dict[str, Any]) -> "Scenario | Path":
     from historysim.scenario.scenario import load
 
     return load(file, values) if file.suffix == ".toml" else options.scenario_or_file(file, values)
+
+
+def _title(record: "Scenario | Path") -> str:
+    """Return the title of a scenario, or else the name of the file."""
+    return record.name if isinstance(record, Path) else record.title or record.path.name
 
 
 def _write_each(

@@ -216,8 +216,14 @@ def name_prefixes(whole: "Figure | SubFigure | Axes", without: "Sequence[Axes]" 
 
     for axes in whole.findobj(Axes):
         if axes not in without:
-            name_prefix(axes.xaxis)
-            name_prefix(axes.yaxis)
+            # the two lengths of a map have one unit
+            ends = (
+                max(axes.get_xlim(), axes.get_ylim(), key=lambda each: abs(each[1] - each[0]))
+                if axes.get_aspect() == 1
+                else None
+            )
+            name_prefix(axes.xaxis, ends)
+            name_prefix(axes.yaxis, ends)
 
 
 def drawn(place: Place, default: Size, draw: Callable[[Canvas], None]) -> FigureOrAxes:

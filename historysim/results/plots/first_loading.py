@@ -21,9 +21,9 @@ from historysim.results.plots.style import (
     MARK,
     STATE_COLOURS,
     by_factors,
-    kept_steps,
     line_style,
     printed,
+    shown_steps,
 )
 from historysim.results.plots.surfaces import step_number
 from historysim.results.rebuilt import load_curve, sliding_order
@@ -144,7 +144,7 @@ def check_worn(history: xr.Dataset) -> None:
 
 def draw_wear(axes: "Axes", history: xr.Dataset) -> None:
     """Draw the worn volume of all asperities, and of those that lose most, over time."""
-    kept = kept_steps(history.sizes["step"])
+    kept = shown_steps(history)
     time, worn = history["time"].values[kept], history["worn_volume"].isel(step=kept).values
     axes.plot(time, worn.sum(axis=1), color=INK, linewidth=1.3, label="all")
     if worn.shape[1] > 1:
@@ -193,7 +193,7 @@ class YieldingPicture(Picture):
                 "the history has no yielded_depth; expected one of a scenario with surface.yielding, "
                 "with its asperities"
             )
-        kept = kept_steps(data.sizes["step"])
+        kept = shown_steps(data)
         approach = data["summit_height"].values.max() - data["separation"].values[kept]
         load = data["total_normal_load"].values[kept]
         yields = np.diff(data["total_yielding_energy"].values[kept]) > 0

@@ -20,6 +20,9 @@ from historysim.results.plots.style import (
     DASHED,
     FAINT,
     INK,
+    LOOP_NUMBER,
+    MOST_EDGED,
+    MOST_TICKS,
     MOVED,
     SPAN,
     STATE_COLOURS,
@@ -46,10 +49,10 @@ HIGH = 85.0  # height from which on there is room for a second row of panels [mm
 class MeasuredLoopsPicture(Titled):
     """Friction loops that were found, over one another, with their means, and how these change from loop to loop.
 
-    At one normal load the loop of median energy is drawn stronger than the others, and at it the means of the first set
-    are marked: the friction force of both directions, and the preliminary displacement and the stiffness of the forward
-    branches. At several loads the loops have the colours of their loads. What the record has besides its loops, and
-    branches that are left out of them, is grey.
+    At one normal load, of the loops that the means are of, the one of median energy is drawn stronger than the others,
+    and at it the means of the first set are marked: the friction force of both directions, and the preliminary
+    displacement and the stiffness of the forward branches. At several loads the loops have the colours of their loads.
+    What the record has besides its loops, and branches that are left out of them, is grey.
 
     Attributes
     ----------
@@ -204,8 +207,10 @@ def _mark_means(canvas: Canvas, axes: "Axes", loops: Loops) -> None:
 
 
 def _typical(loops: Loops) -> int:
-    """Return the loop of median energy."""
-    return int(np.argsort(loops.dissipated_energy)[(len(loops) - 1) // 2])
+    """Return the loop of median energy among those that the means are of."""
+    energy = np.where(loops.large, loops.dissipated_energy, np.nan)
+    known = int(np.isfinite(energy).sum()) or len(loops)
+    return int(np.argsort(energy, kind="stable")[(known - 1) // 2])
 
 
 @PICTURES.register
@@ -240,7 +245,7 @@ def _draw_trends(panels: "Sequence[Axes]", sets: Sequence[xr.Dataset], columns: 
         lowest = number >= len(TRENDS) - columns
         axes.tick_params(labelbottom=lowest)
         if lowest:
-            axes.set_xlabel("loop, counted from 0")
+            axes.set_xlabel(LOOP_NUMBER)
 
 
 def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None:
@@ -256,6 +261,8 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         markers = MARKERS if value.shape[1] == len(MARKERS) else ("o",)
         for column, marker in zip(value.T, markers, strict=True):
             line: dict[str, Any] = {"color": colour, "ms": 3.5, "mec": "white", "mew": 0.4, "clip_on": False}
+            if len(value) > MOST_EDGED:
+                line |= {"ms": 1.8, "mew": 0, "rasterized": True}
             marks = axes.plot(loops["loop"].values, column * factor, marker, **line)
             set_beside(marks, place := place + 1, len(sets) * value.shape[1])
         # a mean over several loads says nothing
@@ -269,7 +276,7 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         # a scatter of less than a tenth is not to fill the panel
         room = max(0.2 * (high - low), 0.1 * max(abs(low), abs(high))) or 1.0
         axes.set_ylim(low - room, high + room)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
     axes.set_title(f"{label} ({symbol})", fontsize=7.5, fontweight="normal")
 
 

@@ -21,10 +21,10 @@ from historysim.results.plots.style import (
     STATE_COLOURS,
     STATES,
     draw_coloured,
-    kept_steps,
     label_loop,
     line_colours,
     patches,
+    shown_steps,
     thinned,
     zero_lines,
 )
@@ -264,7 +264,7 @@ class LoopPicture(Picture):
         thin = thinned(data)
         values = thin["time"].values
         if self.colour == "slip":
-            values = slip_shares(data)["slipping_area"].values[kept_steps(data.sizes["step"])]
+            values = slip_shares(data)["slipping_area"].values[shown_steps(data)]
         axes = canvas.axes()
         label_loop(axes)
         x, y = thin["tangential_displacement"].values, thin["total_tangential_load"].values

@@ -20,8 +20,12 @@ from historysim.results.plots.pictures import PICTURES, SCENARIO, Titled
 from historysim.results.plots.style import (
     FAINT,
     INK,
+    LOOP_NUMBER,
     MARK,
+    MOST_EDGED,
+    MOST_TICKS,
     STATE_COLOURS,
+    kept_samples,
     label_loop,
     line_style,
     note_instead,
@@ -60,14 +64,9 @@ class ComparisonPicture(Titled):
             COMPARED[name][1](axes, data)
 
 
-def _few(values: Floats, most: int) -> slice:
-    """Return the points that are drawn as dots; lines are drawn whole."""
-    return slice(None, None, -(-values.size // most))
-
-
 def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     observation, response = comparison.observation, comparison.response
-    shown = _few(observation.time, MOST_POINTS)
+    shown = kept_samples(observation.time.size, [observation.tangential_load], MOST_POINTS)
     label_loop(axes)
     dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.4, "markeredgewidth": 0}
     dots |= {"rasterized": True, "zorder": 2}
@@ -106,7 +105,7 @@ def _draw_loads(axes: "Axes", comparison: Comparison) -> None:
 
 def _draw_difference(axes: "Axes", comparison: Comparison) -> None:
     observation, off = comparison.observation, comparison.difference
-    shown = _few(off, MOST_POINTS)
+    shown = kept_samples(off.size, [off], MOST_POINTS)
     axes.axhline(0, color=FAINT, linewidth=0.6)
     dots: dict[str, Any] = {"color": INK, "markersize": 1.2, "markeredgewidth": 0, "rasterized": True}
     axes.plot(observation.time[observation.first :][shown], off[shown], ".", **dots)
@@ -126,17 +125,18 @@ def _draw_residuals(axes: "Axes", comparison: Comparison) -> None:
 def _draw_energies(axes: "Axes", comparison: Comparison) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    axes.set(title="Energies", xlabel="loop")
+    axes.set(title="Energies", xlabel=LOOP_NUMBER)
     if comparison.measured is None or comparison.model is None:
         note_instead(axes, "no whole loop")
         return
     sets = ("measured", comparison.measured, "o", MEASURED), ("model", comparison.model, "x", MODEL)
     for name, loops, marker, colour in sets:
-        looks: dict[str, Any] = {"color": colour, "markersize": 4, "mfc": "none", "label": name}
-        axes.plot(loops.number + 1, loops.dissipated_energy, marker, **looks)
+        size = 4 if len(loops) <= MOST_EDGED else 1.8
+        looks: dict[str, Any] = {"color": colour, "markersize": size, "mfc": "none", "label": name}
+        axes.plot(loops.number, loops.dissipated_energy, marker, **looks)
     # from zero, so that heights compare; a record with mixed-up signs has energies below it
     axes.axhline(0, linewidth=0)
-    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
     axes.set_ylabel("$∮T\\,dU$ (J)")
 
 
@@ -252,7 +252,7 @@ class SlidingPicture(Titled):
     def draw(self, canvas: Canvas, data: Sliding) -> None:
         """Draw them."""
         axes = canvas.axes()
-        shown = _few(data.place, MOST_SAMPLES)
+        shown = kept_samples(data.place.size, [data.coefficient], MOST_SAMPLES)
         dots: dict[str, Any] = {"linestyle": "", "marker": ".", "ms": 2.2, "mew": 0, "color": FAINT, "alpha": 0.6}
         friction = data.coefficient[shown]
         if np.isfinite(friction).any():

@@ -6,7 +6,7 @@ Colours differ for readers with any colour vision and in grey print: lightness r
 import itertools
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
@@ -72,6 +72,9 @@ SPAN = {"arrowstyle": "<|-|>", "color": INK, "linewidth": 0.8, "shrinkA": 0, "sh
 
 # SI units that have a readable prefix in labels.
 WITH_PREFIX = {"m", "m²", "m³", "N", "N/m", "J", "J/m²", "Pa"}
+LOOP_NUMBER = "loop, counted from 0"  # label of an axis of loops, as `number` and the tables count them
+MOST_EDGED = 60  # loops up to which there is room for the edge of each mark
+MOST_TICKS = 5  # intervals of such an axis: numbers of many loops are wide
 MOST_POINTS = 100_000  # points of a line: more than a picture can show
 APART = 5.0  # how far marks with error bars stand from those of the next line [pt]
 MOVED = "marks at one value are set side by side"  # says so in the legend
@@ -111,11 +114,11 @@ def parted(label: str) -> tuple[str, str]:
 _PREFIXED: "WeakKeyDictionary[Any, tuple[str, str]]" = WeakKeyDictionary()
 
 
-def name_prefix(axis: Any) -> None:
+def name_prefix(axis: Any, ends: tuple[float, float] | None = None) -> None:
     """Give an axis that is labelled in SI units, "load (N)", a prefix; what its ticks share goes into the label.
 
     Axes that share limits share the formatter of their ticks, and so the prefix: it is chosen for all of them, also
-    where one of them has got its prefix before.
+    where one of them has got its prefix before. It is that of the ends of these axes, or of others that are given.
     """
     from matplotlib.ticker import ScalarFormatter
 
@@ -137,7 +140,7 @@ def name_prefix(axis: Any) -> None:
     offset = float(formatter.offset)
     far = axis.get_view_interval() - offset
     if unit in WITH_PREFIX:
-        factor, ticks = scale_of(unit, far)
+        factor, ticks = scale_of(unit, far if ends is None or offset else ends)
         power = -round(math.log10(factor))
     elif formatter.get_offset():
         power = 3 * math.floor(math.log10(np.abs(far).max()) / 3)
@@ -283,18 +286,46 @@ def draw_coloured(axes: "Axes", x: Floats, y: Floats, values: Floats, *, pieces:
     return lines
 
 
+# Channels of a history whose extremes a thinned line keeps.
+_KEPT_CHANNELS = ("total_tangential_load", "tangential_displacement", "total_normal_load", "separation")
+
+
 def thinned(history: "xr.Dataset") -> "xr.Dataset":
-    """Return the totals at every n-th step and the last one: no more than a picture can show."""
+    """Return the totals at the steps that a picture can show: the extremes of loads and displacements."""
     of_all = [
         name for name, each in history.data_vars.items() if each.dims[:1] == ("step",) and "asperity" not in each.dims
     ]
-    totals = history[of_all].load()
-    return totals.isel(step=kept_steps(history.sizes["step"]))
+    return history[of_all].isel(step=shown_steps(history)).load()
 
 
-def kept_steps(steps: int) -> Integers:
-    """Return every n-th of a number of steps and the last one: no more than a picture can show."""
-    return np.union1d(np.arange(0, steps, -(-steps // MOST_POINTS)), steps - 1)
+def shown_steps(history: "xr.Dataset") -> Integers:
+    """Return the steps that a picture can show: all, or those at the extremes of loads and displacements."""
+    size = history.sizes["step"]
+    if size <= MOST_POINTS:
+        return np.arange(size)
+    channels = [history[name].values.reshape(size, -1).T for name in _KEPT_CHANNELS if name in history]
+    return kept_samples(size, [column for channel in channels for column in channel], MOST_POINTS)
+
+
+def kept_samples(size: int, channels: Sequence[Floats], most: int) -> Integers:
+    """Return the samples at which channels have the least and the greatest value of each of many equal pieces.
+
+    At most so many samples, the first and the last one among them; all of them if they are no more. A stride would
+    leave out what recurs in each period of a record.
+    """
+    if size <= most:
+        return np.arange(size)
+    pieces = max((most - 2) // (2 * max(len(channels), 1)), 1)
+    starts = np.arange(pieces) * size // pieces
+    kept = [np.array([0, size - 1])]
+    for channel in channels:
+        for values in (channel, -channel):
+            filled = np.where(np.isnan(values), np.inf, values)
+            least = np.repeat(np.minimum.reduceat(filled, starts), np.diff(starts, append=size))
+            hits = np.flatnonzero(filled == least)
+            # the first of equal ones in each piece
+            kept.append(hits[np.searchsorted(hits, starts)])
+    return np.unique(np.concatenate(kept))
 
 
 def swings(x: Floats) -> Iterator[tuple[int, int]]:
