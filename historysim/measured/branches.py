@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.reduction import FEWEST_SAMPLES, channel, check_order, turning_points
+from historysim.measured.reduction import FEWEST_SAMPLES, REVERSAL, channel, check_order, noise_of, turning_points
 
 # Rises over the least one that no sliding has; share of a rise in its second half below which it bends.
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
@@ -20,7 +20,7 @@ CLEAR_SLOPE = 3.0  # standard errors beyond which a slope is no scatter
 FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitted to it
 PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
 FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
-CLOSED = 0.2  # largest difference of the load between the ends of a closed period, as a fraction of its range
+CLOSED = 0.25  # largest difference of the load between the ends of a closed period, over the height of the loop there
 USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches that is the way of the test, and no step
 AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
 
@@ -115,14 +115,22 @@ def loop_ends(displacement: Floats, dead_band: float) -> tuple[Integers, tuple[i
 def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     """Rotate a record of one period so that it starts and ends at its maximum; None if the record does not close.
 
-    A record closes if displacement and load end where they started: the displacement to within the dead band or two
-    of the steps at the ends, the load to within `CLOSED` of its range.
+    A record closes if it ends where it started: the displacement to within the dead band or two of the steps at the
+    ends, and the load to within `CLOSED` of the height of the loop there, its noise, and two of its steps. A first
+    cycle from rest misses by two thirds of the height.
     """
     moved, load = trace.displacement, trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
         return None
-    end_step = max(abs(float(moved[1] - moved[0])), abs(float(moved[-1] - moved[-2])))
-    if abs(moved[-1] - moved[0]) > max(dead_band, 2 * end_step) or abs(load[-1] - load[0]) > CLOSED * np.ptp(load):
+    moved_steps, load_steps = (np.abs([each[1] - each[0], each[-1] - each[-2]]) for each in (moved, load))
+    if abs(moved[-1] - moved[0]) > max(dead_band, 2 * float(moved_steps.max())):
+        return None
+    seam = float(load[0] + load[-1]) / 2
+    crossings = np.flatnonzero(np.diff(np.sign(moved - (moved[0] + moved[-1]) / 2)))
+    inner = crossings[np.abs(crossings - moved.size / 2) < 0.4 * moved.size]
+    height = abs(float(load[inner[inner.size // 2]]) - seam) if inner.size else 0.0
+    near = CLOSED * height + REVERSAL * noise_of(load) + 2 * float(load_steps.min())
+    if abs(load[-1] - load[0]) > near:
         return None
     top = int(moved.argmax())
     order = np.arange(top, top + moved.size + 1) % moved.size

@@ -388,3 +388,21 @@ def test_the_first_cycle_from_rest_is_not_closed():
         load[i] = np.clip(load[i - 1] + 5e6 * (moved[i] - moved[i - 1]), -10.0, 10.0)
     with pytest.raises(InputError, match="0 whole loops"):
         loops_of_channels(np.arange(samples), moved, load, 50.0)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.9])
+def test_a_cycle_in_partial_slip_is_a_loop_once_it_is_steady(share):
+    turns = [float(mindlin.tangential_displacement(sign * share * LIMIT, **CONTACT)) for sign in (1, -1, 0)]
+    events = [hs.NormalLoad(0.0, NORMAL_LOAD)]
+    events += [hs.TangentialDisplacement(1.0 + i, turn) for i, turn in enumerate(turns * 2)]
+    history = hs.replay(SPHERE, events, substeps=SUBSTEPS)
+    channels = "time", "tangential_displacement", "total_tangential_load", "total_normal_load"
+    first, second = (
+        [history[name].values[start : start + 3 * SUBSTEPS] for name in channels] for start in (0, 3 * SUBSTEPS)
+    )
+    with pytest.raises(InputError, match="0 whole loops"):
+        loops_of_channels(*first, displacement_noise=0.0)
+    found = loops_of_channels(*second, displacement_noise=0.0)
+    energy = mindlin.dissipated_energy_per_loop(share * LIMIT, **CONTACT)
+    # two trapezoid rules and the piece between the last and the first sample
+    assert found.dissipated_energy == pytest.approx([energy], rel=1e-2)
