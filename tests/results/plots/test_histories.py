@@ -89,6 +89,20 @@ def test_long_histories_are_thinned(monkeypatch):
     assert points[-1] == history.time[-1]
 
 
+def test_thinning_keeps_what_recurs_in_each_period():
+    """A stride of the period would miss a peak of one sample in each."""
+    period = np.zeros(1000)
+    period[333], period[667] = 5.0, -3.0
+    load = np.tile(period, 200)
+    load[7] = np.nan
+    kept = style.kept_samples(load.size, [load], 2_000)
+    assert kept.size <= 2_000
+    assert kept[[0, -1]].tolist() == [0, load.size - 1]
+    # in pieces of one period each peak has its own
+    assert np.count_nonzero(load[kept] == 5) == np.count_nonzero(load[kept] == -3) == 200
+    assert style.kept_samples(10, [load[:10]], 10).tolist() == list(range(10))
+
+
 def test_states_differ_in_lightness():
     weights = np.array([0.2126, 0.7152, 0.0722])
     lightness = [float(weights @ mpl.colors.to_rgb(colour)) for colour in style.STATE_COLOURS]
