@@ -1,6 +1,8 @@
 """`Ensemble`: bodies that share one approach and one tangential displacement; `Patches`: those of normal curves."""
 
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar, overload
@@ -15,13 +17,13 @@ from historysim.asperities.state import EnsembleState, PlanarState
 from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
-from historysim.basics.arguments import ArrayLike, Floats, Integers, checked, one_per, scalar, workable
+from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, one_per, scalar, workable
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text, range_text
 from historysim.basics.wording import brief, counted, html_table
 from historysim.contact.materials import MaterialPair
-from historysim.errors import InputError
+from historysim.errors import CurveEndError, FrictionLimitError, InputError
 from historysim.memory import binding
 from historysim.memory.binding import DISPLACED, LOAD, PLANAR_PATH, Memory, advanced, check, copied, owned, view
 from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, in_plane, paths_to, unrecorded
@@ -364,6 +366,8 @@ class Ensemble:
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
             U to reach [m], or a pair; with an instrument that of its drive, U + T/k_s.
+            Beside a spring in parallel the tangential load is that of both, T + k_p (U + T/k_s), and a joint path to it
+            is straight in the approach and that load.
         friction : array_like, optional
             New coefficients that act at the end of the path (see `FrictionChange`).
         saturate : bool
@@ -387,7 +391,7 @@ class Ensemble:
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
         tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
         planar = tangential[1].__class__ is tuple or (not known and isinstance(state, PlanarState))
-        if planar or memory.evolved:
+        if planar or memory.evolved or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
             moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         else:
             if self.curves is not None:
@@ -510,8 +514,9 @@ class Ensemble:
         coefficients[chosen] = self._coefficients(friction, chosen.size)
         if isinstance(state, PlanarState):
             planar = binding.owned_planar(lib.hs_planar_copy(state.planar))
-            yields, driven = _compliances(instrument), self.driven(False, RIGID)
-            status = lib.hs_planar_set_friction(planar, pointer(coefficients), yields, driven)
+            driven = self.driven(False, RIGID)
+            with _driven_by_load(planar.line, instrument) as through:
+                status = lib.hs_planar_set_friction(planar, pointer(coefficients), _compliances(through), driven)
             if status == lib.HS_FOREIGN:
                 raise InputError(
                     "friction differs between asperities that share rings of traction; expected one coefficient for "
@@ -522,7 +527,8 @@ class Ensemble:
         memory = copied(line)
         if memory.evolved:
             view(memory.evolved.given, self.elements)[chosen] = 1
-        check(lib.hs_set_friction(memory, pointer(coefficients), self.driven(False, instrument)))
+        with _driven_by_load(memory, instrument) as through:
+            check(lib.hs_set_friction(memory, pointer(coefficients), self.driven(False, through)))
         return EnsembleState(memory, self._beginning)
 
     def with_geometry(
@@ -590,6 +596,11 @@ class Ensemble:
         ``friction`` goes straight with the channels. Threads share the work on many asperities; the bits do not depend
         on them. `saturate`, `instrument` and errors as for `advance`, which have the position of the path here.
         """
+        pushed = paths["tangential_control"] == LOAD
+        if as_instrument(instrument).parallel_stiffness and pushed.any():
+            how: dict[str, Any] = {"rows": rows, "asperities": asperities, "saturate": saturate, "until": until}
+            how |= {"friction": friction, "threads": threads}
+            return self._walk_beside_spring(state, paths, pushed, instrument, how)
         planar = isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or bool(rows and rows.vectors)
         if planar and friction is not None:
             raise InputError("friction that runs along goes with one tangential direction; expected a change at a time")
@@ -615,6 +626,26 @@ class Ensemble:
             status = lib.hs_walk(*way, driven, until, refusal)
         check(status, refusal)
         return PlanarState(memory) if planar else EnsembleState(memory, self._beginning)
+
+    def _walk_beside_spring(
+        self, state: Any, paths: Paths, pushed: Booleans, instrument: Instrument, how: dict[str, Any]
+    ) -> Any:
+        """Walk paths of which some control the load of contact and parallel spring: see `Instrument.pushed`."""
+        for part in np.split(np.arange(paths.size), np.flatnonzero(np.diff(pushed)) + 1):
+            legs, by_load = paths[part], bool(pushed[part[0]])
+            if by_load:
+                legs["tangential_control"] = DISPLACED
+                legs["tangential_target"] /= instrument.parallel_stiffness
+            try:
+                through = instrument.pushed if by_load else instrument
+                state = Ensemble.walk(self, state, legs, instrument=through, **how)
+            except (FrictionLimitError, CurveEndError) as error:
+                error.path += int(part[0])
+                raise
+            if by_load:
+                # it goes on as a load
+                self._memory_of(state, planar=True).tangential_control = LOAD
+        return state
 
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
@@ -763,6 +794,17 @@ def _compliances(instrument: Instrument) -> Any:
     return ffi.new("double[2]", as_instrument(instrument).compliances)
 
 
+@contextmanager
+def _driven_by_load(memory: Memory, instrument: Instrument) -> Iterator[Instrument]:
+    """Give the instrument that acts on a contact in series: of a controlled load the parallel spring, too."""
+    if not as_instrument(instrument).parallel_stiffness or memory.tangential_control != LOAD:
+        yield instrument
+        return
+    memory.tangential_control = DISPLACED
+    yield instrument.pushed
+    memory.tangential_control = LOAD
+
+
 def _alike(*keys: Floats) -> Integers | None:
     """Return the group of each asperity, a number from 0: those that are alike in every key; None where all are."""
     numbers = np.zeros(keys[0].size, dtype=np.int64)
@@ -779,8 +821,9 @@ def _back_to(before: Memory, instrument: Instrument) -> Paths:
     units = before.contact.units
     compliance = units.stiffness / instrument.stiffness
     normal = {LOAD: before.normal_load * units.load, DISPLACED: before.approach * units.length}
+    load, moved = (before.tangential_load + before.excess) * units.load, before.displacement * units.displacement
     tangential = {
-        LOAD: (before.tangential_load + before.excess) * units.load,
+        LOAD: instrument.drive_load(moved, load),
         DISPLACED: (before.displacement + compliance * before.tangential_load) * units.displacement,
     }
     return paths_to(

@@ -405,8 +405,9 @@ class InclinedEnsemble(Ensemble):
             level = self.facets[0].walk(state.facets[0], paths, rows=rows, asperities=asperities, until=until, **how)
             controls = int(level.memory.normal_control), int(level.memory.tangential_control)
             return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
-        if not as_instrument(how.get("instrument", RIGID)).rigid:
-            raise _refused("instrument in series")
+        instrument = as_instrument(how.get("instrument", RIGID))
+        if not instrument.rigid or instrument.parallel_stiffness:
+            raise _refused("instrument in series or in parallel")
         pushed = np.flatnonzero((paths["tangential_control"] == LOAD) & (paths["tangential_fraction"] > 0))
         if pushed.size:
             refusal = _refused("given tangential load")

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
-from historysim.basics.fields import Force, Length, Stiffnesses, at_least
+from historysim.basics.fields import Force, Length, Stiffness, Stiffnesses, at_least
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
 from historysim.basics.units import each_of, is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
@@ -28,6 +28,13 @@ def _stiff(_: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         )
 
 
+def _workable_or_zero(_: object, attribute: "attrs.Attribute[Any]", value: float) -> None:
+    if value and not is_workable(value, SMALLEST):
+        raise InputError(
+            f"Instrument: {attribute.name} is {value!r}; expected 0, or a number from {SMALLEST:g} to {LARGEST:g} N/m"
+        )
+
+
 def _newtons_per_metre(value: "float | Sequence[float]") -> Any:
     return each_of(newtons_per_metre, value)
 
@@ -37,14 +44,19 @@ class Instrument:
     """A tribometer, which measures the displacement of its drive (or sensor), not of the contact.
 
     Its lateral stiffness k_s is in series with the contact, so that the measured displacement is U + T/k_s: that of
-    the contact, and the deflection of the instrument under the tangential load. The instrument is elastic and
-    remembers nothing; the state of an ensemble does not contain it.
+    the contact, and the deflection of the instrument under the tangential load. Its parallel stiffness k_p, of a
+    flexure or a guide that holds the drive, adds a load in proportion to the displacement of the drive: the measured
+    load is T + k_p (U + T/k_s). The instrument is elastic and remembers nothing; the state of an ensemble does not
+    contain it.
 
     Parameters
     ----------
     lateral_stiffness : float or pair of float
         k_s [N/m], > 0, in two tangential directions one for both, or that in x and that in y. Infinite, by default: the
         drive's displacement is the contact's.
+    parallel_stiffness : float
+        k_p [N/m], ≥ 0: a spring beside contact and lateral stiffness, relaxed where the drive is at 0; in two
+        tangential directions that of both. Tangential loads of events are the measured ones, with its load.
     displacement_resolution, load_resolution : float
         Smallest tangential displacement [m] and load [N] that it resolves, ≥ 0; 0 where that is not known. They change
         no result: what is below them is reported.
@@ -52,18 +64,30 @@ class Instrument:
     Raises
     ------
     InputError
-        A stiffness that is not a positive number, infinite or from 1e-60 to 1e60 N/m; a resolution that is not a
-        finite number, 0 or more.
+        A lateral stiffness that is not a positive number, infinite or from 1e-60 to 1e60 N/m; a parallel stiffness or
+        a resolution that is not a finite number, 0 or more.
     """
 
     lateral_stiffness: Stiffnesses = attrs.field(default=math.inf, converter=_newtons_per_metre, validator=_stiff)
     displacement_resolution: Length = attrs.field(default=0.0, converter=metres, validator=at_least(0.0))
     load_resolution: Force = attrs.field(default=0.0, converter=newtons, validator=at_least(0.0))
+    parallel_stiffness: Stiffness = attrs.field(
+        default=0.0, kw_only=True, converter=newtons_per_metre, validator=[at_least(0.0), _workable_or_zero]
+    )
 
     @property
     def rigid(self) -> bool:
         """Whether the drive and the contact have one displacement."""
         return self.compliances == (0.0, 0.0)
+
+    @property
+    def pushed(self) -> "Instrument":
+        """The instrument through which a controlled load T_m acts as a drive at T_m/k_p: 1/k_s + 1/k_p in series.
+
+        Of T + k_p (U + T/k_s) = T_m this is U + T (1/k_s + 1/k_p) = T_m/k_p. A parallel stiffness of 0 has none.
+        """
+        x, y = (1.0 / (compliance + 1.0 / self.parallel_stiffness) for compliance in self.compliances)
+        return Instrument((x, y) if isinstance(self.lateral_stiffness, tuple) else x)
 
     @property
     def compliances(self) -> tuple[float, float]:
@@ -90,6 +114,14 @@ class Instrument:
         deflection: Any = tangential_load / self.lateral_stiffness  # type: ignore[operator] # an array over a tuple
         driven: Values = tangential_displacement + deflection
         return driven
+
+    def drive_load(self, tangential_displacement: Values, tangential_load: Values) -> Values:
+        """Return the load that moves the drive, T + k_p (U + T/k_s) [N], of the same shape."""
+        if not self.parallel_stiffness:
+            return tangential_load
+        beside: Any = self.parallel_stiffness * self.drive_displacement(tangential_displacement, tangential_load)
+        pushing: Values = tangential_load + beside
+        return pushing
 
 
 RIGID = Instrument()

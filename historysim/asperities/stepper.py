@@ -95,7 +95,7 @@ class Stepper(WholeContact):
     Each step overwrites the state: `save` first where a step may be undone, such as a trial inside an integrator's
     stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
-    C code steps its ``memory``, unless asperities evolve: ``hs_step(memory, …, drive, …)``; the address is
+    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``; the address is
     ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
     """
 
@@ -164,7 +164,7 @@ class Stepper(WholeContact):
         except IndexError:
             raise self._place.taken() from None
         try:
-            if memory.evolved:
+            if memory.evolved or self._how["instrument"].parallel_stiffness:
                 path = path_to((normal, end), (tangential, goal))
                 self.memory = memory = self._ensemble.walk(EnsembleState(memory), path, **self._how).memory
             else:

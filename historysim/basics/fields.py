@@ -35,6 +35,7 @@ Lengths = Annotated[float | tuple[float, ...], Quantity("m")]
 Force = Annotated[float, Quantity("N")]
 Pressure = Annotated[float, Quantity("Pa")]
 FractureToughness = Annotated[float, Quantity("Pa m0.5")]
+Stiffness = Annotated[float, Quantity("N m-1")]
 Stiffnesses = Annotated[float | tuple[float, ...], Quantity("N m-1")]
 SurfaceEnergy = Annotated[float, Quantity("J m-2")]
 

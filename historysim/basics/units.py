@@ -46,7 +46,7 @@ _NAMES = {
     "Pa": "contact_modulus shear_modulus hardness",
     "J": "dissipated_energy",
     "m3": "worn_volume",
-    "N m-1": "lateral_stiffness",
+    "N m-1": "lateral_stiffness parallel_stiffness",
     "J m-2": "work_of_adhesion",
     "m2": "nominal_area area",
     "m-2": "summit_density",

@@ -271,7 +271,9 @@ def fork_waypoints(
     latest, following = float(times[passed - 1]), float(times[passed]) if passed < times.size else math.inf
     normal, tangential, friction = (_bounds(events, channel, time, following) for channel in _channels(events))
     kinds = {normal.kind or NormalLoad, tangential.kind or TangentialLoad}
-    straight_in_displacements = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
+    moved = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
+    # a load beside a spring in parallel acts as a drive
+    straight_in_displacements = moved or bool(instrument.parallel_stiffness)
     moments = {latest, time}
     if straight_in_displacements and TangentialLoad in kinds:
         moments.add(_last_saturated(state_at, latest, time))
@@ -336,7 +338,7 @@ def _waypoint(
     if kind is NormalLoad:
         return NormalLoad(time, state.normal_load)
     if kind is TangentialLoad:
-        return TangentialLoad(time, state.tangential_request)
+        return TangentialLoad(time, instrument.drive_load(state.tangential_displacement, state.tangential_request))
     force: Any = state.tangential_load
     return TangentialDisplacement(time, instrument.drive_displacement(state.tangential_displacement, force))
 

@@ -29,7 +29,8 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES = FORMATS = (1, 3, 4, 5, 7)
+# A spring in parallel, of which earlier versions know nothing, makes a form of its own.
+PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL = FORMATS = (1, 3, 4, 5, 7, 8)
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
 _OF_THE_PAIR = ("contact_modulus", "shear_modulus", "hardness", "yield_stress", "work_of_adhesion", "cracking_load")
@@ -117,6 +118,7 @@ class LogHeader:
             "metadata": dict(metadata or {}) or None,
             "follow_sliding": ensemble.follow_sliding or None,
             "rings": None if ensemble.rings == Rings() else attrs.asdict(ensemble.rings),
+            "parallel_stiffness": instrument.parallel_stiffness or None,
         }
         settings |= {name: value for name, value in further.items() if value is not None}
         settings["format"] = _form(ensemble, settings)
@@ -176,8 +178,8 @@ class LogHeader:
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
         stiffness = each_of(lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"])
-        resolutions = {name: self.settings[name] for name in RESOLUTIONS if name in self.settings}
-        return Instrument(stiffness, **resolutions)
+        names = (*RESOLUTIONS, "parallel_stiffness")
+        return Instrument(stiffness, **{name: self.settings[name] for name in names if name in self.settings})
 
     @property
     def substeps(self) -> int:
@@ -222,6 +224,8 @@ class LogHeader:
 
 def _form(ensemble: Ensemble, settings: Mapping[str, Any]) -> int:
     """Return the earliest form of a log that has what the ensemble has."""
+    if "parallel_stiffness" in settings:
+        return OF_PARALLEL
     if ensemble.curves is not None:
         return OF_CURVES
     if ensemble.slope is not None:

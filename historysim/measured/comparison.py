@@ -85,10 +85,12 @@ def observe(
     skip: int = 0,
     displacement_noise: float | None = None,
     load_noise: float | None = None,
+    parallel_stiffness: float = 0.0,
 ) -> Observation:
     """Return the samples of a measurement that a model is compared with, with turning points, loops and noise.
 
-    Loops at the start are skipped; the noise of the displacement [m] and of the load [N] is estimated by default.
+    Loops at the start are skipped; the noise of the displacement [m] and of the load [N] is estimated by default. Loops
+    are those of the contact, without the load of a spring in parallel [N/m].
     """
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
@@ -104,7 +106,8 @@ def observe(
             f"{skip} loops are to be skipped, and the record has {max(turns.size - 2, 0) // 2}; expected fewer"
         )
     try:
-        loops = loops_of_measurement(measurement, dead_band=dead_band, skip=skip)
+        contact = measurement.without_spring(parallel_stiffness)
+        loops = loops_of_measurement(contact, dead_band=dead_band, skip=skip)
     except NoLoopError:
         # without a whole loop the samples can still be compared
         loops = None
@@ -147,6 +150,13 @@ class ModelResponse:
     stiffness: Floats
     slope: Floats  #: (sample) Slope of the load over the displacement of the drive at the sample itself [N/m]
     friction_limit: Floats  #: (sample) [N]
+    parallel_load: Floats  #: (sample) Load of a spring in parallel, which is part of the tangential load [N]
+
+    @property
+    def contact_load(self) -> Floats:
+        """Tangential load of the contact alone (sample) [N]."""
+        load: Floats = self.tangential_load - self.parallel_load
+        return load
 
 
 def passed(
@@ -174,12 +184,14 @@ def passed(
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
     stiffness = rows.totals["tangential_stiffness"]
-    stiffness = stiffness / (1 + stiffness / instrument.stiffness)
+    stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
     totals = rows.totals[in_time]
+    parallel_load = instrument.parallel_stiffness * target
     return ModelResponse(
         slope=stiffness[in_time],
         displacement=target[in_time],
-        tangential_load=totals["tangential_load"],
+        tangential_load=totals["tangential_load"] + parallel_load,
+        parallel_load=parallel_load,
         stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
         friction_limit=totals["friction_limit"],
     )
@@ -257,7 +269,7 @@ def residuals_of(observation: Observation, response: ModelResponse, compared: In
     alike = np.nan_to_num(mean)[cell]
     own = np.nan_to_num(_means(branch, off - alike, turns.size - 1))[branch]
     limit = response.friction_limit[samples]
-    slides = np.abs(response.tangential_load[samples]) >= SLIDES * limit
+    slides = np.abs(response.contact_load[samples]) >= SLIDES * limit
     total = float(off @ off) or 1.0
     places = np.tile((np.arange(PLACES) + 0.5) / PLACES, (2, 1))
     return Residuals(
@@ -298,7 +310,7 @@ class Comparison:
             return loops_of_channels(
                 seen.time,
                 self.response.displacement,
-                self.response.tangential_load,
+                self.response.contact_load,
                 seen.normal_load,
                 dead_band=seen.dead_band,
                 skip=seen.skip,

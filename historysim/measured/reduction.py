@@ -14,7 +14,7 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, scalar
 from historysim.basics.library import lib, pointer
 from historysim.basics.limits import LARGEST
-from historysim.basics.units import duration_text, range_text
+from historysim.basics.units import duration_text, quantity_text, range_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.loads.event_sequence import KINDS, Events, Loads
@@ -283,6 +283,16 @@ class Measurement:
             name: self.channels[name] if other is None else np.column_stack([self.channels[name], other])
             for name, other in across.items()
         }
+
+    def without_spring(self, stiffness: float) -> "Measurement":
+        """Return it with the load of the contact alone: without that of a spring in parallel [N/m], T - k_p U."""
+        name, moved = "tangential_load", self.get("tangential_displacement")
+        if not stiffness or moved is None or self.get(name) is None:
+            return self
+        remark = "tangential load: spring in parallel taken off", quantity_text(stiffness, "N/m")
+        load = {name: self[name] - stiffness * moved}
+        channels, response = ({**group, **load} if name in group else group for group in (self.channels, self.response))
+        return attrs.evolve(self, channels=channels, response=response, remarks=(*self.remarks, remark))
 
     def kept(self) -> Integers:
         """Return the indices of the samples that are replayed."""

@@ -55,6 +55,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
     asperities, loads = counted(len(ensemble), "asperity", "asperities"), counted(len(events), "event", "events")
     known = {
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
+        "parallel_stiffness": instrument.parallel_stiffness or None,
         "nominal_area": ensemble.nominal_area,
     }
     return {

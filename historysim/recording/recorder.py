@@ -97,6 +97,7 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         yielding=ensemble.yielding is not None,
         geometry=wears or changes_geometry(events),
         spring=not instrument.rigid,
+        parallel=instrument.parallel_stiffness > 0,
         patches=curves is not None,
         areas=curves is None or curves.area is not None,
         planar=planar,

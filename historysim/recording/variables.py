@@ -37,6 +37,7 @@ class Changes:
     #: otherwise.
     geometry: bool = False
     spring: bool = False  #: whether there is an instrument in series
+    parallel: bool = False  #: whether there is a spring in parallel
     patches: bool = False  #: whether the asperities are patches of normal curves
     areas: bool = True  #: whether contact areas are known, which normal curves may leave open
     planar: bool = False  #: whether there are two tangential directions
@@ -118,6 +119,10 @@ def _separation(rows: "Rows", ensemble: "Ensemble", _: "Instrument") -> Array:
 
 def _drive(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
     return instrument.drive_displacement(rows.total("displacement"), rows.total("tangential_load"))
+
+
+def _drive_load(rows: "Rows", _: "Ensemble", instrument: "Instrument") -> Array:
+    return instrument.drive_load(rows.total("displacement"), rows.total("tangential_load"))
 
 
 def _circle(radius: str) -> "Callable[[Rows, Ensemble, Instrument], Array]":
@@ -209,6 +214,14 @@ VARIABLES = (
         "tangential displacement of the drive of the instrument",
         when=_SPRING,
         derived=_drive,
+        directed=True,
+    ),
+    _total(
+        "drive_load",
+        "N",
+        "tangential load at the drive: of the contact, and of the spring in parallel",
+        when=attrgetter("parallel"),
+        derived=_drive_load,
         directed=True,
     ),
     _total(

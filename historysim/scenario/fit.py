@@ -48,8 +48,8 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
             start = {name: _start(name, ensemble, instrument) for name in section.parameters}
 
     def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
-        stiffness = values.get("lateral_stiffness", instrument.stiffness)
-        return _changed(ensemble, values), attrs.evolve(instrument, lateral_stiffness=stiffness)
+        springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
+        return _changed(ensemble, values), attrs.evolve(instrument, **springs)
 
     return section, model, start
 
@@ -81,6 +81,10 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
         if instrument.rigid:
             raise InputError("lateral_stiffness: expected [instrument] with a lateral_stiffness to start from")
         return instrument.stiffness
+    if name == "parallel_stiffness":
+        if not instrument.parallel_stiffness:
+            raise InputError("parallel_stiffness: expected [instrument] with a parallel_stiffness to start from")
+        return instrument.parallel_stiffness
     if name == "height_scale":
         if ensemble.curves is not None:
             raise InputError("height_scale: is part of the normal curve already; expected a surface of summits")
@@ -165,7 +169,7 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     scenario.check_comparable()
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
-        observation = observe(measurement, skip=skip)
+        observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
     ensemble = scenario.ensemble()
     response = passed(ensemble, scenario.instrument, observation)
     return Comparison(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
@@ -196,8 +200,10 @@ def creep(scenario: Scenario | str | Path) -> Creep:
     scenario = as_scenario(scenario)
     scenario.check_comparable()
     measurement, ensemble = scenario.measurement(), scenario.ensemble()
+    instrument = scenario.instrument
     with reported(scenario.path.name), at("loading"):
-        return creep_of(measurement, ensemble, scenario.instrument)
+        contact = measurement.without_spring(instrument.parallel_stiffness)
+        return creep_of(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
 
 def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
@@ -228,6 +234,9 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     with reported(scenario.path.name), at("loading"), bar as done:
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
+    if instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
+        # measured loops are those of the contact, without the spring that was found
+        observation = _observed(scenario, instrument)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)
     return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, stiffness, between))
@@ -236,11 +245,18 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
 def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
     """Return what a fit compares with, the model, and the values that it starts from; raises what `fit` does."""
     scenario.check_comparable()
-    measurement = scenario.measurement()
-    section, model, start = model_of(scenario)
+    _, model, start = model_of(scenario)
+    return _observed(scenario, scenario.instrument), model, start
+
+
+def _observed(scenario: Scenario, instrument: Instrument) -> Observation:
+    """Return what a fit compares with; its loops are those of the contact beside an instrument."""
+    measurement, section = scenario.measurement(), scenario.sections.fit
+    noise: dict[str, Any] = {}
+    if section is not None:
+        noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
     with reported(scenario.path.name), at("loading"):
-        noise = {"displacement_noise": section.displacement_noise, "load_noise": section.load_noise}
-        return observe(measurement, skip=section.skip, **noise), model, start
+        return observe(measurement, parallel_stiffness=instrument.parallel_stiffness, **noise)
 
 
 # Where a scenario has what is fitted.
@@ -248,6 +264,7 @@ _HOMES = {
     "friction": ("friction", "coefficient"),
     "shear_modulus": ("materials", "shear_modulus"),
     "lateral_stiffness": ("instrument", "lateral_stiffness"),
+    "parallel_stiffness": ("instrument", "parallel_stiffness"),
     "height_scale": ("surface", "height_scale"),
 }
 

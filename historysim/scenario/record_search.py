@@ -73,8 +73,9 @@ def loops(
         check_direction(channels, "a question for loops")
         if isinstance(channels, xr.Dataset):
             return loops_of_history(channels, **options)
-        stiffness = RIGID.stiffness if scenario is None else scenario.instrument.stiffness
-        found = loops_of_measurement(channels, lateral_stiffness=stiffness, **options)
+        instrument = RIGID if scenario is None else scenario.instrument
+        contact = channels.without_spring(instrument.parallel_stiffness)
+        found = loops_of_measurement(contact, lateral_stiffness=instrument.stiffness, **options)
         return found if scenario is None else attrs.evolve(found, columns=_question(scenario))
 
 
@@ -100,11 +101,13 @@ def sliding(record: Record, *, over: Over | None = None, windows: int = 50) -> S
     InputError
         Something else, a file that cannot be used, or a record that turns back or never presses.
     """
-    with _opened(record) as (channels, _):
+    with _opened(record) as (channels, scenario):
         check_direction(channels, "a question for friction over time")
         if isinstance(channels, xr.Dataset):
             return sliding_of_history(channels, over=over, windows=windows)
-        return sliding_of_measurement(channels, over=over, windows=windows)
+        instrument = RIGID if scenario is None else scenario.instrument
+        contact = channels.without_spring(instrument.parallel_stiffness)
+        return sliding_of_measurement(contact, over=over, windows=windows)
 
 
 @contextmanager

@@ -433,17 +433,17 @@ def _of_file(table: Table, file: str) -> Table:
     return attrs.evolve(table, lines=None, parts=parts, notices=notices)
 
 
-def column_from_toml(value: object, _: object = Column) -> Column:
+def column_from_toml(value: object, kind: type[Column] = Column) -> Column:
     """Return the column that is ``"name"`` or ``{ column = "name", unit = "mN" }``; anything else is an InputError."""
     if not isinstance(value, dict):
-        return Column(text(value))
-    known = [field.name for field in attrs.fields(Column)]
+        return kind(text(value))
+    known = [field.name for field in attrs.fields(kind)]
     for key in value:
         if key not in known:
             raise misfit(f"unknown key; {nearest(key, known)}", key)
     if "column" not in value:
         raise misfit("missing; expected the name of a column in the file", "column")
-    return Column(**value)
+    return kind(**value)
 
 
 def column_hooks(converter: Converter) -> None:

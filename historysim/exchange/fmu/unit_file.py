@@ -172,6 +172,11 @@ def unit_files(
 ) -> dict[str, bytes]:
     """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
     job = source.replay
+    if job.instrument.parallel_stiffness:
+        raise InputError(
+            "the instrument has a parallel_stiffness, which a unit of co-simulation does not have; expected none: give "
+            "that spring to the model which the unit becomes a part of"
+        )
     state: Any = job.ensemble.initial_state() if at is None else job.state(until=at)
     if controls.directions == 2:
         state = job.ensemble.in_plane(state)

@@ -163,6 +163,7 @@ UNITS = {
     "work_of_adhesion": "J/m²",
     "nominal_area": "m²",
     "lateral_stiffness": "N/m",
+    "parallel_stiffness": "N/m",
     "displacement_resolution": "m",
     "load_resolution": "N",
 }

@@ -83,8 +83,11 @@ def _draw_loops(axes: "Axes", comparison: Comparison) -> None:
     # over the points: in their noise it would not be seen
     line: dict[str, Any] = {"color": MODEL, "linewidth": 0.8, "rasterized": True, "zorder": 3}
     axes.plot(response.displacement[order], modelled[order], label="model", **line)
-    if not comparison.instrument.rigid:
-        stiffness = comparison.instrument.stiffness
+    instrument = comparison.instrument
+    if not instrument.rigid or instrument.parallel_stiffness:
+        stiffness = instrument.stiffness
+        load = load - instrument.parallel_stiffness * observation.displacement
+        modelled = response.contact_load
         contact = observation.displacement - load / stiffness
         dots["color"] = CORRECTED
         axes.plot(contact[shown], load[shown], label="measured, of the contact", **dots)

@@ -41,6 +41,7 @@ from historysim.tables.blocks import one_clock
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
 FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on how a file was read, and on hum in a channel
+CLEAR_OF_ZERO = 0.05  # first sample of a tangential displacement over its range, from which on a notice says so
 EACH = "each"  # of several runs in one file, each by itself
 # the space keeps it apart from the keys of channels
 _RUN = " run"
@@ -87,17 +88,19 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     notices = dict.fromkeys(notice for table in tables.values() for notice in table.notices)
     main = tables[None]
     time = main.columns["time"]
-    values, inside = {}, np.ones(time.size, dtype=np.bool_)
+    values, first, inside = {}, {}, np.ones(time.size, dtype=np.bool_)
     for (group, key), channel in measured.items():
         own = tables[channel.time]
         column = channel.combined([own.columns[name] for name in column_names(key, channel)])
+        first[group, key] = _first_of(column)
         if channel.time is not None or channel.shift != 0:
             with at(group, key, "shift" if channel.time is None else "time"), _named(section.name):
                 column = _onto(time, own, column, channel.shift, section.max_gap)
             shifted = own.columns["time"] + channel.shift
             inside &= np.isnan(time) | ((time >= np.nanmin(shifted)) & (time <= np.nanmax(shifted)))
         values[group, key] = column
-    record = _Record(section, time, values, main.lines, inside, _run_of(main), [(FILE_REMARK, one) for one in notices])
+    remarks = [(FILE_REMARK, notice) for notice in notices]
+    record = _Record(section, time, values, first, main.lines, inside, _run_of(main), remarks)
     if section.runs_by is None and len(section.files) == 1:
         record.remark_runs(folder)
     if section.rate is not None:
@@ -105,6 +108,12 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     elif section.columns.time is None:
         record.remark("clock", "no column for time: the number of the row, from 0 s")
     return record
+
+
+def _first_of(column: Floats) -> float:
+    """Return the first reading of a column; NaN where there is none."""
+    known = column[~np.isnan(column)]
+    return float(known[0]) if known.size else math.nan
 
 
 def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channels: Mapping[str, Channel]) -> Table:
@@ -186,6 +195,7 @@ class _Record:
     section: "MeasuredLoading"
     time: Floats
     values: dict[tuple[str, str], Floats]  #: as they were read, some with gaps
+    first: dict[tuple[str, str], float]  #: the first reading of each, whatever is left out later
     row: Integers | None
     inside: Booleans  #: samples that lie within all clocks
     run: Floats
@@ -241,6 +251,7 @@ class _Record:
         kept = self.run == run
         if not kept.any():
             raise misfit(f"there is no run {run}; expected one of {known}", "run")
+        self.first = {place: _first_of(column[kept]) for place, column in self.values.items()}
         self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}")
         self.keep(kept)
 
@@ -329,11 +340,36 @@ class _Record:
         if constant is not None:
             return np.full(self.time.size, constant)
         raw = self.values[group, key]
-        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw + getattr(channel, "offset", 0.0)
+        offset = getattr(channel, "offset", None)
+        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw + (offset or 0.0)
         values = self.corrected(channel, key, values)
+        if isinstance(channel, LengthChannel) and offset is None and not channel.centred:
+            values = self.from_zero(key, values, channel.scale * self.first[group, key])
         self.check_sizes(values)
         if hum := hum_remark(channel, key, self.time, values, last_digit(raw, values)):
             self.remark(HUM_REMARK, hum)
+        return values
+
+    def from_zero(self, key: str, values: Floats, first: float) -> Floats:
+        """Return a displacement from where the contact is not displaced: a stage, of a first reading, has its own zero."""
+        name = key.replace("_", " ")
+        if abs(first) <= reduction.REVERSAL * reduction.estimated_noise(values):
+            return values
+        if key.startswith("tangential"):
+            clear = abs(first) > CLEAR_OF_ZERO * float(np.ptp(values))
+            text = (
+                f"its first sample, {quantity_text(first, 'm')}, is its zero; offset = 0 takes the readings as they are"
+            )
+            self.remark(FILE_REMARK if clear else f"{name}: zero", f"{name}: {text}" if clear else text)
+            return values - first
+        if first > 0:
+            reading = quantity_text(-first, "m", 9)
+            raise InputError(
+                f"the {name} begins at {quantity_text(first, 'm')}, pressed in before the record begins: it is the "
+                f"approach from first touch, and a stage has a zero of its own; expected the reading of first touch "
+                f'with its sign turned as offset, as in offset = "{reading}" where the first sample is that, or offset '
+                "= 0 where the readings are approaches"
+            )
         return values
 
     def corrected(self, channel: Channel, key: str, values: Floats) -> Floats:

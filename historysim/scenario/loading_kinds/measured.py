@@ -22,7 +22,7 @@ from historysim.basics.fields import (
     Quantity,
     Time,
 )
-from historysim.basics.units import quantity_text
+from historysim.basics.units import is_number, quantity_text
 from historysim.basics.wording import shown
 from historysim.errors import InputError, at, misfit
 from historysim.loads.events import ACROSS, LOAD_KINDS
@@ -39,6 +39,16 @@ COMBINED = ("sum", "mean", "difference")  # keys that make one channel of severa
 Area = Annotated[float, Quantity("m2")]
 
 
+@attrs.frozen
+class Term(Column):
+    """A column of several that make one channel, and the factor that it has there."""
+
+    #: A factor on it.
+    scale: Number = attrs.field(
+        default=1.0, validator=Key(lambda factor: is_number(factor) and factor != 0, "a number other than 0")
+    )
+
+
 @attrs.frozen(kw_only=True)
 class Channel:
     """A column, or several, or a constant, and how it becomes a channel in SI: scale times it, plus the offset."""
@@ -48,9 +58,10 @@ class Channel:
     unit: str | None = None  #: its unit; by default that of the file, or SI
     occurrence: int | None = None  #: which of the columns with this name
     index: int | None = None  #: which column of a matrix
-    sum: tuple[Column, ...] | None = None  #: the sum of several columns, in place of one
-    mean: tuple[Column, ...] | None = None  #: their mean
-    difference: tuple[Column, ...] | None = None  #: the first of two less the second
+    #: The sum of several columns, in place of one; each may have a ``scale``.
+    sum: tuple[Term, ...] | None = None
+    mean: tuple[Term, ...] | None = None  #: their mean
+    difference: tuple[Term, ...] | None = None  #: the first of two less the second
     scale: Number = 1.0  #: A factor on the column
     time: Column | None = None  #: the channel's own clock; it is interpolated onto that of the record
     shift: Time = 0.0  #: by how much that clock is behind: a sample at t was taken at t + shift
@@ -133,6 +144,8 @@ class Channel:
 
     def combined(self, values: Sequence[Floats]) -> Floats:
         """Return its columns combined, (row,)."""
+        terms = self.sum or self.mean or self.difference or ()
+        values = [term.scale * each for term, each in zip(terms, values, strict=True)] if terms else values
         if self.difference:
             return values[0] - values[1]
         total = functools.reduce(operator.add, values)
@@ -159,7 +172,9 @@ class LengthChannel(Channel):
     """A displacement."""
 
     constant: Length | None = None  #: the same value throughout, in place of a column
-    offset: Length = 0.0  #: added after the scale
+    #: Added after the scale. By default, unless ``centred``, the one with which a tangential displacement begins at 0,
+    #: since a stage has a zero of its own; none where it does so within its noise. 0 takes the readings as they are.
+    offset: Length | None = None
     backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: width of the play of what measures it
     #: Width of a clearance in the path of the tangential load.
     free_play: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)
