@@ -95,8 +95,8 @@ class Stepper(WholeContact):
     Each step overwrites the state: `save` first where a step may be undone, such as a trial inside an integrator's
     stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
 
-    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``; the address is
-    ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
+    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``;
+    the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
     """
 
     def __init__(self, ensemble: Any, state: EnsembleState, how: dict[str, Any]) -> None:

@@ -4,6 +4,7 @@ import itertools
 import json
 import sys
 import threading
+import warnings
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
@@ -138,6 +139,11 @@ Notify = Callable[[str], None]  # takes a notice, a sentence for the user
 
 def silent(_: str) -> None:
     """Drop a notice."""
+
+
+def warn(notice: str) -> None:
+    """Give a notice as a UserWarning, as Python's own."""
+    warnings.warn(notice, stacklevel=2)
 
 
 @contextmanager

@@ -103,7 +103,7 @@ FAULTS = {
     ),
     "beside": Fault(
         "N/m: the load rises along each stroke by {size}, in both directions, as with a guide, a flexure or a cable "
-        "beside the contact: no key models it; take that spring off the load",
+        'beside the contact: try parallel_stiffness = "{size}" in [instrument], or fit it',
         added=lambda branch: branch.moved,
     ),
     "sloping": Fault(

@@ -379,13 +379,13 @@ class Comparison:
 
     def _compliance(self) -> list[str]:
         """Return a note on a record that is much softer than the model."""
-        if self.measured is None or not self.contact_stiffness > 0:
+        if self.measured is None or self.model is None or not self.measured.is_friction.all():
             return []
-        measured, in_series = self.measured.statistics("tangential_stiffness").mean, self.instrument.stiffness
-        whole = self.contact_stiffness if self.instrument.rigid else 1 / (1 / self.contact_stiffness + 1 / in_series)
+        # read off in one way: few samples on a steep branch make both look soft
+        measured, whole = (each.statistics("tangential_stiffness").mean for each in (self.measured, self.model))
         if not 0 < measured < SOFTER * whole:
             return []
-        series = quantity_text(1 / (1 / measured - 1 / self.contact_stiffness), "N/m", 3)
+        series = quantity_text(1 / (1 / measured - 1 / whole + 1 / self.instrument.stiffness), "N/m", 3)
         start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""
         note = (
             f"the record is softer at reversals than the model, {quantity_text(measured, 'N/m', 3)} against "

@@ -3,6 +3,7 @@
 README.md of this folder, "How loops are read", says how each value is found.
 """
 
+import functools
 import math
 from typing import Literal, Self
 
@@ -13,6 +14,7 @@ from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
+from historysim.measured import branch_shape
 from historysim.measured.branches import Definitions, Trace
 from historysim.measured.loop_table import (
     CONFIDENCE,
@@ -23,6 +25,7 @@ from historysim.measured.loop_table import (
     same_amplitude,
     same_load,
 )
+from historysim.measured.reduction import sign_lost
 from historysim.measured.scatter import Wander, of_values
 
 Direction = Literal["forward", "backward", "both"]
@@ -57,6 +60,8 @@ QUANTITIES = {**BRANCH_QUANTITIES, **LOOP_QUANTITIES}
 CONTENT = "friction loops"  # value of the attribute ``content`` of a file of loops
 CLEARLY_ABOVE = 3.0  # standard errors by which height and energy of friction loops are above 0
 ROUNDING = 1e-9  # height and energy, over the largest load and the box around the loop, that are none
+FEWEST_AMPLITUDES = 3  # classes of amplitudes from which on powers of it show
+DAMPER = "as those of a spring with a damper or a lag"
 OPEN = 2.0  # gap of the load over the half height from which on a loop does not close
 
 
@@ -102,6 +107,8 @@ class LoopValues:
     lateral_stiffness: float = math.inf
     remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
     displacement_noise: float = 0.0  #: standard deviation of the noise of the displacement, 0 where it is not known [m]
+    #: Of a spring beside the contact that branches show [N/m], with which nothing of slip is known; NaN without one.
+    parallel_stiffness: float = math.nan
     columns: str = ""  #: the question whether the right columns were read, which names them
 
     def __len__(self) -> int:
@@ -145,10 +152,14 @@ class LoopValues:
         classes = same_amplitude(self.amplitude)
         return tuple(np.flatnonzero(classes == each) for each in range(classes.max() + 1))
 
-    @property
+    @functools.cached_property
     def no_friction(self) -> tuple[tuple[Integers, str], ...]:
         """Classes of loops that are no friction loops: their positions, and a note that gives the reason."""
         levels, found = self.load_level[self.large], []
+        if self._has_damper:
+            everyone = np.arange(len(self))
+            reason = "their energy goes with the square of the amplitude, and their load with the amplitude"
+            return ((everyone, f"{counted(len(self), 'loop', 'loops')} are no friction: {reason}, {DAMPER}"),)
         large = [np.flatnonzero(self.large)[levels == level] for level in np.unique(levels)]
         small = [members[~self.large[members]] for members in self.amplitude_classes()]
         for number, members in enumerate(large + small):
@@ -188,7 +199,8 @@ class LoopValues:
         largest = float(np.nanmax(np.abs(self.friction_force[members])))
         if not _above(height, ROUNDING * largest):
             of = quantity_text(float(height.mean()), "N", 3)
-            return f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
+            lost = sign_lost(self.trace.tangential_load)
+            return lost or f"forward, the load is {of} more than the mean of both directions, which is not clear of 0"
         if gap.size and abs(float(np.median(gap))) > OPEN * height.mean():
             return (
                 f"the load does not come back: it moves on by {quantity_text(float(np.median(gap)), 'N', 3)} per loop"
@@ -197,7 +209,20 @@ class LoopValues:
             return (
                 f"they enclose {quantity_text(float(energy.mean()), 'J', 3)} on average, no energy that is clear of 0"
             )
+        if branch_shape.is_ellipse(self.trace, self.ends[members]):
+            return f"they are ellipses, no branch is level, {DAMPER}"
         return ""
+
+    @property
+    def _has_damper(self) -> bool:
+        """Whether loops of several amplitudes at one load go with them as those of a spring and a damper do."""
+        classes = self.amplitude_classes()
+        if len(classes) < FEWEST_AMPLITUDES or self.load_level.max() > 0:
+            return False
+        load = np.array([np.ptp(self.trace.tangential_load[first : last + 1]) for first, _, last in self.ends.tolist()])
+        each = self.amplitude, load, self.dissipated_energy
+        means = [np.array([values[members].mean() for members in classes]) for values in each]
+        return branch_shape.goes_with_the_square(*means)
 
     # -- statistics --------------------------------------------------------------------------------
 

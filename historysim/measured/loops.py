@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import attrs
 import numpy as np
 
-from historysim.basics.arguments import ArrayLike, Floats, scalar
+from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
 from historysim.basics.units import quantity_text, scaled
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
+from historysim.measured import branch_shape
 from historysim.measured.branches import (
     DEFAULT,
     OF_SLIDING,
@@ -36,7 +37,15 @@ from historysim.measured.loop_values import (
     NoLoopError,
 )
 from historysim.measured.notes import drift_notes, instrument_faults, loop_notes
-from historysim.measured.reduction import check_moves, check_order, estimated_noise, history_channels, loop_dead_band
+from historysim.measured.reduction import (
+    check_moves,
+    check_order,
+    estimated_noise,
+    history_channels,
+    jumps_of_counter,
+    loop_dead_band,
+    sign_lost,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -254,7 +263,7 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     pieces = (0, int(all_ends[0, 0])), (int(all_ends[-1, 2]), moved.size - 1)
     number, ends = np.arange(first, len(all_ends)), all_ends[first:]
     energy = np.array([enclosed(trace, *loop) for loop in ends.tolist()])
-    _check_sense(energy, moved[ends], load[ends])
+    _check_sense(trace, energy, ends)
     steady = at_one_load(trace, number, ends, lone, dead_band=band, share=definitions.load_share)
     # a loop that lost a branch, or that a step goes through, encloses nothing
     whole = ~(steady.left_out | steady.stepped).any(axis=1)
@@ -274,6 +283,16 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
     for name in BRANCH_QUANTITIES.keys() - OF_SLIDING:
         of_branch[name][stepped] = math.nan
     lengths = np.abs(np.diff(moved[ends], axis=1))
+    amplitude = np.average(lengths, weights=~steady.left_out, axis=1) / 2
+    sound = ~(steady.left_out | steady.stepped).any(axis=1) & (
+        amplitude >= definitions.amplitude_share * amplitude.max()
+    )
+    spring = branch_shape.parallel_stiffness(trace, ends[sound])
+    if spring > 0:
+        # friction and the load of the spring are one there, and no bound of either
+        rising[:] = False
+        for name in OF_SLIP:
+            of_branch[name][:] = math.nan
     loops = Loops(
         trace,
         definitions,
@@ -285,13 +304,14 @@ def loops_of_channels(  # noqa: PLR0913 - four channels, and what is known of th
         dissipated_energy=energy,
         displacement_gap=np.where(whole, moved[ends[:, 2]] - moved[ends[:, 0]], math.nan),
         tangential_load_gap=np.where(whole, load[ends[:, 2]] - load[ends[:, 0]], math.nan),
-        amplitude=np.average(lengths, weights=~steady.left_out, axis=1) / 2,
+        amplitude=amplitude,
         left_out_branches=left_out,
         stepped_branches=stepped,
         rising_branches=rising & ~left_out,
         exclusions=(*whole_period, *steady.notes),
         lateral_stiffness=lateral_stiffness,
         displacement_noise=noise,
+        parallel_stiffness=spring,
     )
     return loops.without_first(check_skip(skip_per_level, "skip_per_level"))
 
@@ -304,14 +324,25 @@ def check_skip(skip: float, name: str = "skip") -> int:
     return int(count)
 
 
-def _check_sense(energy: Floats, displacement: Floats, load: Floats) -> None:
-    """Refuse loops, given by U and T at their ends, that give energy instead of taking it."""
+def _spoilt_channel(trace: Trace) -> str:
+    """Return what is wrong with a channel of which no loops are made, and the mend; nothing where it looks sound."""
+    for name, values in (("displacement", trace.displacement), ("tangential load", trace.tangential_load)):
+        if jumps := jumps_of_counter(values):
+            return f"the {name} {jumps}"
+    return sign_lost(trace.tangential_load)
+
+
+def _check_sense(trace: Trace, energy: Floats, ends: Integers) -> None:
+    """Refuse loops, given by the samples at their ends, that give energy instead of taking it."""
+    displacement, load = trace.displacement[ends], trace.tangential_load[ends]
     box = np.ptp(displacement, axis=1) * np.ptp(load, axis=1)
     # rounding makes energy of a load that does not change
     rounding = float(np.abs(displacement).max() * np.abs(load).max()) * ROUNDING
     if energy.sum() < WRONG_WAY * box.sum() - rounding:
+        given = f"friction would give {-energy.mean():.4g} J per loop instead of taking it"
+        if cause := _spoilt_channel(trace):
+            raise InputError(f"{cause}: {given}")
         raise InputError(
-            f"the loops run the wrong way round: friction would give {-energy.mean():.4g} J per loop instead of taking "
-            "it; expected displacement and tangential_load positive in one direction: reverse one of the two, with a "
-            "scale of -1, or mend their columns where they are swapped"
+            f"the loops run the wrong way round: {given}; expected displacement and tangential_load positive "
+            "in one direction: reverse one of the two, with a scale of -1, or mend their columns where they are swapped"
         )

@@ -3,19 +3,30 @@
 Each fault of an instrument is found from the samples alone, and only where it stands clear of the noise.
 """
 
+import math
 from collections.abc import Iterator
 from itertools import chain, pairwise
 
+import attrs
 import numpy as np
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.measured import scatter
+from historysim.measured.branch_shape import are_level, shapes
 from historysim.measured.branches import Trace
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.loop_values import LoopValues
-from historysim.measured.reduction import FEWEST_SAMPLES, FEWEST_SPIKES, REVERSAL, SPIKE, count_of_spikes, noise_of
+from historysim.measured.loop_values import DAMPER, LoopValues
+from historysim.measured.reduction import (
+    FEWEST_SAMPLES,
+    FEWEST_SPIKES,
+    MEDIAN_OF_NORMAL,
+    REVERSAL,
+    SPIKE,
+    count_of_spikes,
+    noise_of,
+)
 
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
 STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to which a note says that noise decides
@@ -24,6 +35,11 @@ STROKE_OVER_NOISE = 40.0  # stroke over the noise of the displacement up to whic
 NARROW = 0.05
 # Samples in a row, and share of all, that are the very extreme of a channel with noise, where it is clipped.
 CLIPPED_RUN, CLIPPED_SHARE = 5, 5e-3
+WHITE = (0.6, 1.5)  # noise by fourth differences over that by second ones, between which it is white
+MOST_NOISE = 0.01  # over the range of a channel, up to which it is no noise but few samples of a steep curve
+ROUNDING = 1e-9  # difference of two samples over the range that is none
+CLOSES = 5.0  # deviations of the noise of the load within which a clearance is not taken as closed
+FOLLOWS = 0.7  # correlation of load and displacement from which on the load goes with it
 OFFSET = 0.02  # offset or drift of the load over the friction force, from which on it has a note
 # Lost motion over the stroke, and over what the stiffness beside it takes for the same load, where it has a note.
 LOST_OVER_STROKE, LOST_OVER_BESIDE = 0.03, 3.0
@@ -36,6 +52,7 @@ def loop_notes(loops: LoopValues) -> tuple[str, ...]:
     return (
         *_noise(loops),
         *_no_friction(loops),
+        *_spring_beside(loops),
         *instrument_faults(loops),
         *drift_notes(loops),
         *loops.exclusions,
@@ -52,7 +69,38 @@ def _no_friction(loops: LoopValues) -> Iterator[str]:
         mend = (
             loops.columns or "is the column of the tangential load right? historysim columns FILE shows what there is"
         )
-    yield from (f"{text}; {mend}" for _, text in found)
+    for members, text in found:
+        if DAMPER in text:
+            yield f"{text}: dry friction is level where it slides, whatever the speed, and the model has no damper"
+            continue
+        sticks = bool(loops.large[members].any()) and _follows(loops, members)
+        yield f"{text}; {'longer strokes slide where a contact still sticks; ' * sticks}{mend}"
+
+
+def _follows(loops: LoopValues, members: Integers) -> bool:
+    """Return whether the load of some loops goes with the displacement, as that of a contact that sticks does."""
+    part = slice(loops.ends[members[0], 0], loops.ends[members[-1], 2] + 1)
+    with np.errstate(invalid="ignore"):
+        correlation = np.corrcoef(loops.trace.displacement[part], loops.trace.tangential_load[part])[0, 1]
+    return bool(correlation > FOLLOWS)
+
+
+def _spring_beside(loops: LoopValues) -> Iterator[str]:
+    stiffness = loops.parallel_stiffness
+    if not stiffness > 0:
+        return
+    trace, ends = loops.trace, loops.ends[loops.large & ~loops.left_out_branches.any(axis=1)]
+    contact = attrs.evolve(trace, tangential_load=trace.tangential_load - stiffness * trace.displacement)
+    # over both directions the zero of the spring cancels
+    force = float(np.mean([shape.force for shape in shapes(contact, ends) or ()]))
+    load = float(np.median(loops.normal_load[np.isfinite(loops.normal_load)])) if trace.normal_load is not None else 0.0
+    coefficient = f", a coefficient of {force / load:.4g}" if load > 0 else ""
+    text = quantity_text(stiffness, "N/m", 3)
+    yield (
+        f"the load rises by {text} along each stroke behind its beginning, forward and backward alike: a spring in "
+        f"parallel with the contact, such as a flexure or a guide; friction without it is "
+        f'{quantity_text(force, "N", 4)}{coefficient}; parallel_stiffness = "{text}" in [instrument] takes it off'
+    )
 
 
 def _noise(loops: LoopValues) -> Iterator[str]:
@@ -74,7 +122,7 @@ def _noise(loops: LoopValues) -> Iterator[str]:
 
 def drift_notes(loops: LoopValues) -> Iterator[str]:
     """Yield what drifts from loop to loop, where all of them are at one load."""
-    if len(loops.by_load()) > 1 or loops.no_friction:
+    if len(loops.by_load()) > 1 or loops.no_friction or loops.parallel_stiffness > 0:
         return
     known = np.isfinite(loops.friction_coefficient).any()
     quantity, label, unit = (
@@ -145,33 +193,51 @@ def _unknown_stiffness(loops: LoopValues) -> Iterator[str]:
 
 
 def instrument_faults(loops: LoopValues) -> list[str]:
-    """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise."""
+    """Return a note for each fault that the record of some loops shows; none where it has few samples or no noise.
+
+    What is read off sliding needs branches that are level at their ends: a contact that sticks in part has an offset
+    and a stiffness of its own.
+    """
     trace, noise = loops.trace, loops.displacement_noise
     if not noise or trace.time.size < FEWEST_SAMPLES:
         return []
     whole = loops.large & ~loops.left_out_branches.any(axis=1)
-    ends = loops.ends[whole]
+    slid = whole & loops.is_friction & ~loops.rising_branches.any(axis=1)
+    slides = not loops.parallel_stiffness > 0 and are_level(trace, loops.ends[slid])
     return [
         *_clipped(trace.tangential_load),
         *_spikes(trace),
-        *_of_the_zero(loops.friction_force[whole]),
-        *_lost_motion(trace, ends, noise),
-        *_stick_slip(trace, ends),
+        *(_of_the_zero(loops.friction_force[slid]) if slides else ()),
+        *(_lost_motion(trace, loops.ends[slid], noise) if slides else ()),
+        *_stick_slip(trace, loops.ends[whole]),
     ]
 
 
 def _clipped(load: Floats) -> Iterator[str]:
     for name, extreme in (("greatest", load.max()), ("least", load.min())):
         at = load == extreme
+        inside = (load > load.min()) & (load < load.max())
         edges = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
         longest = int(np.max(edges[1::2] - edges[::2]))
-        few = np.count_nonzero(~at) < FEWEST_SAMPLES
-        if few or longest < CLIPPED_RUN or at.mean() < CLIPPED_SHARE or noise_of(load[~at]) == 0:
+        few = np.count_nonzero(inside) < FEWEST_SAMPLES
+        if few or longest < CLIPPED_RUN or at.mean() < CLIPPED_SHARE or not _scatters(load[inside]):
             continue
         yield (
             f"{int(at.sum()):,} samples of the tangential load are its {name} value, {quantity_text(extreme, 'N')}, "
             f"up to {longest:,} in a row: it looks clipped, and friction and energy are too small; take a wider range"
         )
+
+
+def _scatters(values: Floats) -> bool:
+    """Return whether each sample of a channel has noise of its own, of a digit or more: else a level is no clipping.
+
+    Of white noise differences of any order show as much; a smooth curve hardly has fourth differences.
+    """
+    noise, fourth = noise_of(values), float(np.median(np.abs(np.diff(values, 4)))) / (MEDIAN_OF_NORMAL * math.sqrt(70))
+    steps = np.diff(np.unique(values))
+    digit = float(steps[steps > ROUNDING * np.ptp(values)].min(initial=np.inf))
+    white = WHITE[0] * noise <= fourth <= WHITE[1] * noise
+    return white and digit <= noise <= MOST_NOISE * float(np.ptp(values))
 
 
 def _spikes(trace: Trace) -> Iterator[str]:
@@ -228,22 +294,32 @@ def _lost_motion(trace: Trace, ends: Integers, noise: float) -> Iterator[str]:
         force = float(np.mean(load[moved >= 0.75 * moved[-1]]))
         if not (force > 0 and load[0] < -0.5 * force) or moved.size < FEWEST_SAMPLES:
             continue
-        shares = np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5])
-        place = np.searchsorted(np.maximum.accumulate(load), shares * force)
-        at_turn, behind, low, before, after, high = moved[np.minimum(place, moved.size - 1)]
+        levels, reached = force * np.array([-0.9, -0.8, -0.5, -0.1, 0.1, 0.5]), np.maximum.accumulate(load)
+        place = np.clip(np.searchsorted(reached, levels), 1, moved.size - 1)
+        # between two samples the load rises straight
+        rise = reached[place] - reached[place - 1]
+        share = np.clip((levels - reached[place - 1]) / np.where(rise > 0, rise, 1.0), 0.0, 1.0)
+        at_turn, behind, low, before, after, high = moved[place - 1] + share * (moved[place] - moved[place - 1])
         beside, beside_turn = min(before - low, high - after) / 2, (low - behind) / 3
         speed = moved[-1] / (time[-1] - time[0]) if time[-1] > time[0] else np.nan
-        branches.append((after - before - beside, beside, at_turn - beside_turn, beside_turn, speed))
+        width = after - before - beside
+        # the loads between which nine tenths of it are crossed
+        opens, closes = np.interp((before + after) / 2 + width * np.array([-0.45, 0.45]), moved, reached)
+        closing = (closes - opens) / 1.8
+        branches.append((width, beside, at_turn - beside_turn, beside_turn, speed, closing))
     if len(branches) < scatter.FEWEST_LOOPS:
         return
-    width, beside, width_behind, beside_turn, speed = np.median(np.array(branches), axis=0).tolist()
+    width, beside, width_behind, beside_turn, speed, closing = np.median(np.array(branches), axis=0).tolist()
     stroke = float(np.median(np.abs(np.diff(trace.displacement[ends], axis=1))))
     least = max(LOST_OVER_STROKE * stroke, SPIKE * noise)
     if width >= max(least, LOST_OVER_BESIDE * beside):
         of = quantity_text(width, "m", 2)
+        # within its noise a load does not say on which side the clearance is
+        closes_at = quantity_text(max(closing, CLOSES * noise_of(trace.tangential_load)), "N", 3)
         yield (
             f"the displacement goes on by {of} at zero load: it looks like a free play in the path of the load, "
-            f'which displacements and stiffness hold; free_play = "{of}" at the displacement removes it'
+            f'which displacements and stiffness hold; free_play = "{of}" and closing_load = "{closes_at}" at the '
+            "displacement remove it"
         )
     if width_behind >= max(least, LOST_OVER_BESIDE * beside_turn):
         late = quantity_text(width_behind / speed, "s", 3)

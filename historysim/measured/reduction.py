@@ -29,6 +29,11 @@ FEWEST_SAMPLES = 32  # samples below which what looks like noise may be the stro
 REVERSAL = 6.0  # least swing of a reversal by default, in deviations of the noise
 DEAD_BAND_SHARE = 0.05  # least dead band of loops by default, over the range of the displacement
 SPIKE = 10.0  # deviations of the noise, and three times its usual steps, by which a spike stands out to both sides
+COUNTERS = (2**16, 2**24, 2**32)  # ranges of counters, in their last digits
+ROUNDING_OF_STEP, WHOLE = 1e-9, 1e-2  # over the range of a channel, and of a last digit: what is rounding
+MOST_PARTS = 16  # last digits that the least difference between two samples of a counter has at most
+SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps stand clear of them
+NEAR_ZERO = 0.2  # least force over the greatest one up to which one that is never negative has lost its sign
 FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
 
 
@@ -108,6 +113,46 @@ def count_of_spikes(values: Floats, usual: float) -> int:
     alone = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
     least = max(SPIKE * noise_of(values), 3 * float(np.quantile(np.abs(steps), usual)))
     return int(np.count_nonzero(alone > least)) if least > 0 else 0
+
+
+def _digit_of(values: Floats) -> float:
+    """Return the step that all differences of a channel are multiples of; 0 where there is none that is clear."""
+    levels = np.diff(np.unique(values))
+    levels = levels[levels > ROUNDING_OF_STEP * np.ptp(values)]
+    if not levels.size:
+        return 0.0
+    for parts in range(1, MOST_PARTS + 1):
+        digits = levels * parts / levels.min()
+        if (np.abs(digits - np.round(digits)) < WHOLE).all():
+            return float(levels.min()) / parts
+    return 0.0
+
+
+def jumps_of_counter(values: Floats) -> str:
+    """Return how often a channel jumps by the range of a counter, and the mend; nothing where it does not."""
+    digit = _digit_of(values)
+    if not digit or values.size < FEWEST_SAMPLES:
+        return ""
+    steps = np.abs(np.diff(values)) / digit
+    for size in COUNTERS:
+        jumps = steps > size / 2
+        usual = float(steps[~jumps].max(initial=0.0))
+        if jumps.any() and usual < SMALL_STEP * size and (np.abs(steps[jumps] - size) <= usual + 1).all():
+            count = counted(int(jumps.sum()), "time", "times")
+            unwrap = f"add {size:,} of them behind each fall, and take it off behind each rise, before it is read"
+            return f"jumps by {size:,} of its last digits, {count}: it looks like a counter that wraps; {unwrap}"
+    return ""
+
+
+def sign_lost(load: Floats) -> str:
+    """Return that a force is never negative, and the mend; nothing where it is, or is far from 0."""
+    least, most = float(load.min()), float(load.max())
+    if least < -SPIKE * noise_of(load) or least > NEAR_ZERO * most or not most > 0:
+        return ""
+    return (
+        "the force is never negative, forward and backward alike: it looks like a magnitude, |F|, of which no loops "
+        "are made; give the column of the force with its sign, as the sensor reads it"
+    )
 
 
 def loop_dead_band(displacement: ArrayLike, given: float | None = None, noise: float | None = None) -> float:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
+from historysim.basics.wording import silent
 from historysim.errors import InputError
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, figure_of
 from historysim.scenario.document import parsed, pictures_of
@@ -67,7 +68,7 @@ def _of_scenario(
         # the surface stands in a file beside the history
         with (
             tempfile.TemporaryDirectory() as folder,
-            run(scenario, Path(folder) / "result.nc", progress=True) as history,
+            run(scenario, Path(folder) / "result.nc", progress=True, notify=silent) as history,
         ):
             return draw(history, kind, place, **options)
     if kind in {"surface", "record"}:

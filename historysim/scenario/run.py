@@ -10,7 +10,7 @@ import attrs
 
 from historysim.basics.files import is_log, is_netcdf
 from historysim.basics.targets import LOG, RESULT, Output, check_outputs
-from historysim.basics.wording import Notify, shell_word, silent
+from historysim.basics.wording import Notify, shell_word, warn
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import embedded_log
@@ -34,7 +34,7 @@ def run(  # noqa: PLR0913 - the options of the command
     compression: str = "none",
     threads: int | None = None,
     force: bool = False,
-    notify: Notify = silent,
+    notify: Notify | None = None,
 ) -> "xr.Dataset":
     """Run a scenario, a log or a result.
 
@@ -61,7 +61,7 @@ def run(  # noqa: PLR0913 - the options of the command
     force : bool
         Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
     notify : callable, optional
-        Called with each warning or notice (str), such as which snapshot is not used.
+        Called with each notice (str), such as how a record was read; by default each is a UserWarning.
 
     Returns
     -------
@@ -84,6 +84,7 @@ def run(  # noqa: PLR0913 - the options of the command
     >>> print(f"{float(history.tangential_displacement.max()) * 1e9:.3f} nm")
     5.003 nm
     """
+    notify = notify or warn
     options = RunOptions(progress, resume, snapshot_every, compression, threads, force, notify)
     source = source_of(path)
     if output is None:

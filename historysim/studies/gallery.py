@@ -171,7 +171,7 @@ def _figure(source: Scenario | xr.Dataset) -> list[str]:
 
 def _run(scenario: Scenario) -> list[str]:
     # the surface stands in a file beside the history
-    with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc") as history:
+    with tempfile.TemporaryDirectory() as folder, run(scenario, Path(folder) / "result.nc", notify=silent) as history:
         # one step has no course
         return _figure(history) or (history_pictures(history) if history.sizes["step"] > 1 else [])
 

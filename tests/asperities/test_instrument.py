@@ -540,3 +540,75 @@ def test_substeps_are_rows_on_the_straight_path_of_the_contact(several):
         assert fine[name].values == pytest.approx(expected, abs=1e-13 * reach), name
     between = np.interp(fine.time.values, coarse.time.values, coarse.drive_displacement.values)
     assert np.abs(fine.drive_displacement.values - between).max() > 1e-3 * reach
+
+
+# -- a spring in parallel ---------------------------------------------------------------------------
+
+ROUGH = hs.Ensemble(
+    hs.MaterialPair(hs.material("silicon"), hs.material("float glass")),
+    np.random.default_rng(0).normal(0.0, 60e-9, 40),
+    20e-6,
+    friction=0.2,
+)
+
+
+@pytest.mark.parametrize("series", [np.inf, 3e5])
+def test_a_controlled_load_is_that_of_contact_and_parallel_spring(series):
+    """The drive displacement at which both add up to the load is found without knowing the one solved for."""
+    beside, alone = hs.Instrument(series, parallel_stiffness=2e5), hs.Instrument(series)
+    pressed = ROUGH.advance(ROUGH.initial_state(), normal_load=0.05)
+    state = reference = pressed
+    # beyond the friction limit of 10 mN, too
+    for load in (8e-3, -3e-3, 30e-3, -40e-3, 5e-3):
+        state = ROUGH.advance(state, tangential_load=load, instrument=beside)
+
+        def excess(drive, before=reference, load=load):
+            after = ROUGH.advance(before, tangential_displacement=drive, instrument=alone)
+            return after.tangential_load + 2e5 * drive - load
+
+        drive = brentq(excess, -1e-6, 1e-6, xtol=1e-20, rtol=1e-14)
+        reference = ROUGH.advance(reference, tangential_displacement=drive, instrument=alone)
+        assert state.tangential_load == pytest.approx(reference.tangential_load, rel=1e-12, abs=1e-15)
+        assert beside.drive_load(state.tangential_displacement, state.tangential_load) == pytest.approx(load, rel=1e-12)
+    # a load that is not named is held, whatever the normal load and friction do
+    for held in (
+        ROUGH.advance(state, normal_load=0.03, instrument=beside),
+        ROUGH.with_friction(state, 0.01, instrument=beside),
+    ):
+        assert beside.drive_load(held.tangential_displacement, held.tangential_load) == pytest.approx(5e-3, rel=1e-12)
+    stepper = ROUGH.stepper(pressed, instrument=beside)
+    for load in (8e-3, -3e-3):
+        stepper.step(tangential_load=load)
+    twice = ROUGH.advance(pressed, tangential_load=8e-3, instrument=beside)
+    assert stepper.tangential_load == ROUGH.advance(twice, tangential_load=-3e-3, instrument=beside).tangential_load
+
+
+def test_a_driven_contact_is_the_same_beside_a_spring(tmp_path):
+    events = [hs.NormalLoad(0, 0.05), hs.TangentialDisplacement(1, 5e-8), hs.TangentialDisplacement(2, -5e-8)]
+    beside = hs.Instrument(3e5, parallel_stiffness=2e5)
+    alone, both = (hs.replay(ROUGH, events, substeps=5, instrument=each) for each in (hs.Instrument(3e5), beside))
+    assert np.array_equal(alone.total_tangential_load, both.total_tangential_load)
+    np.testing.assert_allclose(both.drive_load, both.total_tangential_load + 2e5 * both.drive_displacement, rtol=1e-15)
+    assert "drive_load" not in alone
+    assert both.attrs["parallel_stiffness"] == 2e5
+    pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, 30e-3), hs.TangentialLoad(2, -8e-3)]
+    job = hs.Replay(ROUGH, pushed, instrument=beside)
+    assert float(job.dataset().drive_load[-1]) == pytest.approx(-8e-3, rel=1e-12)
+    with hs.EventLog.create(tmp_path / "a.history", ROUGH, instrument=beside) as log:
+        log.append(pushed)
+        assert log.instrument == beside
+        assert np.array_equal(log.replay().total_tangential_load, job.dataset().total_tangential_load)
+    with pytest.raises(hs.InputError, match="parallel_stiffness, which a unit of co-simulation does not have"):
+        hs.write_fmu(job, tmp_path / "a.fmu")
+
+
+def test_in_two_directions_the_spring_acts_in_both():
+    pushed = [hs.NormalLoad(0, 0.05), hs.TangentialLoad(1, (8e-3, 0.0)), hs.TangentialLoad(2, (-8e-3, 30e-3))]
+    history = hs.replay(ROUGH, pushed, instrument=hs.Instrument(3e5, parallel_stiffness=2e5))
+    np.testing.assert_allclose(history.drive_load[1:], [(8e-3, 0.0), (-8e-3, 30e-3)], atol=1e-14)
+
+
+@pytest.mark.parametrize("value", [-1.0, np.inf, np.nan, 1e-80])
+def test_what_is_no_parallel_stiffness_is_refused(value):
+    with pytest.raises(hs.InputError, match="parallel_stiffness"):
+        hs.Instrument(parallel_stiffness=value)

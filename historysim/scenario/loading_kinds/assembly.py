@@ -346,12 +346,14 @@ class _Record:
         if isinstance(channel, LengthChannel) and offset is None and not channel.centred:
             values = self.from_zero(key, values, channel.scale * self.first[group, key])
         self.check_sizes(values)
+        if jumps := reduction.jumps_of_counter(raw):
+            self.remark(FILE_REMARK, f"{key.replace('_', ' ')}: {jumps}")
         if hum := hum_remark(channel, key, self.time, values, last_digit(raw, values)):
             self.remark(HUM_REMARK, hum)
         return values
 
     def from_zero(self, key: str, values: Floats, first: float) -> Floats:
-        """Return a displacement from where the contact is not displaced: a stage, of a first reading, has its own zero."""
+        """Return a displacement from the zero of its stage, which is its first reading [m]."""
         name = key.replace("_", " ")
         if abs(first) <= reduction.REVERSAL * reduction.estimated_noise(values):
             return values
@@ -375,7 +377,10 @@ class _Record:
     def corrected(self, channel: Channel, key: str, values: Floats) -> Floats:
         """Return a channel after the corrections that its keys ask for, in their order."""
         name, unit = key.replace("_", " "), "m" if isinstance(channel, LengthChannel) else "N"
-        dead_band = getattr(self.section.dead_band, key, None) or 0.0
+        given_band = getattr(self.section.dead_band, key, None)
+        dead_band = given_band or 0.0
+        # what noise makes of cycles has no midpoints
+        of_cycles = reduction.loop_dead_band(values) if given_band is None else given_band
         if (channel.median, channel.notch, channel.low_pass) != (None, None, None):
             before, values = values, conditioned(channel, self.time, values)
             off = self.removed[key] = before - values
@@ -390,13 +395,13 @@ class _Record:
         if channel.drift_free:
             with at("drift_free"):
                 self.check_order(rising=True)
-                drift = correction.drift_of_cycles(self.time, values, dead_band=dead_band)
+                drift = correction.drift_of_cycles(self.time, values, dead_band=of_cycles)
             values = values - drift.value * (self.time - self.time[0])
             error = quantity_text(drift.standard_error, unit)
             self.remark(f"{name}: drift taken off", f"{quantity_text(drift.value, unit)}/s ± {error}/s")
         if channel.centred:
             with at("centred"):
-                offset = correction.offset_of_cycles(values, dead_band=dead_band)
+                offset = correction.offset_of_cycles(values, dead_band=of_cycles)
             values = values - offset.value
             error = "" if math.isnan(offset.standard_error) else f" ± {quantity_text(offset.standard_error, unit)}"
             self.remark(f"{name}: offset taken off", f"{quantity_text(offset.value, unit)}{error}")

@@ -1,0 +1,30 @@
+"""What is found in records, and what the remedies do: none in clean ones, and better numbers in faulty ones."""
+
+import findings
+import numpy as np
+import pytest
+
+
+def test_clean_records_have_no_finding():
+    assert findings.false_alarms(range(findings.FEW)) == {}
+
+
+@pytest.mark.slow
+def test_many_clean_records_have_no_finding():
+    assert findings.false_alarms(range(findings.MANY)) == {}
+
+
+@pytest.mark.parametrize("finding", findings.FINDINGS, ids=lambda each: each.finding)
+def test_the_advice_makes_the_record_better(finding):
+    errors = findings.effect(finding)
+    if errors is None:
+        return
+    before, after = np.nan_to_num(errors, nan=np.inf)
+    # within what noise makes of a sound record
+    assert (after <= np.maximum(before, 2e-3)).all()
+    assert (after < before - 1e-3).any()
+    assert after.max() < 0.05
+
+
+def test_the_page_has_the_table():
+    assert findings.section() == findings.table(dict.fromkeys((each.finding for each in findings.FINDINGS), 0))

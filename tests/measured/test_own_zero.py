@@ -1,0 +1,170 @@
+"""Records of a stage with a zero of its own, beside a flexure, of a damper, or with spoilt channels, as files."""
+
+import numpy as np
+import pytest
+from clean_records import BODIES, FRICTION, LOAD, SLIPS, loaded
+from records import scenario_text, write_columns
+
+import historysim as hs
+from historysim.measured.loops import loops_of_channels
+
+TIME = np.arange(601) * 0.01
+MOVED = 0.5 * SLIPS["sphere"] * np.sin(2 * np.pi * TIME)
+STICKS = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=MOVED)[1].tangential_load
+BALL = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "sphere"
+radius = "2.5 mm"
+[friction]
+coefficient = 0.2
+"""
+RESPONSE = {"tangential_load": '"T"'}
+
+
+def write(folder, moved=MOVED, load=STICKS, normal=LOAD, name="s.toml", **keys):
+    """Write a record of SI columns with the displacement in nm, and a scenario of it."""
+    write_columns(folder / "m.csv", t=TIME, N=normal + 0 * TIME, u=1e9 * moved, T=load)
+    (folder / name).write_text(scenario_text(**{"response": RESPONSE, "base": BALL, **keys}), encoding="utf-8")
+    return folder / name
+
+
+# -- the zero ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("zero", [5e-6, 10e-9])
+def test_a_stage_has_its_own_zero(tmp_path, zero):
+    path = write(tmp_path, MOVED + zero)
+    assert hs.compare(path).left.rms < 1e-6 * FRICTION * LOAD
+    notice = "its first sample, .* is its zero; offset = 0 takes the readings as they are"
+    with pytest.warns(UserWarning, match=notice):
+        history = hs.run(path)
+    np.testing.assert_allclose(history.total_tangential_load, STICKS, atol=1e-6 * FRICTION * LOAD)
+    assert any("is its zero" in text for _, text in hs.validate(path))
+    column = '{ column = "u", unit = "nm", offset = 0 }'
+    raw = hs.compare(write(tmp_path, MOVED + zero, columns={"tangential_displacement": column}))
+    assert raw.left.rms > 0.3 * FRICTION * LOAD
+
+
+def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
+    noisy = MOVED + np.random.default_rng(0).normal(0, 1e-10, TIME.size)
+    measurement = hs.load(write(tmp_path, noisy)).measurement()
+    assert not measurement.remarks
+    np.testing.assert_allclose(measurement["tangential_displacement"], noisy, rtol=1e-12)
+
+
+def test_the_zero_is_the_first_reading_whatever_is_left_out(tmp_path):
+    found = hs.load(write(tmp_path, MOVED + 1e-6, loading='start = "0.25 s"')).measurement()
+    assert found["tangential_displacement"][0] == pytest.approx(MOVED[25], abs=1e-14)
+
+
+def test_a_raw_height_of_a_stage_is_no_approach(tmp_path):
+    columns = {"normal_load": None, "tangential_displacement": None}
+    for entry, refused in (
+        ('{ column = "u", unit = "nm" }', True),
+        ('{ column = "u", unit = "nm", offset = 0 }', False),
+    ):
+        path = write(tmp_path, 5e-6 + 0 * MOVED, columns={**columns, "normal_displacement": entry}, response={})
+        if refused:
+            with pytest.raises(hs.InputError, match=r'begins at 5 µm.*offset = "-5 µm".*offset = 0'):
+                hs.load(path).events()
+        else:
+            assert hs.load(path).events()
+
+
+# -- a spring beside the contact, a damper -----------------------------------------------------------
+
+
+def jenkins(moved):
+    """Give the load of one spring of 5e5 N/m that slides at 10 mN."""
+    load = np.zeros(moved.size)
+    for sample in range(1, moved.size):
+        load[sample] = np.clip(load[sample - 1] + 5e5 * (moved[sample] - moved[sample - 1]), -0.01, 0.01)
+    return load
+
+
+LONG = 5e-7 * np.sin(2 * np.pi * TIME)
+NOISE = 2e-5 * np.random.default_rng(0).normal(size=TIME.size)
+BEHIND = (
+    BODIES["sphere"]
+    .advance_many(loaded("sphere"), tangential_displacement=LONG, instrument=hs.Instrument(lateral_stiffness=5e5))[1]
+    .tangential_load
+)
+BESIDE = BEHIND + 1e4 * LONG + NOISE
+SERIES = '[instrument]\nlateral_stiffness = "500 kN/m"\n'
+
+
+def test_a_spring_in_parallel_is_named_and_taken_off(tmp_path):
+    found = hs.loops(write(tmp_path, LONG, BESIDE, more=SERIES))
+    (note,) = found.notes
+    assert "a spring in parallel with the contact" in note
+    assert "a coefficient of 0.2" in note or "a coefficient of 0.19" in note
+    assert found.parallel_stiffness == pytest.approx(1e4, rel=0.02)
+    assert "≥" not in "".join(map("".join, found.rows()))
+    assert found.text("friction_coefficient", "1") == "–"
+    path = write(tmp_path, LONG, BESIDE, more=SERIES + 'parallel_stiffness = "10 kN/m"\n')
+    found = hs.loops(path)
+    assert not any("parallel" in note for note in found.notes)
+    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    comparison = hs.compare(path)
+    assert comparison.left.rms < 2 * NOISE.std()
+    assert comparison.model.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=1e-3)
+
+
+def test_a_spring_in_parallel_is_fitted(tmp_path):
+    more = SERIES + 'parallel_stiffness = "7 kN/m"\n[fit]\nparameters = ["friction", "parallel_stiffness"]\n'
+    found = hs.fit(write(tmp_path, LONG, BESIDE, more=more))
+    assert found.values["parallel_stiffness"] == pytest.approx(1e4, rel=0.02)
+    assert found.values["friction"] == pytest.approx(0.2, rel=0.02)
+    assert "parallel_stiffness = " in found.scenario_text(tmp_path / "f.toml").partition("[instrument]")[2]
+    assert found.comparison.measured.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.02)
+
+
+def test_terms_of_a_difference_have_a_scale(tmp_path):
+    terms = '{ difference = ["T", { column = "u", scale = 1e-5, unit = "N" }] }'
+    found = hs.loops(write(tmp_path, LONG, BESIDE, response={"tangential_load": terms}))
+    assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=0.01)
+    for scale in ("0", '"2"'):
+        terms = f'{{ sum = ["T", {{ column = "u", scale = {scale}, unit = "N" }}] }}'
+        with pytest.raises(hs.InputError, match=r"sum\[1\]\.scale: .*expected a number other than 0"):
+            hs.load(write(tmp_path, response={"tangential_load": terms}))
+
+
+def test_loops_of_a_damper_have_no_coefficient(tmp_path):
+    found = hs.loops(write(tmp_path, LONG, 5e3 * LONG + 8e-3 * np.cos(2 * np.pi * TIME) + NOISE))
+    (note,) = found.notes
+    assert "they are ellipses, no branch is level, as those of a spring with a damper or a lag" in note
+    assert found.text("friction_coefficient", "1") == "–"
+
+
+def test_energy_that_goes_with_the_square_of_the_amplitude_is_no_friction():
+    """In triangles a damper makes parallelograms, as friction beside a spring does."""
+    phase = np.arange(2400) / 200
+    speed = np.where(np.abs(phase % 1 - 0.5) < 0.25, -1, 1)
+    size = np.array([1, 0.4, 0.15])[np.minimum(phase // 4, 2).astype(int)]
+    moved = 1e-6 * size * np.interp(phase % 1, [0, 0.25, 0.75, 1], [0, 1, -1, 0])
+    found = loops_of_channels(phase, moved, 0.01 * size * speed, 0.05)
+    assert "energy goes with the square of the amplitude" in found.no_friction[0][1]
+    friction = loops_of_channels(phase, moved, 0.01 * speed, 0.05)
+    assert friction.no_friction == ()
+
+
+# -- spoilt channels ----------------------------------------------------------------------------------
+
+
+def test_a_magnitude_has_lost_its_sign(tmp_path):
+    path = write(tmp_path, LONG, np.abs(jenkins(LONG) + NOISE))
+    try:
+        text = " ".join(hs.loops(path).notes)
+    except hs.InputError as error:
+        text = str(error)
+    assert "the force is never negative" in text
+    assert "wrong way round" not in text
+
+
+def test_a_counter_that_wraps_is_named(tmp_path):
+    counts = np.round((0.016 * np.sin(2 * np.pi * TIME + 0.5) + 2e-2) / 4e-7).astype(int) % 65536
+    with pytest.warns(UserWarning, match="tangential load: jumps by 65,536 of its last digits"):
+        hs.run(write(tmp_path, LONG, 4e-7 * counts))
