@@ -61,7 +61,8 @@ def run(  # noqa: PLR0913 - the options of the command
     force : bool
         Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
     notify : callable, optional
-        Called with each notice (str), such as how a record was read; by default each is a UserWarning.
+        Called with each notice (str), such as which snapshot is not used; by default those on how a
+        measured record was read are a UserWarning each.
 
     Returns
     -------
@@ -84,7 +85,7 @@ def run(  # noqa: PLR0913 - the options of the command
     >>> print(f"{float(history.tangential_displacement.max()) * 1e9:.3f} nm")
     5.003 nm
     """
-    notify = notify or warn
+    notify = notify or _of_records
     options = RunOptions(progress, resume, snapshot_every, compression, threads, force, notify)
     source = source_of(path)
     if output is None:
@@ -96,6 +97,10 @@ def run(  # noqa: PLR0913 - the options of the command
     import xarray as xr
 
     return xr.open_dataset(output, decode_times=False)
+
+
+def _of_records(_: str) -> None:
+    """Drop a notice, except those on measured records, which are warnings."""
 
 
 def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
@@ -169,6 +174,8 @@ class _ScenarioSource(Source):
 
     def _resolved(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
         scenario = self.scenario
+        if notify is _of_records and scenario.sections.loading.kind == "file":
+            notify = warn
         if scenario.sections.sweep is not None:
             notify(f"{self.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
         built = scenario.build(notify)
