@@ -5,7 +5,8 @@ variables and dimensions, and reports the rest, so that queries and pictures dea
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 import xarray as xr
@@ -78,7 +79,7 @@ def _check_complete(history: xr.Dataset) -> None:
     if not is_history(history):
         raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
     if "time" not in history.variables:
-        raise missing_variables(history)
+        raise _missing_variables(["time"])
     for name in MODULI:
         value = history.attrs.get(name)
         if not (isinstance(value, float | int | np.number) and math.isfinite(value) and value > 0):
@@ -88,11 +89,24 @@ def _check_complete(history: xr.Dataset) -> None:
             )
 
 
-def missing_variables(history: xr.Dataset) -> InputError:
-    """Return the error of a history without variables that every history has."""
-    missing = ", ".join(sorted(NEEDED - history.variables.keys()))
+@contextmanager
+def missing_variables_reported(*histories: object) -> Iterator[None]:
+    """Raise InputError instead of the KeyError of a declared variable that one of the histories does not have."""
+    try:
+        yield
+    except KeyError as error:
+        # queries and pictures need a few variables each, so the error itself tells which one is missing
+        names = {name for name in _declarations() if f"'{name}'" in str(error)}
+        for history in histories:
+            if isinstance(history, xr.Dataset) and (missing := names - history.variables.keys()):
+                raise _missing_variables(missing) from error
+        raise
+
+
+def _missing_variables(names: Iterable[str]) -> InputError:
     return InputError(
-        f"the history has no variable {missing}; expected a Dataset from historysim, with all its variables"
+        f"the history has no variable {', '.join(sorted(names))}; expected a Dataset from historysim, with all its "
+        "variables"
     )
 
 
@@ -104,9 +118,7 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
         if lost:
             dimension = str(history.variables[label].dims[0])
             if dimension not in history.coords:
-                raise InputError(
-                    f'the history goes along {dimension}, and not {axis}; expected history.rename({dimension}="{axis}")'
-                )
+                raise _renamed(dimension, axis)
             swapped[dimension] = axis
     found = history.swap_dims(swapped) if swapped else history
     if "asperity" in found.dims and "asperity" not in found.variables:
@@ -119,16 +131,26 @@ def _with_axes(history: xr.Dataset) -> xr.Dataset:
     return found
 
 
+def _renamed(dimension: str, axis: str) -> InputError:
+    return InputError(
+        f'the history goes along {dimension}, and not {axis}; expected history.rename({dimension}="{axis}")'
+    )
+
+
 def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], selected: Sequence[str]) -> xr.Variable:
     """Return a variable with the dimensions and the type that it is declared with."""
     # friction is declared along the steps, and along the asperities, too, if these differ
     declared = max(declarations, key=lambda each: len({*each.dimensions} & {*variable.dims}))
-    for dimension in {*variable.dims} - {*declared.dimensions, DIRECTION}:
-        variable = _without(variable, str(dimension), declared.name)
+    undeclared = [str(dimension) for dimension in variable.dims if dimension not in {*declared.dimensions, DIRECTION}]
+    missing = [axis for axis in declared.dimensions if axis not in {*variable.dims, *selected}]
+    if len(undeclared) == len(missing) == 1:
+        raise _renamed(undeclared[0], missing[0])
+    for dimension in undeclared:
+        variable = _without(variable, dimension, declared.name)
     for axis in declared.dimensions:
         if axis in selected and axis not in variable.dims:
             variable = variable.set_dims({axis: 1, **variable.sizes})  # type: ignore[no-untyped-call] # of xarray
-    if missing := [axis for axis in declared.dimensions if axis not in variable.dims]:
+    if missing:
         along = ", ".join(map(str, variable.dims)) or "nothing"
         raise InputError(f"{declared.name} of the history goes along {along}; expected {' and '.join(missing)}, too")
     order = (*declared.dimensions, *([DIRECTION] if DIRECTION in variable.dims else []))
@@ -138,8 +160,13 @@ def _as_declared(variable: xr.Variable, declarations: Sequence[Variable], select
 def _without(variable: xr.Variable, dimension: str, name: str) -> xr.Variable:
     """Return a variable without a dimension along which it is constant, as `xarray.concat` repeats it."""
     first = variable.isel({dimension: 0}) if variable.size else variable
-    same = (variable == first) | (variable.isnull() & first.isnull())
-    if not variable.size or not bool(same.all()):
+    missing = variable.isnull()
+    if bool((missing != first.isnull()).any()):
+        raise InputError(
+            f"{name} of the history has missing values along {dimension}; expected recorded values alone, as "
+            "history.sel and history.isel select them, unlike history.where"
+        )
+    if not variable.size or not bool(((variable == first) | missing).all()):
         raise InputError(
             f"{name} of the history differs along {dimension}; expected parts of one history, or one of several "
             f"histories: history.isel({dimension}=0)"

@@ -365,6 +365,7 @@ def matrices(draw):
     return matrix, text
 
 
+@pytest.mark.filterwarnings("ignore::historysim.errors.UnlikelyValueWarning")
 @given(matrices())
 def test_a_matrix_in_many_spellings(scratch, case):
     matrix, text = case

@@ -18,7 +18,7 @@ from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
 from historysim.results.asking import check_direction
-from historysim.results.layout import is_history, standard_layout
+from historysim.results.layout import is_history, missing_variables_reported, standard_layout
 from historysim.results.plots.canvas import Canvas, FigureOrAxes, Place, Size, drawn
 
 # The pictures by their names in ``[picture]`` and ``--picture``.
@@ -67,7 +67,8 @@ class Picture:
     def figure(self, what: Any, place: Place | None = None) -> FigureOrAxes:
         """Return a figure of it alone, or what was given to draw into."""
         data = data_for(what, self)
-        return drawn(place or {}, self.size_of(data), lambda canvas: self.draw_named(canvas, data))
+        with missing_variables_reported(*(data if isinstance(data, list) else [data])):
+            return drawn(place or {}, self.size_of(data), lambda canvas: self.draw_named(canvas, data))
 
     def draw_named(self, canvas: Canvas, data: Any) -> None:
         """Draw it, with its title and a legend of what has a label."""

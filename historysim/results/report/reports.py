@@ -18,7 +18,7 @@ from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.asking import check_direction
-from historysim.results.layout import standard_layout
+from historysim.results.layout import missing_variables_reported, standard_layout
 from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
@@ -88,7 +88,8 @@ def _explorer(history: xr.Dataset) -> tuple[str, Section]:
     from historysim.results.report.explorer import explorer
 
     check_direction(history, "the interactive picture")
-    library, body, notes = explorer(history)
+    with missing_variables_reported(history):
+        library, body, notes = explorer(history)
     return library, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
 
 
