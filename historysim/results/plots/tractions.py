@@ -107,6 +107,8 @@ class TractionPicture(Panel):
             raise InputError(f"{len(states)} steps given; at most {MOST_IN_ONE} fit in one figure")
         labels = self.called_as([state.label for state in states], "states")
         axes = canvas.axes()
+        # pictures drawn before, on these axes or on others with the same x axis, remain visible
+        end = max(each.dataLim.x1 for each in axes.get_shared_x_axes().get_siblings(axes))
         zero_lines(axes, vertical=False)
         if self.limit:
             self._draw_limits(axes, states)
@@ -119,7 +121,7 @@ class TractionPicture(Panel):
             self._draw_state(axes, state, label, colour)
         if self.fronts and self.letters:
             self._name_fronts(axes, states)
-        end = max(float(state.profile["radius"][-1]) for state in states) or 1.0
+        end = max(end, *(float(state.profile["radius"][-1]) for state in states)) or 1.0
         if self.ellipse_at is not None:
             end = max(end, self._draw_ellipse(axes, states, self.ellipse_at))
         axes.set_xlim(-end if self.across == "diameter" else 0, end)

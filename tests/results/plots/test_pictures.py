@@ -6,6 +6,7 @@ import re
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from overlapping import on_top_of_each_other
 from pictured import ball, friction_changes
 
@@ -74,6 +75,16 @@ def test_steps_of_the_slip_map_have_their_times_below_them(history):
     assert len(ticks) > 3
     for step, time in ticks:
         assert float(time) == pytest.approx(float(history.time[int(step)]), rel=1e-3)
+
+
+def test_a_second_traction_leaves_larger_contacts_in_view(history):
+    light = hs.replay(ENSEMBLE, [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 3e-9)])
+    upper, lower = Figure().subplots(2, sharex=True)
+    hs.plots.traction(history, steps=[-1], ax=upper)
+    end = upper.get_xlim()
+    assert end[0] == 0 < end[1]
+    hs.plots.traction(light, steps=[-1], ax=lower)
+    assert upper.get_xlim() == end
 
 
 def test_tractions_are_those_of_the_asperity_at_each_step(history):
