@@ -30,6 +30,9 @@ def name_of(axes):
 def cut_off(axes):
     """Describe lines that leave a panel, and clouds of markers that are mostly outside."""
     for line in axes.lines:
+        if not all(line.get_transform().contains_branch_seperately(axes.transData)):
+            # a line across the panel, such as that of zero, need not be seen
+            continue
         points = fractions(axes, line, line.get_xydata())
         beyond = np.abs(np.nan_to_num(points, nan=0.5) - 0.5).max(axis=1, initial=0.0) - 0.5
         cloud = line.get_linestyle() == "None"

@@ -245,6 +245,7 @@ def test_the_asperity_distribution_alone_without_positions():
 # -- one, many and none ------------------------------------------------------------------------------
 
 
+@pytest.mark.hides_data  # one summit is a point of its surroundings
 @pytest.mark.parametrize("positions", [{}, {"x": 0.0, "y": 0.0}, {"x": 3e-6, "y": -1e-6}])
 def test_a_single_summit_and_the_flat_below_it(positions):
     summits = Summits(0.0, 1e-5, **positions)

@@ -6,6 +6,7 @@ import xarray as xr
 
 import historysim as hs
 from historysim.errors import InputError
+from historysim.results.plots.style import MOVED
 
 VALUES = np.random.default_rng(1).normal(10e-9, 2e-9, (3, 2, 5))
 VALUES[1, 0, 2] = np.nan
@@ -36,7 +37,7 @@ def test_means_and_deviations_over_seeds():
         with pytest.raises(InputError, match=rf"^{next(iter(options))}: "):
             hs.plots.curve(SWEEP, quantity="drift", **options)
     assert figure.legends[0].get_title().get_text() == r"friction coefficient $\mu$"
-    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2"]
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == ["0.1", "0.2", MOVED]
     for number, bars in enumerate(axes.containers):
         line, _, (stems,) = bars.lines
         assert line.get_xdata() == pytest.approx([1e-7, 2e-7, 4e-7])
@@ -181,7 +182,7 @@ def test_cells_are_chosen_and_called():
     assert figure.get_suptitle() == "One"
     assert not figure.legends
     named = hs.plots.curve(SWEEP, quantity="drift", labels=["dry", "oiled"])
-    assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled"]
+    assert [text.get_text() for text in named.legends[0].get_texts()] == ["dry", "oiled", MOVED]
     with pytest.raises(InputError, match="labels has 1; expected one for each of 2 lines"):
         hs.plots.curve(SWEEP, quantity="drift", labels=["dry"])
 
