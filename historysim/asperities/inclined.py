@@ -15,6 +15,7 @@ from historysim.asperities.instrument import RIGID, as_instrument
 from historysim.asperities.state import EnsembleState, SavedState
 from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per
 from historysim.basics.library import lib
+from historysim.basics.limits import is_workable
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, Memory, advanced
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 STEEPEST_SLIDING = 0.9
 _HEAD = struct.Struct("<8sqqqdd")
 _MARK = b"hsinclin"
+UNIT_ROUNDING = 1e-12  # of the length of the axes of a slope
 SETTLED = 1e-13  # relative difference of a load from the one that is asked for
 # Trials of an approach, of which so many may be Newton's, and how often a path is halved.
 MOST_TRIALS, MOST_NEWTON, MOST_HALVINGS = 200, 30, 20
@@ -268,6 +270,8 @@ class InclinedState(SavedState):
         """Return the state of `to_bytes`; see `SavedState`."""
         try:
             mark, count, *controls, approach, displacement = _HEAD.unpack_from(content)
+            # a forged number may be larger than NumPy accepts
+            count = max(-1, min(count, len(content)))
             axes = np.frombuffer(content, np.float64, 2 * count, _HEAD.size).reshape(count, 2)
             place = _HEAD.size + axes.nbytes
             sizes = np.frombuffer(content, np.int64, count, place)
@@ -275,8 +279,14 @@ class InclinedState(SavedState):
             raise InputError(f"the state is cut off ({error}); expected a state that was saved whole") from None
         ends = place + sizes.nbytes + np.cumsum(sizes)
         whole = mark == _MARK and count > 0 and (sizes > 0).all() and ends[-1] == len(content)
-        if not (whole and set(controls) <= {LOAD, DISPLACED} and math.isfinite(approach + displacement)):
+        if not (whole and set(controls) <= {LOAD, DISPLACED}):
             raise InputError("the bytes are of no inclined asperities; expected a state that was saved whole")
+        are_unit_vectors = (np.abs(np.hypot(*axes.T) - 1.0) <= UNIT_ROUNDING) & (axes[:, 0] > 0.0)
+        if not (are_unit_vectors.all() and is_workable(approach) and is_workable(displacement)):
+            raise InputError(
+                "a slope, the approach or the displacement of the state is not a number, or beyond the largest that is "
+                "computed with; expected a state that was saved whole"
+            )
         if like is not None and not np.array_equal(like.axes, axes):
             raise InputError("the state is of other slopes; expected one of this ensemble's")
         starts = (None,) * count if like is None else like.facets

@@ -173,6 +173,11 @@ static int is_stack(const hs_memory *memory, int64_t index) {
     double touch = group.curve.gap[0], approach = memory->approach, v = memory->displacement;
     if (depth == 0 || approach <= touch) return depth == 0 && approach <= touch;
     if (depth == 1 || !all_finite((const double *)stack, 6 * depth) || stack[depth - 1].label != approach) return 0;
+    const hs_units *units = &memory->contact->units;
+    for (int64_t j = 0; j < depth; ++j)
+        if (!are_usable(&stack[j].label, 1, units->length) || !are_usable(&stack[j].anchor, 1, units->displacement) ||
+            !are_usable(&stack[j].made_at, 1, units->displacement))
+            return 0;
     double blur = blur_at(group.curve, approach, stack[depth - 1].normal), reach = group.friction * (approach - stack[0].label);
     for (int64_t j = 1; j < depth; ++j) {
         if (stack[j].label < stack[j - 1].label || (!memory->steep[index] && fabs(stack[j].slope) > group.friction)) return 0;
@@ -248,10 +253,12 @@ const char *hs_memory_check(const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
     const hs_units *units = &contact->units;
+    /* an energy is a load times a displacement, each of up to the largest size */
+    double energy = units->energy / LARGEST_SIZE;
     if (!are_usable(&memory->approach, 1, units->length) || !are_usable(&memory->displacement, 1, units->displacement) ||
         !are_usable(&memory->normal_load, 1, units->load) || !are_usable(&memory->tangential_load, 1, units->load) ||
-        !are_usable(&memory->excess, 1, units->load) || !isfinite(memory->dissipated) ||
-        !all_finite(memory->each, contact->count))
+        !are_usable(&memory->excess, 1, units->load) || !are_usable(&memory->dissipated, 1, energy) ||
+        !are_usable(memory->each, contact->count, energy))
         return "a load, a displacement or an energy is not finite, or beyond the largest that is computed with";
     if (!are_coefficients(memory->friction, contact->groups))
         return "a coefficient of friction is not between 0 and the largest that is computed with";
@@ -447,8 +454,10 @@ int hs_planar_write(const hs_planar *planar, void *bytes, size_t size) {
 }
 
 static int has_good_numbers(const hs_planar *planar) {
+    const hs_units *units = &planar->line->contact->units;
     return planar->height_classes >= 1 && planar->height_classes <= HS_MOST_RINGS && planar->rings >= 1 &&
-           planar->rings <= HS_MOST_RINGS && planar->tolerance > 0.0 && all_finite(&planar->direction.x, 10) &&
+           planar->rings <= HS_MOST_RINGS && planar->tolerance > 0.0 && planar->tolerance < 1.0 &&
+           are_usable(&planar->origin.x, 4, units->displacement) && are_usable(&planar->tangential_load.x, 4, units->load) &&
            fabs(hs_length(planar->direction) - 1.0) <= 1e-9;
 }
 

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import struct
 
 import numpy as np
 import pytest
@@ -260,6 +261,16 @@ def test_states_go_to_bytes_and_back():
     for damaged in (b"", content[:-1], content[:60], b"x" + content[1:], content + b"\0"):
         with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
             InclinedState.from_bytes(damaged)
+    # mark, number of slopes and two controls precede the approach, the displacement and the axes of the slopes
+    for place in range(32, 48 + 16 * len(state.facets), 8):
+        for number in (1e300, -1e300, np.inf, np.nan):
+            forged = content[:place] + struct.pack("<d", number) + content[place + 8 :]
+            with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
+                InclinedState.from_bytes(forged)
+    for count in (-1, 0, 5, 1 << 62):
+        forged = content[:8] + struct.pack("<q", count) + content[16:]
+        with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
+            InclinedState.from_bytes(forged)
     other = hs.InclinedEnsemble(PAIR, ensemble.summit_height, ensemble.summit_radius, 0.25, slope=-ensemble.slope)
     for foreign in (sphere(), other):
         with pytest.raises(hs.InputError, match="expected one of this ensemble"):

@@ -117,20 +117,27 @@ def test_a_step_that_wipes_out_a_deep_memory_is_that_of_the_whole():
     assert len(state.vertices()) < 6
 
 
-def test_forged_numbers_have_the_limits_of_input():
-    # the checksum is right, as whoever writes bytes of their own makes it
+def check_forgeries(state, fields):
+    """Put numbers without meaning in the place of values of a state; the checksum is right, as a forger makes it."""
     from historysim.basics.library import ffi, lib
 
-    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
-    state = ensemble.advance(state, tangential_displacement=1e-3)
-    memory = state.memory
-    fields = {"coefficient": 0.3125, "displacement": memory.displacement, "approach": memory.approach}
+    content = state.to_bytes()
     for number in (1e300, float("inf"), float("nan"), -1e300):
         for field, value in fields.items():
-            content = state.to_bytes()
             assert content.count(struct.pack("<d", value)) >= 1, field
             forged = content.replace(struct.pack("<d", value), struct.pack("<d", number), 1)[:-8]
             forged += struct.pack("<Q", lib.hs_digest(0, ffi.from_buffer(forged), len(forged)))
             with pytest.raises(hs.InputError, match="expected a state that was saved whole"):
                 type(state).from_bytes(forged)
+
+
+def test_forged_numbers_have_the_limits_of_input():
+    ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.3125)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=0.01)
+    line = ensemble.advance(state, tangential_displacement=1e-3)
+    memory = line.memory
+    fields = {"approach": memory.approach, "displacement": memory.displacement, "energy": memory.dissipated}
+    check_forgeries(line, {"coefficient": 0.3125, **fields})
+    plane = ensemble.advance(state, tangential_displacement=(1e-3, 5e-4))
+    fields = {"displacement": plane.planar.displacement.y, "load": plane.planar.tangential_load.x}
+    check_forgeries(plane, {"tolerance": 1e-3, **fields})
