@@ -40,9 +40,10 @@ def _fits(value: Any) -> bool:
     return is_number(value) and is_workable(value)
 
 
-def _field_error(event: Any, name: str, value: Any, expected: str) -> InputError:
+def _field_error(event: Any, name: str, value: Any, expected: str, *, is_limited: bool = False) -> InputError:
+    """Error of a field; `expected` names the largest value itself if it `is_limited`."""
     when = f" at t = {event.time:g} s" if name != "time" and _fits(event.time) else ""
-    if is_number(value) and math.isfinite(value) and not is_workable(value):
+    if not is_limited and is_number(value) and math.isfinite(value) and not is_workable(value):
         expected = f"{SIZE}, in SI"
     return InputError(f"{type(event).__name__}: {name} is {value!r}{when}; expected {expected}")
 
@@ -100,7 +101,7 @@ def each_at_least(
             raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each")
         for number in value if isinstance(value, tuple) else (value,):
             if not (_fits(number) and least <= number <= most):
-                raise _field_error(event, attribute.name, number, expected)
+                raise _field_error(event, attribute.name, number, expected, is_limited=most < math.inf)
 
     return check
 

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import historysim as hs
-from historysim.basics.limits import LARGEST
+from historysim.basics.limits import LARGEST, MOST_FRICTION
 from historysim.loads.event_sequence import digest
 from historysim.loads.event_table import read_events, write_events
 from historysim.tables import Format
@@ -193,10 +193,11 @@ def test_events_are_written_with_every_digit():
 
 
 NUMBERS = st.floats(-LARGEST, LARGEST)
-COEFFICIENTS = st.floats(0, LARGEST)
+LOADS = st.floats(0, LARGEST)
+COEFFICIENTS = st.floats(0, MOST_FRICTION)
 ANY_EVENTS = st.lists(
     st.one_of(
-        st.builds(hs.NormalLoad, NUMBERS, COEFFICIENTS),
+        st.builds(hs.NormalLoad, NUMBERS, LOADS),
         *(
             st.builds(kind, NUMBERS, NUMBERS)
             for kind in (hs.NormalDisplacement, hs.TangentialLoad, hs.TangentialDisplacement)

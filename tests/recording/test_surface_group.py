@@ -95,7 +95,7 @@ def test_it_does_not_depend_on_what_is_recorded(folder, record):
 def test_missing_heights_are_nan_and_nothing_else_is(folder):
     surface = gapped((20, 30))
     np.save(folder / "gaps.npy", surface.heights)
-    entry = {"kind": "measured", "file": "gaps.npy", "pixel_size": 1, "height_unit": "m", "form": "mean"}
+    entry = {"kind": "measured", "file": "gaps.npy", "pixel_size": 1e-6, "height_unit": "m", "form": "mean"}
     path, ground = run(folder, entry)
     with netCDF4.Dataset(path) as file:
         height = file[GROUP]["height"]
