@@ -290,7 +290,9 @@ def _height_variable(file: Any, channel: int | str | None) -> str:
         if name not in beside | uneven and each.ndim in {1, 2} and getattr(each.dtype, "kind", "") in "fiu"
     ]
     maps: list[str] = [name for name in found if file.variables[name].ndim == 2] or found
-    listed = ", ".join(f"{index} {name!r}" for index, name in enumerate(maps)) or "none"
+    if not maps:
+        raise InputError("holds no heights; expected a variable of numbers along x and y")
+    listed = ", ".join(f"{index} {name!r}" for index, name in enumerate(maps))
     if channel is not None:
         chosen = [name for index, name in enumerate(maps) if channel in {name, index} and not isinstance(channel, bool)]
     else:
