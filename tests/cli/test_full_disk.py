@@ -15,6 +15,11 @@ FILLER = "filler"
 ROOMS = (0, 8192)
 # The log is the record of a run, kept on purpose; cells of a sweep that are complete are kept for the next attempt.
 KEPT = re.compile(r"\w+\.history|\w+\.cells")
+# One command for each library and format that is written; the others share their writers.
+WRITERS = ("run", "sweep", "state", "fork", "log", "table to netCDF", "loops --picture", "fit", "plot", "fmu")
+EVERY_COMMAND = [
+    pytest.param(command, marks=pytest.mark.ci if command in WRITERS else pytest.mark.slow) for command in COMMANDS
+]
 
 
 @pytest.fixture(scope="module")
@@ -99,9 +104,8 @@ def expected_name(command, target):
     return first.get(command, target.split(".")[0])
 
 
-@pytest.mark.ci
 @pytest.mark.parametrize("room", ROOMS)
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", EVERY_COMMAND)
 def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command, room):
     arguments, suffix = COMMANDS[command]
     before = snapshot(disk)
@@ -113,9 +117,8 @@ def test_a_full_disk_is_reported_with_the_name_of_the_output(disk, command, room
     check_failure(done, expected_name(command, f"out{suffix}"), "disk is full", before, disk)
 
 
-@pytest.mark.ci
 @pytest.mark.skipif(sys.platform == "win32", reason="needs RLIMIT_FSIZE")
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("command", EVERY_COMMAND)
 def test_a_limit_of_the_size_of_files_is_reported_with_the_name_of_the_output(inputs, tmp_path, command):
     arguments, suffix = COMMANDS[command]
     shutil.copytree(inputs, tmp_path, dirs_exist_ok=True)
