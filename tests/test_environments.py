@@ -24,6 +24,8 @@ EXTRAS = ("report", "hdf5", "tdms", "dask", "control", "excel")
 
 pytestmark = [
     pytest.mark.ci,
+    # packages are downloaded and built; some minutes on a busy machine
+    pytest.mark.timeout(3600),
     pytest.mark.skipif(importlib.util.find_spec("uv") is None, reason="needs uv, which installs the packages"),
 ]
 
