@@ -1,6 +1,6 @@
 """Fig. 6.7: drift over the change of the friction coefficient: linear, and the same from any start.
 
-By .1 to .25 from μ = .2, .7 and .9, and from .9 down; R = .5 µm, 10 mN (given).
+By .1 to .25 from μ = .2, .7 and .9, and from .9 down. The radius is that of scenario 20; 10 mN (given).
 """
 
 # historysim gallery: example
