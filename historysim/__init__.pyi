@@ -1,15 +1,16 @@
 # The public names, each with the place where it stands.
 
 from historysim import contact as contact
+from historysim import contact as theory  # noqa: F401 - reached as hs.theory
 from historysim import coupling as coupling
 from historysim import surfaces as surfaces
 from historysim._version import __version__ as __version__
 from historysim.asperities import laws as laws
 from historysim.asperities import wear as wear
 from historysim.asperities import yielding as yielding
-from historysim.asperities.asperity import Asperity as Asperity
 from historysim.asperities.asperity import SlipState as SlipState
 from historysim.asperities.contact_batch import ContactBatch as ContactBatch
+from historysim.asperities.ensemble import Asperity as Asperity  # type: ignore[attr-defined] # with the ensemble of one
 from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument

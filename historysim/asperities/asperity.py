@@ -1,23 +1,33 @@
-"""`Asperity`: one contact of the ensemble in one state, and what can be asked of it."""
+"""`Asperity`: one contact with its traction memory, by itself or of an ensemble; `Asperities`: those of one state."""
 
 import enum
 import math
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar, NamedTuple, Self, overload
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Array, Floats, checked
+from historysim.asperities.instrument import RINGS, Rings
+from historysim.asperities.law import FrictionLaw
+from historysim.asperities.state import EnsembleState, PlanarState
+from historysim.asperities.traction_picture import traction_svg
+from historysim.asperities.wear import WearLaw
+from historysim.asperities.yielding import YieldingLaw
+from historysim.basics.arguments import Array, Floats, checked, scalar
 from historysim.basics.library import ffi, lib, pointer
 from historysim.basics.units import quantity_text
-from historysim.basics.wording import counted
+from historysim.basics.wording import counted, html_table
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import TIE, Memory, check, view
+from historysim.memory.binding import TIE, Memory, check, owned, view
 from historysim.memory.paths import blank_rows
+
+State = EnsembleState | PlanarState
+GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
 
 class SlipState(enum.IntEnum):
@@ -29,117 +39,319 @@ class SlipState(enum.IntEnum):
     GROSS_SLIP = lib.HS_GROSS_SLIP
 
 
-def _recorded(name: str, text: str) -> Any:
-    """Return a property that reads what a recorder writes of an asperity, in SI: a number, or a vector."""
+class Readout:
+    """Recorded values of some asperities of an ensemble in one state, read in one batch when first needed."""
 
-    def read(asperity: Any) -> Any:
-        value = asperity.recorded[name]
-        return value.copy() if np.ndim(value) else float(value)
+    def __init__(self, ensemble: Any, state: State, positions: Sequence[int]) -> None:
+        self.ensemble, self.state, self.positions = ensemble, state, positions
+
+    @cached_property
+    def recorded(self) -> dict[str, list[Any]]:
+        """Values that a recorder writes, by name, in SI: a number or a vector for each asperity."""
+        planar = isinstance(self.state, PlanarState)
+        rows, positions = blank_rows(1, len(self.positions), planar=planar), np.array(self.positions, dtype=np.int64)
+        struct = rows.as_struct(positions)
+        if isinstance(self.state, PlanarState):
+            check(lib.hs_planar_read(self.state.planar, struct, 0))
+        else:
+            check(lib.hs_read(self.state.memory, struct, 0))
+        return {name: values[0].tolist() for name, values in rows.each.items()}
+
+    @cached_property
+    def parameters(self) -> dict[str, list[float]]:
+        """Present height [m], radius [m] and friction coefficient of each asperity, by name."""
+        shapes = getattr(self.state, "evolved", None) or self.ensemble
+        found = {"summit_height": shapes.summit_height, "summit_radius": shapes.summit_radius}
+        found["friction"] = self.state.friction
+        return {name: values[self.positions].tolist() for name, values in found.items()}
+
+
+class Step(NamedTuple):
+    """End of one step of an asperity by itself."""
+
+    normal_load: float  #: [N]
+    tangential_load: Any  #: [N], a vector in two directions
+    approach: float  #: [m]
+    tangential_displacement: Any  #: [m], a vector in two directions
+    label: float  #: dimensionless approach
+    mark: float  #: dimensionless displacement along the line of motion
+    pressed: bool  #: whether the step changed the approach
+
+    @classmethod
+    def between(cls, before: State, after: State) -> Self:
+        """Return the step from one state to the next."""
+        line, pressed = after.memory, after.memory.approach != before.memory.approach
+        loads = after.normal_load, after.tangential_load
+        return cls(*loads, after.approach, after.tangential_displacement, line.approach, line.displacement, pressed)
+
+
+def _recorded(name: str, text: str) -> Any:
+    """Return a property that reads a recorded value in SI: a number, or a vector in two directions."""
+
+    def read(self: Any) -> Any:
+        value = self._readout.recorded[name][self._column]
+        return np.array(value) if isinstance(value, list) else value
 
     return property(read, doc=text)
 
 
-# slots would leave no place for what is computed once
-@attrs.frozen(eq=False, repr=False, slots=False)
-class Asperity:
-    """One asperity in one state of its ensemble: what it answers follows from its geometry, friction and memory.
+def _parameter(name: str, text: str) -> Any:
+    return property(lambda self: self._readout.parameters[name][self._column], doc=text)
 
-    Its memory is the polyline of its friction group, the anchor of the springs over the approach of the highest summit
-    at which a spring first touched, as far as that is beyond the asperity's own gap.
+
+# slots would leave no place for what is computed once
+@attrs.frozen(eq=False, init=False, repr=False, slots=False)
+class Asperity:
+    """One Hertzian contact with its traction memory: an immutable object that `advance` moves to the next one.
+
+    ``hs.Asperity(pair, radius, friction)`` is a new asperity by itself, unloaded, at first touch: the `Ensemble` of
+    one, with the same numbers. `Ensemble.asperity`, `Ensemble.asperities` and ``history.contact.asperity`` return
+    asperities of larger contacts, which have the same properties and move with their ensemble.
+
+    In two tangential directions tangential loads, displacements and tractions are vectors in x and y. An asperity
+    moves in two directions from the first pair of targets on.
+
+    Parameters
+    ----------
+    pair : MaterialPair
+    radius : float
+        Radius R of the summit [m], > 0.
+    friction : float or FrictionLaw
+        Coulomb coefficient μ ≥ 0, or a law (see `historysim.asperities.laws`).
+    tolerance, wear, follow_sliding, yielding, rings
+        As for `Ensemble`.
+
+    Raises
+    ------
+    InputError
+        A number that is not finite or out of range, or a list of numbers.
+
+    Examples
+    --------
+    >>> pair = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+    >>> ball = hs.Asperity(pair, radius=2.5e-3, friction=0.2).advance(normal_load=50e-3)
+    >>> ball = ball.advance(tangential_load=8e-3).advance(tangential_load=-2e-3)
+    >>> ball.slip_state.name, f"{ball.stick_radius / ball.contact_radius:.3f}"
+    ('PARTIAL_SLIP', '0.794')
+    >>> [f"{point.radius / ball.contact_radius:.3f}" for point in ball.reversal_points]
+    ['0.585']
+    >>> ball.traction([0.0, 2e-6]).shape
+    (2,)
     """
 
-    index: int  #: position in the ensemble
-    pair: MaterialPair
-    summit_height: float  #: [m]
-    summit_radius: float  #: [m]
-    memory: "Memory"  #: hs_memory of this asperity alone, with what its group remembers
-    planar: "Memory" = None  #: hs_planar of the whole ensemble, where the state is of two directions
+    #: `Ensemble`, which imports this module
+    ensemble_type: ClassVar[Any]
+    ensemble: Any  #: the ensemble that it is part of, of one asperity if it is by itself
+    state: State  #: state of that ensemble
+    index: int | None  #: position in the ensemble, or label in the history; None of one by itself
+    _readout: Readout
+    _column: int
+    _steps: tuple[Step, ...] | None
+
+    def __init__(
+        self,
+        pair: MaterialPair,
+        radius: float | str,
+        friction: float | FrictionLaw,
+        *,
+        tolerance: float = 1e-6,
+        wear: WearLaw | None = None,
+        follow_sliding: bool = False,
+        yielding: YieldingLaw | str | None = None,
+        rings: Rings = RINGS,
+    ) -> None:
+        options = {"tolerance": tolerance, "wear": wear, "follow_sliding": follow_sliding, "yielding": yielding}
+        coefficient = friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
+        summit_radius = scalar("radius", radius, above=0)
+        ensemble = self.ensemble_type(pair, 0.0, summit_radius, coefficient, rings=rings, **options)
+        state = ensemble.initial_state()
+        self.__attrs_init__(ensemble, state, None, Readout(ensemble, state, [0]), 0, ())
+
+    @classmethod
+    def of(cls, readout: Readout, column: int, index: int | None, steps: tuple[Step, ...] | None = None) -> Self:
+        """Return an asperity of an ensemble in a state: a column of a readout."""
+        found = cls.__new__(cls)
+        found.__attrs_init__(readout.ensemble, readout.state, index, readout, column, steps)
+        return found
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.ensemble, self.state, self._position, self.index, self._steps)
+
+    def advance(
+        self,
+        *,
+        normal_load: float | None = None,
+        normal_displacement: float | None = None,
+        tangential_load: float | tuple[float, float] | None = None,
+        tangential_displacement: float | tuple[float, float] | None = None,
+        friction: float | None = None,
+        saturate: bool = False,
+    ) -> Self:
+        """Return a new asperity after one joint straight path; this one is not changed.
+
+        A channel that is not named is held as it was controlled last: a load stays, or a displacement does.
+
+        Parameters
+        ----------
+        normal_load, tangential_load : float, optional
+            Loads to reach [N]; N ≥ 0. The tangential load may be a pair, in x and y.
+        normal_displacement : float, optional
+            Approach from first touch to reach [m]; negative is a gap.
+        tangential_displacement : float, optional
+            Displacement U to reach [m], or a pair in x and y.
+        friction : float, optional
+            New coefficient, which acts at the end of the path.
+        saturate : bool
+            Hold a tangential load beyond the friction limit at the limit.
+
+        Raises
+        ------
+        FrictionLimitError
+            |T| > μ N.
+        InputError
+            As for `Ensemble.advance`, or an asperity of an ensemble of several, which move together.
+        """
+        if len(self.ensemble) > 1:
+            raise InputError(
+                f"asperity {self.index} is one of {len(self.ensemble):,} that move together; expected the ensemble to "
+                f"advance: ensemble.asperity({self.index}, ensemble.advance(state, …)), or hs.Asperity(pair, radius, "
+                "friction) for one by itself"
+            )
+        targets = {
+            "normal_load": normal_load,
+            "normal_displacement": normal_displacement,
+            "tangential_load": tangential_load,
+            "tangential_displacement": tangential_displacement,
+        }
+        state: Any = self.ensemble.advance(self.state, **targets, friction=friction, saturate=saturate)
+        readout = Readout(self.ensemble, state, [self._position])
+        after = self.of(readout, 0, self.index)
+        if self._steps is None:
+            return after
+        steps = (*_remembered(self._steps, after), Step.between(self.state, state))
+        return self.of(readout, 0, self.index, steps)
+
+    def __repr__(self) -> str:
+        texts = [f"{name} {value}" for name, value in summary(self)[-5:-1]]
+        if self.on_one_line:
+            texts.append(counted(self.reversal_points.size, "reversal point", "reversal points"))
+        name = type(self).__name__ if self.index is None else f"{type(self).__name__} {self.index}"
+        return f"<{name}: {', '.join([self.state_text, *texts])}>"
+
+    def _repr_html_(self) -> str:
+        return traction_svg(self) + html_table(summary(self))
 
     normal_load = _recorded("normal_load", "Normal load N [N].")
     tangential_load = _recorded(
-        "tangential_load", "Tangential load T [N], with the sign of the displacement that raised it."
+        "tangential_load",
+        "Tangential load T [N], with the sign of the displacement that raised it; a vector in two directions.",
     )
-    contact_radius = _recorded("contact_radius", "Contact radius a [m]; 0 where it does not touch.")
+    contact_radius = _recorded("contact_radius", "Contact radius a [m]; 0 if separated.")
     stick_radius = _recorded("stick_radius", "Stick radius c [m]: a in full stick, 0 in gross slip.")
-
-    def __repr__(self) -> str:
-        texts = [f"{name} {value}" for name, value in summary(self)[2:6]]
-        if self.planar is None:
-            texts.append(counted(self.reversal_points.size, "reversal point", "reversal points"))
-        return f"<{type(self).__name__} {self.index}: {', '.join([self.state_text, *texts])}>"
-
-    @cached_property
-    def recorded(self) -> dict[str, Any]:
-        """What a recorder writes of this asperity, by name, in SI."""
-        rows = blank_rows(1, 1, planar=self.planar is not None)
-        if self.planar is None:
-            check(lib.hs_read(self.memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
-        else:
-            check(lib.hs_planar_read(self.planar, rows.as_struct(np.array([self.index])), 0))
-        return {name: values[0, 0] for name, values in rows.each.items()}
+    dissipated_energy = _recorded("dissipated_energy", "Energy dissipated by friction since the start [J].")
+    summit_height = _parameter("summit_height", "Present height of the summit [m].")
+    summit_radius = _parameter("summit_radius", "Present radius R of the summit [m].")
+    friction = _parameter("friction", "Coulomb coefficient μ in this state.")
 
     @property
-    def state_text(self) -> str:
-        """Its slip state in words."""
-        return self.slip_state.name.lower().replace("_", " ")
+    def pair(self) -> MaterialPair:
+        """Materials of the two bodies."""
+        pair: MaterialPair = self.ensemble.pair
+        return pair
 
     @property
     def slip_state(self) -> SlipState:
-        """What the contact does at its edge and inside."""
-        return SlipState(self.recorded["slip_state"])
+        """Whether the contact is separated, sticks, slips in part, or slides as a whole."""
+        return SlipState(self._readout.recorded["slip_state"][self._column])
 
     @property
-    def friction(self) -> float:
-        """Coulomb coefficient μ in this state."""
-        return float(self.memory.friction[0])
+    def state_text(self) -> str:
+        """Slip state in words."""
+        return self.slip_state.name.lower().replace("_", " ")
+
+    @property
+    def slip_annulus(self) -> tuple[float, float]:
+        """Inner and outer radius of the annulus that slips [m]: the stick radius and the contact radius.
+
+        Equal in full stick; (0, a) in gross slip.
+        """
+        return self.stick_radius, self.contact_radius
 
     @property
     def approach(self) -> float:
-        """Own approach δ [m]; negative where it does not touch."""
+        """Approach δ of this asperity [m]; negative if separated."""
         return float((self.memory.approach - self._gap) * self.memory.contact.units.length)
 
-    @property
-    def dissipated_energy(self) -> float:
-        """Energy that friction has taken since the start [J]."""
-        return float(self.memory.each[0] * self.memory.contact.units.energy)
+    @cached_property
+    def memory(self) -> Memory:
+        """Traction memory of this asperity alone, of the library; in two directions that along its line."""
+        return owned(lib.hs_memory_of_one(self.state.memory, self._position))
 
     @property
     def stored_energy(self) -> float:
         """Tangential elastic energy [J]."""
-        return float(lib.hs_stored_energy(self.memory))
+        if not isinstance(self.state, PlanarState):
+            return float(lib.hs_stored_energy(self.memory))
+        if not self.contact_radius:
+            return 0.0
+        # E = 4 G* ∫ |v(x)|² dx over the radius x, with the deflection v, which is linear in x² between nodes
+        nodes, units = self._nodes[::-1], self.memory.contact.units
+        edges = np.unique(self._radius(nodes[:, 0]))
+        half = 0.5 * np.diff(edges)[:, np.newaxis]
+        radius = edges[:-1, np.newaxis] + half * (1.0 + GAUSS_POINTS)
+        label = self._gap + (radius / (self.memory.contact.weight[0] * units.radius)) ** 2
+        squares = sum(np.interp(label, nodes[:, 0], nodes[:, axis]) ** 2 for axis in (1, 2))
+        return float(4.0 * self.pair.shear_modulus * units.displacement**2 * (half * GAUSS_WEIGHTS * squares).sum())
 
     @property
     def preliminary_displacement(self) -> float:
         """Displacement at which the virgin contact slides, θ μ δ [m] (Mindlin)."""
-        return self.pair.displacement_ratio * self.friction * max(self.approach, 0.0)
+        return float(self.pair.displacement_ratio * self.friction * max(self.approach, 0.0))
 
     @property
     def tangential_stiffness(self) -> float:
-        """dT/dU of the stick zone [N/m]: 8 G* c, or 8 G* a where the displacement turns round.
+        """dT/dU of the stick zone [N/m]: 8 G* c, or 8 G* a at a reversal; in two directions 8 G* c in all of them.
 
-        Less, where a fall of friction lets a disc slide inside the stick zone.
+        Less if a fall of friction lets a disc slide inside the stick zone.
         """
+        if isinstance(self.state, PlanarState):
+            return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
         return float(lib.hs_stiffness(self.memory, 0))
 
-    @property
+    @cached_property
     def superposition(self) -> tuple[Floats, Floats]:
-        """Radii [m] and weights of the Hertz pressures of which the traction is the sum, the edge first.
+        """Radii [m] and weights of the Hertz pressures whose sum is the traction, the edge first.
 
-        The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside.
+        The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside; in two
+        directions a vector (radius, direction).
         """
-        seen = self._seen
-        return self._radius(seen["label"][::-1]), np.diff(seen["slope"][::-1], prepend=0.0)
+        if not isinstance(self.state, PlanarState):
+            seen = self._seen
+            return self._radius(seen["label"][::-1]), np.diff(seen["slope"][::-1], prepend=0.0)
+        nodes = self._nodes
+        slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
+        return self._radius(nodes[: len(slopes), 0]), np.diff(slopes, prepend=0.0, axis=0)
 
     @property
     def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
         """Reversals of the displacement that the contact remembers: records of ``radius`` and ``displacement`` [m].
 
-        From the edge inward; the radius is that of the slip front that a reversal has left behind, the stick radius of
-        its moment, and the displacement U that of the reversal. The front of the slip that goes on now is none yet, and
-        virgin loading has none. A reversal is forgotten (wiped out) when slip from the edge passes its front, such as
-        when a loop closes, or when the contact edge comes back as far. A reversal out of full stick leaves no front,
-        one out of gross slip has the radius 0.
+        The radius is that of the slip front that the reversal left behind: the stick radius at the moment of the
+        reversal, 0 for a reversal out of gross slip. The displacement is U at that moment, with its sign. The order is
+        from the edge inward, which is from the latest reversal to the earliest.
+
+        Virgin loading has no reversal point: the front of the slip that continues now is not one yet. A reversal out of
+        full stick leaves no front. A reversal is forgotten (wiped out) when slip from the edge passes its front, such
+        as when a loop closes, or when unloading moves the contact edge inside it.
+
+        In two directions displacements are vectors (point, direction), along one line. InputError once the asperity has
+        turned off its line: from there on reversals have no fronts; see `superposition`.
         """
+        if not self.on_one_line:
+            raise InputError(
+                "reversal_points need motion along one line, and the asperity has turned off its line; expected "
+                "`superposition` or `traction(r)`"
+            )
         # with the vertex inside of those that are seen, which strain is measured against
         stack = self._vertices[-len(self._seen) - 1 :] if len(self._seen) else self._seen
         made_at = stack["made_at"]
@@ -152,16 +364,49 @@ class Asperity:
         # is left behind when the displacement then went the other way
         strain = made_at - stack["anchor"]
         left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
-        points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float)])
+        displacement = left["made_at"][::-1] * self.memory.contact.units.displacement
+        if isinstance(self.state, PlanarState):
+            displacement = self.state.on_line(left["made_at"][::-1])
+        points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])])
         points.radius = self._radius(left["label"][::-1])
-        points.displacement = left["made_at"][::-1] * self.memory.contact.units.displacement
+        points.displacement = displacement
         return points
+
+    @property
+    def history(self) -> "np.recarray[Any, np.dtype[np.record]]":
+        """Ends of the steps that an asperity by itself still remembers, the oldest first; the last one is now.
+
+        Records of ``normal_load`` and ``tangential_load`` [N], ``approach`` and ``tangential_displacement`` [m] at the
+        end of a call of `advance`; in two directions the tangential ones are vectors. A step is remembered as long as
+        its end is a vertex of the memory: a reversal whose slip front is still inside the contact, or a normal load
+        whose contact edge is. Wiped out steps are missing. Once the asperity has turned off its line, all steps since
+        the last gross slip are remembered.
+
+        InputError for an asperity of an ensemble or a history: their steps are the events of the replay.
+        """
+        if self._steps is None:
+            raise InputError(
+                "the asperity was taken from an ensemble or a history, whose events are its steps; expected "
+                "hs.Asperity(pair, radius, friction).advance(…), or `reversal_points`"
+            )
+        planar = isinstance(self.state, PlanarState)
+        names = Step._fields[:4]
+        shapes = [(2,) if planar and name.startswith("tangential") else () for name in names]
+        found = np.recarray(
+            len(self._steps), dtype=[(name, float, shape) for name, shape in zip(names, shapes, strict=True)]
+        )
+        for row, step in enumerate(self._steps):
+            for name, shape in zip(names, shapes, strict=True):
+                # steps before the first pair were along x
+                value = getattr(step, name)
+                found[name][row] = (value, 0.0) if shape and not np.ndim(value) else value
+        return found
 
     def traction(self, radius: npt.ArrayLike) -> Floats:
         """Return the tangential traction τ(r) [Pa], the sum of `superposition`: Σ_j Δm_j p(r; c_j) (Jäger; Ciavarella).
 
-        The radii are distances from the contact's centre [m], any shape; outside the contact it is 0. A distance that
-        is not a finite number is an InputError.
+        The radii are distances from the contact's centre [m], any shape; outside the contact it is 0. In two directions
+        the last axis is x and y. A distance that is not a finite number is an InputError.
         """
         distance = np.abs(checked("radius", radius))
         radii, weights = self.superposition
@@ -171,12 +416,21 @@ class Asperity:
         return total
 
     def pressure(self, radius: npt.ArrayLike) -> Floats:
-        """Return the normal pressure p(r) [Pa] (Hertz); shapes as in `traction`."""
+        """Return the normal pressure p(r) [Pa] (Hertz); radii as for `traction`."""
         return self._pressure(np.abs(checked("radius", radius)), self.contact_radius)
 
     def _pressure(self, distance: Floats, contact_radius: float) -> Floats:
-        peak = 2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius)
+        peak = float(2.0 * self.pair.contact_modulus / (math.pi * self.summit_radius))
         return peak * half_chord(distance, contact_radius)
+
+    @property
+    def on_one_line(self) -> bool:
+        """Whether it has moved along one line only, so that its memory is exact."""
+        return not isinstance(self.state, PlanarState) or not self.state.turned
+
+    @property
+    def _position(self) -> int:
+        return int(self._readout.positions[self._column])
 
     @property
     def _gap(self) -> float:
@@ -191,6 +445,15 @@ class Asperity:
         """The vertices beyond the asperity's gap, the deepest first."""
         return self._vertices[self._vertices["label"] > self._gap]
 
+    @cached_property
+    def _nodes(self) -> Floats:
+        """Label and deflection in x and y of each node of the rings (node, 3), dimensionless, the edge first."""
+        planar = self.state.planar  # type: ignore[union-attr] # of two directions
+        nodes = np.zeros((max(lib.hs_planar_nodes(planar, self._position, 0, ffi.NULL), 0), 3))
+        if lib.hs_planar_nodes(planar, self._position, len(nodes), pointer(nodes)) != len(nodes):
+            raise MemoryError("there is not enough memory for the nodes of an asperity")
+        return nodes
+
     def _radius(self, label: Floats) -> Floats:
         """Return the radii at labels [m]: √(R (label - gap))."""
         depth = np.maximum(label - self._gap, 0.0)
@@ -198,53 +461,91 @@ class Asperity:
         return radius
 
 
-@attrs.frozen(eq=False, repr=False, slots=False)
-class PlanarAsperity(Asperity):
-    """One asperity in a state of two tangential directions.
+def _remembered(steps: tuple[Step, ...], asperity: Asperity) -> tuple[Step, ...]:
+    """Select the earlier steps whose ends an asperity still remembers."""
+    sliding = asperity.slip_state == SlipState.GROSS_SLIP
+    if not asperity.on_one_line and not sliding:
+        return steps
+    stack = view(asperity.memory.vertices, asperity.memory.depth[0])
+    # if all springs slide in one direction, only the contact edge remains of the past
+    vertices = stack[-1:] if sliding else stack
+    label, anchor, made_at = (vertices[name].tolist() for name in ("label", "anchor", "made_at"))
+    fronts = {mark for mark, start in zip(made_at, anchor, strict=True) if mark != start}
+    kinks, edges = {*zip(label, anchor, strict=True)}, {*label}
+    # the latest step of each vertex, by what the two have in common
+    found: dict[object, int] = {}
+    for number, step in enumerate(steps):
+        found |= {("front", step.mark): number} if step.mark in fronts else {}
+        found |= {(step.label, step.mark): number} if (step.label, step.mark) in kinks else {}
+        found |= {("edge", step.label): number} if step.pressed and step.label in edges else {}
+    return tuple(steps[number] for number in sorted({*found.values()}))
 
-    The tangential load is a vector (direction) [N], in x and y, and so is the traction at each radius. Rings from the
-    stick radius to the edge slip in the direction of their traction, which is μ p there.
+
+def _restored(
+    ensemble: Any, state: State, position: int, index: int | None, steps: tuple[Step, ...] | None
+) -> Asperity:
+    """Rebuild an asperity from its pickle."""
+    return Asperity.of(Readout(ensemble, state, [position]), 0, index, steps)
+
+
+class Asperities(Sequence[Asperity]):
+    """Asperities of one state as a sequence: ``len``, index, slice and iteration.
+
+    Loads, radii and slip states of all of them are read in one batch when the first one is needed. `make` returns the
+    asperity at an index of the ensemble.
     """
 
-    @property
-    def tangential_stiffness(self) -> float:
-        """dT/dU of what sticks [N/m], 8 G* c, which is that of all directions."""
-        return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
+    def __init__(self, make: Callable[[int], Asperity], indices: range) -> None:
+        self._make, self._indices = make, indices
 
-    @cached_property
-    def superposition(self) -> tuple[Floats, Floats]:
-        """Radii [m] and vectors (radius, direction) of Hertz pressures that add up to the traction, the edge first."""
-        # (node, 3): label and deflection in x and y, the edge first
-        nodes = np.zeros((max(lib.hs_planar_nodes(self.planar, self.index, 0, ffi.NULL), 0), 3))
-        if lib.hs_planar_nodes(self.planar, self.index, len(nodes), pointer(nodes)) != len(nodes):
-            raise MemoryError("there is not enough memory for the nodes of an asperity")
-        slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
-        return self._radius(nodes[: len(slopes), 0]), np.diff(slopes, prepend=0.0, axis=0)
+    def __len__(self) -> int:
+        return len(self._indices)
 
-    @property
-    def stored_energy(self) -> float:
-        """Of one asperity it is not worked out in two directions: InputError; `PlanarState.stored_energy` is of all."""
-        raise InputError("stored_energy of one asperity goes with one direction; expected that of the whole state")
+    @overload
+    def __getitem__(self, index: int) -> Asperity: ...
 
-    @property
-    def reversal_points(self) -> "np.recarray[Any, np.dtype[np.record]]":
-        """There are none of vectors: InputError."""
-        raise InputError("reversal_points go with one tangential direction; expected `superposition` in two")
+    @overload
+    def __getitem__(self, index: slice) -> "Asperities": ...
+
+    def __getitem__(self, index: int | slice) -> "Asperity | Asperities":
+        if isinstance(index, slice):
+            return Asperities(self._make, self._indices[index])
+        try:
+            return self._make(self._indices[index])
+        except IndexError:
+            count = len(self)
+            raise IndexError(f"asperity {index} of {count}; expected {-count} to {count - 1}") from None
+
+    def __iter__(self) -> Iterator[Asperity]:
+        return map(self._make, self._indices)
+
+    def __repr__(self) -> str:
+        return f"<Asperities: {counted(len(self), 'asperity', 'asperities')} of one state>"
 
 
 def summary(asperity: Asperity) -> list[tuple[str, str]]:
     """Return the state of an asperity in a few lines."""
     units = {"normal_load": "N", "tangential_load": "N", "contact_radius": "m", "stick_radius": "m"}
     units |= {"dissipated_energy": "J"}
-    values = [(name.replace("_", " "), quantity_text(getattr(asperity, name), unit)) for name, unit in units.items()]
-    return [("asperity", str(asperity.index)), ("slip state", asperity.state_text), *values]
+    values = [(name.replace("_", " "), _text(getattr(asperity, name), unit)) for name, unit in units.items()]
+    label = [] if asperity.index is None else [("asperity", str(asperity.index))]
+    return [*label, ("slip state", asperity.state_text), *values]
+
+
+def _text(value: Any, unit: str) -> str:
+    """Format a number with its unit, or a vector with that of its components."""
+    return (
+        quantity_text(value, unit)
+        if np.ndim(value) == 0
+        else f"({', '.join(quantity_text(each, unit) for each in value)})"
+    )
 
 
 def reversal_table(asperity: Asperity) -> list[tuple[str, str, str]]:
-    """Return the reversal points that are remembered, from the edge inward, as strings under a heading."""
+    """Return the remembered reversal points, from the edge inward, as strings under a heading."""
     rows = [("reversal point", "radius", "turned at displacement")]
-    if isinstance(asperity, PlanarAsperity):
+    if not asperity.on_one_line:
         return rows
     for number, point in enumerate(asperity.reversal_points):
-        rows.append((str(number), quantity_text(point.radius, "m"), quantity_text(point.displacement, "m")))
+        rows.append((str(number), quantity_text(point.radius, "m"), _text(point.displacement, "m")))
     return rows

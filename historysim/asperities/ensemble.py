@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar, overlo
 import attrs
 import numpy as np
 
+from historysim.asperities.asperity import Asperities, Asperity, Readout
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
 from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, evolution_of
@@ -29,7 +30,6 @@ from historysim.memory.binding import DISPLACED, LOAD, PLANAR_PATH, Memory, adva
 from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, in_plane, paths_to, unrecorded
 
 if TYPE_CHECKING:
-    from historysim.asperities.asperity import Asperity
     from historysim.interaction.solutions import NormalSolutions
 
 AnyState = TypeVar("AnyState", EnsembleState, PlanarState, EnsembleState | PlanarState)
@@ -667,24 +667,24 @@ class Ensemble:
         "the ensemble has no normal curves; expected one from normal curves: see asperity"
     )
 
-    def asperity(self, index: int, state: EnsembleState | PlanarState) -> "Asperity":
+    def asperity(self, index: int, state: EnsembleState | PlanarState) -> Asperity:
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError.
 
-        In two tangential directions it is a `PlanarAsperity`: the last axis of its tangential quantities is x and y.
+        In two tangential directions the last axis of its tangential quantities is x and y.
         """
-        from historysim.asperities.asperity import Asperity, PlanarAsperity
-
         if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
             raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
-        memory, evolved = self._memory_of(state, planar=True), getattr(state, "evolved", None) or self
-        own = {
-            "index": int(index),
-            "pair": self.pair,
-            "summit_height": float(evolved.summit_height[index]),
-            "summit_radius": float(evolved.summit_radius[index]),
-            "memory": owned(lib.hs_memory_of_one(memory, index)),
-        }
-        return PlanarAsperity(**own, planar=state.planar) if isinstance(state, PlanarState) else Asperity(**own)
+        self._memory_of(state, planar=True)
+        return Asperity.of(Readout(self, state, [int(index)]), 0, int(index))
+
+    def asperities(self, state: EnsembleState | PlanarState) -> Asperities:
+        """Return all asperities, holding their memories in a state, as a sequence: ``len``, index, slice, iteration.
+
+        Their loads, radii and slip states are read in one batch.
+        """
+        self._memory_of(state, planar=True)
+        readout = Readout(self, state, range(len(self)))
+        return Asperities(lambda index: Asperity.of(readout, index, index), range(len(self)))
 
     _coefficients = staticmethod(coulomb)
 
@@ -782,6 +782,10 @@ class Ensemble:
         return chosen.astype(np.int64)
 
 
+# an asperity by itself is the ensemble of one
+Asperity.ensemble_type = Ensemble
+
+
 def _span(values: Floats, unit: str) -> str:
     least, most = values.min(), values.max()
     if unit:
@@ -845,9 +849,9 @@ class Patches(Ensemble):
     nouns = "patch", "patches"
     shown = {"friction": ""}  # noqa: RUF012 - as of every ensemble
     with_geometry = refused("patches have no height and radius to change; expected an ensemble of summits")
-    asperity = refused(
-        "a patch of a normal curve is no asperity with a radius of its own; expected an ensemble of summits. A replay "
-        "records the loads and areas of the patches"
+    asperity = asperities = refused(
+        "a patch of a normal curve is not an asperity with a radius; expected an ensemble of summits. A replay records "
+        "the loads and areas of the patches"
     )
 
     def __init__(

@@ -4,12 +4,13 @@ import math
 import struct
 from collections.abc import Callable, Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
+from historysim.asperities.asperity import Asperities, Asperity, Readout
 from historysim.asperities.ensemble import Ensemble, refused
 from historysim.asperities.instrument import RIGID, as_instrument
 from historysim.asperities.state import EnsembleState, SavedState
@@ -20,9 +21,6 @@ from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
 from historysim.memory.binding import DISPLACED, LOAD, PATH, Memory, advanced
 from historysim.memory.paths import Goals, Paths, Rows, blank_rows, paths_to, unrecorded
-
-if TYPE_CHECKING:
-    from historysim.asperities.asperity import Asperity
 
 # Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load.
 STEEPEST_SLIDING = 0.9
@@ -462,13 +460,22 @@ class InclinedEnsemble(Ensemble):
         found: Booleans = self.first_touch < deepest + displacement * (steep.max() + steep)
         return found
 
-    def asperity(self, index: int, state: InclinedState) -> "Asperity":  # type: ignore[override] # a state of its kind
+    def asperity(self, index: int, state: InclinedState) -> Asperity:  # type: ignore[override] # a state of its kind
         """Return one asperity as it is in the axes of its slope; an index that is not there raises InputError."""
         self._memory_of(state)
         for facet, each in zip(self.facets, state.facets, strict=True):
             if index in facet.members:
-                return attrs.evolve(facet.asperity(int(np.searchsorted(facet.members, index)), each), index=index)
+                return Asperity.of(Readout(facet, each, [int(np.searchsorted(facet.members, index))]), 0, int(index))
         raise InputError(f"asperity {index} does not exist; expected an index from 0 to {len(self) - 1}")
+
+    def asperities(self, state: InclinedState) -> Asperities:  # type: ignore[override] # a state of its kind
+        """Return all asperities as they are in the axes of their slopes, as a sequence; see `Ensemble.asperities`."""
+        self._memory_of(state)
+        places: dict[int, tuple[Readout, int]] = {}
+        for facet, each in zip(self.facets, state.facets, strict=True):
+            readout = Readout(facet, each, range(len(facet)))
+            places |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
+        return Asperities(lambda index: Asperity.of(*places[index], index), range(len(self)))
 
     def _memory_of(self, state: Any, **_: bool) -> Any:
         """Return how the channels of a state are controlled, which has to be one of this ensemble's."""

@@ -277,6 +277,12 @@ class PlanarState(WholeContact, SavedState):
         check(lib.hs_planar_write(self.planar, ffi.from_buffer(content), len(content)))
         return bytes(content)
 
+    def on_line(self, displacement: Floats) -> Floats:
+        """Return the positions (…, direction) [m] of dimensionless displacements along the line of motion."""
+        planar, scale = self.planar, self.memory.contact.units.displacement
+        along = (planar.origin.x, planar.direction.x), (planar.origin.y, planar.direction.y)
+        return np.stack([scale * (origin + part * displacement) for origin, part in along], axis=-1)
+
     @property
     def rings(self) -> Rings:
         """How finely its asperities are resolved."""

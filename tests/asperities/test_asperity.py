@@ -2,6 +2,9 @@
 
 import itertools
 import math
+import pickle
+from functools import cached_property
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -9,6 +12,7 @@ from histories import random_contact, random_moves
 from scipy.integrate import quad
 
 import historysim as hs
+from historysim.asperities import asperity as asperity_module
 from historysim.contact import hertz, mindlin
 
 EPS = np.finfo(float).eps
@@ -303,3 +307,238 @@ def test_the_stored_energies_are_shares_of_the_total():
     for state in states:
         shares = [ensemble.asperity(i, state).stored_energy for i in range(len(ensemble))]
         assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-12)
+
+
+# properties of an asperity, as numbers
+NUMBERS = (
+    *("normal_load", "contact_radius", "stick_radius", "slip_state", "slip_annulus", "friction", "approach"),
+    *("dissipated_energy", "stored_energy", "preliminary_displacement", "tangential_stiffness"),
+    *("summit_height", "summit_radius"),
+)
+PLACES = np.linspace(0.0, 1.1, 40)
+
+
+def answers(asperity):
+    """All that an asperity answers, as bytes of numbers."""
+    found = {name: np.asarray(getattr(asperity, name)).tobytes() for name in NUMBERS}
+    radius = PLACES * asperity.contact_radius
+    found |= {"traction": asperity.traction(radius).tobytes(), "pressure": asperity.pressure(radius).tobytes()}
+    if asperity.on_one_line:
+        found["reversal_points"] = asperity.reversal_points.tobytes()
+    return found | {"tangential_load": np.asarray(asperity.tangential_load).tobytes()}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_an_asperity_by_itself_has_the_bits_of_an_ensemble_of_one(seed):
+    rng = np.random.default_rng(seed)
+    contact = random_contact(rng, 1)._replace(contact_modulus=2.0, shear_modulus=0.3)
+    pair = hs.MaterialPair.from_moduli(contact_modulus=2.0, shear_modulus=0.3)
+    radius, friction = float(contact.summit_radius[0]), float(contact.friction[0])
+    ensemble = hs.Ensemble(pair, 0.0, radius, friction)
+    alone, state = hs.Asperity(pair, radius, friction=friction), ensemble.initial_state()
+    for move in random_moves(rng, contact, 0.12, count=25, friction_changes=True):
+        coefficient = None if move.friction is None else float(np.ravel(move.friction)[0])
+        targets = {
+            f"normal_{move.normal_kind}": move.normal_value,
+            f"tangential_{move.tangential_kind}": move.tangential_value,
+        }
+        # a load of the draw is within the limit of another approach
+        how = targets | {"friction": coefficient, "saturate": True}
+        before = answers(alone)
+        alone, state, last = alone.advance(**how), ensemble.advance(state, **how), alone
+        assert answers(last) == before
+        assert alone.state == state
+        assert answers(alone) == answers(ensemble.asperity(0, state))
+        assert alone.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_two_directions_it_has_the_bits_of_an_ensemble_of_one(seed):
+    rng = np.random.default_rng(seed)
+    rings = hs.Rings(1, 20)
+    ensemble = hs.Ensemble(PAIR, 0.0, R, MU, rings=rings)
+    alone, state = hs.Asperity(PAIR, R, MU, rings=rings), ensemble.initial_state()
+    for _ in range(6):
+        angle, size = rng.uniform(0, 2 * math.pi), rng.uniform(0, 1.1) * LIMIT
+        load = (size * math.cos(angle), size * math.sin(angle))
+        how = {"normal_load": rng.uniform(0.8, 1.2) * LOAD, "tangential_load": load, "saturate": True}
+        alone, state = alone.advance(**how), ensemble.advance(state, **how)
+        assert alone.state == state
+        assert answers(alone) == answers(ensemble.asperity(0, state))
+        assert alone.tangential_load.shape == alone.traction(0.0).shape == (2,)
+        assert alone.tangential_load == pytest.approx(state.tangential_load, rel=1e-12)
+    assert not alone.on_one_line
+    with pytest.raises(hs.InputError, match="turned off its line; expected `superposition`"):
+        _ = alone.reversal_points
+
+
+def test_along_a_line_in_the_plane_reversal_points_are_vectors():
+    direction = np.array([0.6, -0.8])
+    flat, plane = (hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD) for _ in range(2))
+    for share in (0.9, -0.5, 0.2):
+        flat = flat.advance(tangential_load=share * LIMIT)
+        plane = plane.advance(tangential_load=tuple(share * LIMIT * direction))
+    assert plane.on_one_line
+    points = plane.reversal_points
+    assert points.radius == pytest.approx(flat.reversal_points.radius, rel=1e-12)
+    expected = np.multiply.outer(flat.reversal_points.displacement, direction)
+    assert points.displacement == pytest.approx(expected, rel=1e-12)
+    assert plane.history.tangential_load == pytest.approx(np.multiply.outer(flat.history.tangential_load, direction))
+
+
+def test_stored_energies_in_two_directions_are_shares_of_the_total():
+    rng = np.random.default_rng(3)
+    ensemble = hs.Ensemble(PAIR, rng.normal(0, 40e-9, 12), rng.uniform(1e-5, 3e-5, 12), MU)
+    state = ensemble.advance(ensemble.initial_state(), normal_load=5e-3)
+    for target in ((3e-9, 0.0), (3e-9, 4e-9), (-2e-9, 1e-9)):
+        state = ensemble.advance(state, tangential_displacement=target)
+        shares = [asperity.stored_energy for asperity in ensemble.asperities(state)]
+        assert sum(shares) == pytest.approx(state.stored_energy, rel=1e-9)
+
+
+def test_the_slip_annulus_is_from_the_stick_radius_to_the_edge():
+    assert ball_at(0.5).slip_annulus == (pytest.approx(RADIUS * 0.5 ** (1 / 3)), ball_at().contact_radius)
+    assert ball_at().slip_annulus == (ball_at().contact_radius,) * 2
+
+
+def loads(asperity):
+    return [(row.normal_load, row.tangential_load) for row in asperity.history]
+
+
+def test_steps_are_remembered_until_they_are_wiped_out():
+    ball = hs.Asperity(PAIR, R, MU)
+    assert ball.history.size == 0
+    ball = ball.advance(normal_load=LOAD)
+    for share in (0.9, -0.7, 0.5, -0.2):
+        ball = ball.advance(tangential_load=share * LIMIT)
+    # as many reversals as turns, the last step is now
+    assert loads(ball) == [(LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.7, 0.5, -0.2)]
+    assert ball.history.tangential_displacement[1:-1].tolist() == reversals(ball)
+    # the two inner loops close
+    closed = ball.advance(tangential_load=-0.71 * LIMIT)
+    assert loads(closed) == [(LOAD, pytest.approx(share * LIMIT)) for share in (0.0, 0.9, -0.71)]
+    slid = closed.advance(tangential_displacement=-1e-6)
+    assert loads(slid) == [(LOAD, 0.0), (LOAD, pytest.approx(-LIMIT))]
+    assert loads(slid.advance(normal_load=0.0)) == [(0.0, 0.0)]
+
+
+def test_a_loop_without_end_is_remembered_as_one_loop():
+    ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
+    for turn in range(50):
+        ball = ball.advance(tangential_load=(-1) ** turn * 0.5 * LIMIT)
+    assert ball.history.size <= 3
+
+
+def test_a_normal_load_is_remembered_while_its_contact_edge_is():
+    ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD).advance(tangential_load=0.3 * LIMIT)
+    raised = ball.advance(normal_load=2 * LOAD)
+    assert loads(raised) == [(LOAD, 0.0), (LOAD, pytest.approx(0.3 * LIMIT)), (2 * LOAD, pytest.approx(0.3 * LIMIT))]
+    lowered = raised.advance(normal_load=0.9 * LOAD)
+    assert [normal for normal, _ in loads(lowered)] == [0.9 * LOAD]
+
+
+@pytest.mark.parametrize("planar", [False, True])
+def test_an_asperity_is_pickled_with_its_memory(planar):
+    ball = hs.Asperity(PAIR, R, MU).advance(normal_load=LOAD)
+    ball = ball.advance(tangential_load=(0.5 * LIMIT, 0.1 * LIMIT) if planar else 0.5 * LIMIT)
+    again = pickle.loads(pickle.dumps(ball))  # noqa: S301 - made here
+    assert answers(again) == answers(ball)
+    assert again.history.tobytes() == ball.history.tobytes()
+    onward = (0.0, 0.2 * LIMIT) if planar else 0.2 * LIMIT
+    assert answers(again.advance(tangential_load=onward)) == answers(ball.advance(tangential_load=onward))
+
+
+@pytest.mark.parametrize("targets", [{}, {"normal_load": LOAD}, {"normal_load": LOAD, "tangential_load": (1e-3, 2e-3)}])
+def test_a_notebook_shows_the_traction(targets):
+    ball = hs.Asperity(PAIR, R, MU).advance(**targets)
+    text = ball._repr_html_()
+    table = ET.fromstring(f"<p>{text}</p>").find("table")  # noqa: S314 - made here
+    assert ball.state_text in ET.tostring(table, encoding="unicode")
+    curves = ET.fromstring(f"<p>{text}</p>").findall(".//{*}polyline")  # noqa: S314 - as above
+    # ± friction × pressure, and the traction or its two components
+    assert len(curves) == (0 if not targets else 4 if "tangential_load" in targets else 3)
+    assert repr(ball).startswith(f"<Asperity: {ball.state_text}, normal load")
+
+
+def test_friction_laws_wear_and_yielding_act_on_an_asperity_by_itself():
+    worn = hs.Asperity(PAIR, 1e-5, MU, wear=hs.wear.ArchardWear(coefficient=1e-3, hardness=6e9))
+    worn = worn.advance(normal_load=1e-3).advance(tangential_displacement=1e-6)
+    assert worn.summit_height < 0
+    assert worn.summit_height == worn.state.evolved.summit_height[0]
+    assert hs.Asperity(PAIR, 1e-5, hs.laws.ShearStrength(300e6)).advance(normal_load=1e-3).friction != MU
+    assert hs.Asperity(PAIR, 1e-6, MU, yielding="kogut-etsion").advance(normal_load=1e-3).summit_radius > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: hs.Asperity("silicon", R, MU), "pair is 'silicon'; expected a MaterialPair"),
+        (lambda: hs.Asperity(PAIR, 0.0, MU), "radius is 0; expected a finite number greater than 0"),
+        (lambda: hs.Asperity(PAIR, [R, R], MU), "radius is a list of shape"),
+        (lambda: hs.Asperity(PAIR, R, [0.1, 0.2]), "friction is a list of shape"),
+        (lambda: hs.Asperity(PAIR, R, -0.1), "friction is -0.1"),
+        (lambda: hs.Asperity(PAIR, R, MU).advance(normal_load=-1.0), "normal_load is -1"),
+        (lambda: hs.Asperity(PAIR, R, MU).advance(tangential_load=1e-3), "beyond the friction limit of 0 N"),
+        (
+            lambda: two()[0].advance(normal_load=1e-3),
+            "asperity 0 is one of 2 that move together; expected the ensemble",
+        ),
+        (lambda: two()[0].history, "taken from an ensemble or a history"),
+    ],
+)
+def test_what_an_asperity_refuses(call, message):
+    with pytest.raises(hs.HistorySimError, match=message):
+        call()
+
+
+def two():
+    ensemble = hs.Ensemble(PAIR, [0.0, -1e-8], R, MU)
+    return ensemble.asperities(ensemble.advance(ensemble.initial_state(), normal_load=LOAD))
+
+
+@pytest.mark.parametrize("several", [False, True])
+def test_all_asperities_are_a_sequence_of_the_same_ones(several):
+    ensemble, states = scattered_states(several)
+    for state in states[::4]:
+        found = ensemble.asperities(state)
+        assert len(found) == len(ensemble)
+        assert [answers(each) for each in found] == [answers(ensemble.asperity(i, state)) for i in range(len(ensemble))]
+        assert [each.index for each in found[1:4]] == [1, 2, 3]
+        assert [each.index for each in found[::-2]] == [5, 3, 1]
+        assert answers(found[-1]) == answers(ensemble.asperity(len(ensemble) - 1, state))
+        with pytest.raises(IndexError, match="asperity 6 of 6; expected -6 to 5"):
+            found[6]
+
+
+def test_a_sequence_reads_all_asperities_in_one_batch(monkeypatch):
+    ensemble, states = scattered_states(True)
+    reads = []
+    read = asperity_module.Readout.recorded.func
+
+    def counted(readout):
+        reads.append(len(readout.positions))
+        return read(readout)
+
+    prop = cached_property(counted)
+    prop.__set_name__(asperity_module.Readout, "recorded")
+    monkeypatch.setattr(asperity_module.Readout, "recorded", prop)
+    assert len([(each.stick_radius, each.slip_state) for each in ensemble.asperities(states[-1])]) == len(ensemble)
+    assert reads == [len(ensemble)]
+
+
+def test_sequences_of_worn_inclined_and_planar_asperities_are_of_the_same_ones():
+    worn = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-5, MU, wear=hs.wear.ArchardWear(coefficient=1e-3, hardness=6e9))
+    slopes = hs.InclinedEnsemble(PAIR, [0.0, -5e-9, -1e-9], 1e-5, MU, slope=[0.1, -0.04, 0.1])
+    level = hs.Ensemble(PAIR, [0.0, -1e-8], 1e-5, MU)
+    for ensemble, target in ((worn, 1e-7), (slopes, 2e-8), (level, (2e-9, 1e-9))):
+        state = ensemble.advance(ensemble.initial_state(), normal_load=2e-3)
+        state = ensemble.advance(state, tangential_displacement=target)
+        found = ensemble.asperities(state)
+        assert [each.index for each in found] == [*range(len(ensemble))]
+        assert [answers(each) for each in found] == [answers(ensemble.asperity(i, state)) for i in range(len(ensemble))]
+
+
+def test_patches_are_no_asperities():
+    curves = hs.Ensemble.from_normal_curves(PAIR, [1e-9, 2e-9, 3e-9, 4e-9], [1e-4, 3e-4, 6e-4, 1e-3])
+    with pytest.raises(hs.InputError, match="a patch of a normal curve is not an asperity"):
+        curves.asperities(curves.initial_state())

@@ -15,7 +15,6 @@ from historysim.errors import InputError
 from historysim.results import rebuilt
 from historysim.results.analysis.recorded import GROSS_SLIP, check_any, check_recorded, column_of
 from historysim.results.analysis.slips import representative_step
-from historysim.results.origin import named_states, state_label, step_of
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas
 from historysim.results.plots.pictures import PICTURES, Panel, Picture, several_of
 from historysim.results.plots.style import (
@@ -30,6 +29,7 @@ from historysim.results.plots.style import (
     zero_lines,
 )
 from historysim.results.plots.style import LINES as STYLES
+from historysim.results.steps import named_states, position_of, state_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -133,7 +133,7 @@ class TractionPicture(Panel):
     def _states(self, history: xr.Dataset, *, alone: bool) -> "list[_State]":
         asperity, steps = _chosen(history, self.asperity, self.steps, STATES_IN_ONE)
         found = rebuilt.profiles(history, asperity, steps, POINTS)
-        start = None if self.change_from is None else step_of(history, self.change_from)
+        start = None if self.change_from is None else position_of(self.change_from, history)
         base = None if start is None else rebuilt.profiles(history, asperity, [start], POINTS).isel(step=0)
         before = "" if alone else f"{history.attrs.get('title', '')}, "
         return [
@@ -310,7 +310,7 @@ def _chosen(
     if steps is None and 0 < len(named_states(history)) <= MOST_IN_ONE and count == STATES_IN_ONE:
         steps = list(named_states(history))
     if steps is not None:
-        return asperity, [step_of(history, step) for step in steps]
+        return asperity, [position_of(step, history) for step in steps]
     return asperity, _of_swing(history, column, middle, count)
 
 
@@ -341,11 +341,16 @@ class AsperityPicture(Picture):
         for sign, label in ((1, "± friction × pressure"), (-1, None)):
             bound = sign * data.friction * data.pressure(radius)
             axes.plot(radius, bound, color=FAINT, linewidth=0.8, linestyle="--", label=label)
-        axes.plot(radius, data.traction(radius), color=STATE_COLOURS[1], linewidth=1.2, label="traction")
-        for reversal in data.reversal_points.radius:
+        traction = data.traction(radius)
+        names = ("traction in x", "traction in y") if traction.ndim > 1 else ("traction",)
+        columns = traction.reshape(radius.size, -1).T
+        for name, values, colour in zip(names, columns, STATE_COLOURS[1:], strict=False):
+            axes.plot(radius, values, color=colour, linewidth=1.2, label=name)
+        for reversal in data.reversal_points.radius if data.on_one_line else ():
             axes.axvline(reversal, color=INK, linewidth=0.5, linestyle=":")
         axes.set(xlim=(0.0, extent), xlabel="radius (m)", ylabel="tangential traction (Pa)")
-        axes.set_title(f"asperity {data.index}, {data.slip_state.name.lower().replace('_', ' ')}")
+        label = "asperity" if data.index is None else f"asperity {data.index}"
+        axes.set_title(f"{label}, {data.state_text}")
 
 
 RINGS = (0.15, 0.38, 0.61, 0.8, 0.94)  # radii of the rings that have arrows, over the contact radius
@@ -411,7 +416,7 @@ class SlipAnnulusPicture(Picture):
         if self.steps is not None and not 0 < len(self.steps) <= MOST_CIRCLES:
             raise InputError(f"steps has {len(self.steps)}; expected 1 to {MOST_CIRCLES}")
         if self.steps is not None:
-            return [step_of(data, each) for each in self.steps]
+            return [position_of(each, data) for each in self.steps]
         named = list(named_states(data).values())
         if 0 < len(named) <= MOST_CIRCLES:
             return named
