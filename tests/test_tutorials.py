@@ -29,6 +29,20 @@ def typed(tmp_path, monkeypatch):
     return lambda name: pages.type_in((TUTORIALS / name).read_text(encoding="utf-8"), same)
 
 
+def test_0_one_asperity_has_the_stick_radii_of_cattaneo_and_mindlin(typed):
+    """c/a = (1 - ΔT/(2 μN))^(1/3) on a branch, with T in place of ΔT/2 on first loading."""
+    names, outputs = typed("0_one_asperity.md")
+    limit = 0.2 * 50.0
+    changes = {"loaded": 8.0, "unloaded": 11.0 / 2, "reloaded": 7.0 / 2}
+    for name, change in changes.items():
+        ball = names["cases"][name]
+        assert ball.stick_radius / ball.contact_radius == pytest.approx((1 - change / limit) ** (1 / 3), rel=1e-9)
+    assert names["harder"].slip_state == hs.SlipState.FULL_STICK
+    assert "reversal point" in outputs["state ball.history --asperity 0 -o ball.png"]
+    assert Path("one_asperity.png").is_file()
+    assert Path("ball.png").is_file()
+
+
 @pytest.mark.slow
 def test_1_from_a_measured_loop_to_each_asperity(typed):
     """The record is of a ball with μ = 0.2 behind 334 mN/µm."""
