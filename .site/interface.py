@@ -5,6 +5,7 @@ import inspect
 from types import ModuleType
 
 import historysim as hs
+from historysim.results import asking
 from historysim.results.accessor import Questions
 
 GROUPS = {
@@ -24,9 +25,13 @@ GROUPS = {
 """What a user is after, and the names for it. Public names that stand in none get a page of their own."""
 
 
+EARLIER = {"contact"}
+"""Earlier names of namespaces, which are documented under their present ones."""
+
 QUESTIONS = """\
 `history.contact.NAME(…)` asks a history, as in `hs.open("my.nc").contact.slides_first()`. Each question is a function
-of the history, which the method passes for you.
+of the history, which the method passes for you. `history.contact.asperity(55, "held")` is an asperity as an object: an
+`hs.Asperity` with its traction, reversal points and slip state.
 """
 
 
@@ -51,7 +56,7 @@ def namespaces() -> dict[str, list[str]]:
     known = {id(_at(path)) for paths in groups().values() for path in paths}
     known |= {id(inspect.unwrap(getattr(Questions, name))) for name in questions()}
     found: dict[str, list[str]] = {}
-    waiting = [f"historysim.{name}" for name in dir(hs)]
+    waiting = [f"historysim.{name}" for name in dir(hs) if name not in EARLIER]
     for path in waiting:
         module = _at(path)
         if not isinstance(module, ModuleType):
@@ -73,7 +78,7 @@ def namespaces() -> dict[str, list[str]]:
 
 def questions() -> list[str]:
     """Return the questions to a history."""
-    return sorted(name for name in vars(Questions) if not name.startswith("_"))
+    return list(asking.questions())
 
 
 def _question(name: str) -> str:

@@ -13,7 +13,19 @@ import historysim as hs
 from historysim.basics import lazy
 
 MOST_NAMES = 67
-NAMESPACES = ("analysis", "contact", "coupling", "drift", "events", "laws", "plots", "surfaces", "wear", "yielding")
+NAMESPACES = (
+    "analysis",
+    "contact",
+    "theory",
+    "coupling",
+    "drift",
+    "events",
+    "laws",
+    "plots",
+    "surfaces",
+    "wear",
+    "yielding",
+)
 CONTRACT = {
     *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),

@@ -17,8 +17,8 @@ from thesis import FOLDER, NANO, PAGE, calculated, listed, repeats, scenario, sw
 
 import historysim as hs
 from historysim.results import analysis, rebuilt
-from historysim.results.origin import named_states
 from historysim.results.plots.friction_loops import END
+from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
 mpl.use("Agg")

@@ -8,7 +8,7 @@ from thesis import FOLDER, NANO, calculated, listed, repeats, scenario, swept
 
 import historysim as hs
 from historysim.results import analysis
-from historysim.results.origin import named_states
+from historysim.results.steps import named_states
 
 LOAD = "loading_waypoints_0_normal_load"
 

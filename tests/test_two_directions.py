@@ -272,7 +272,7 @@ COMMANDS = {
     "state {log} --at 1.5": 0,
     "table {nc} time-series -o {out}.csv": 0,
     "table {nc} slip-shares -o {out}.csv": 0,
-    "table {nc} first-slips -o {out}.csv": 0,
+    "table {nc} slip-onset -o {out}.csv": 0,
     "plot {nc} -o {out}.png": 0,
     "plot {nc} --picture hodograph --with drive=true -o {out}.png": 0,
     "report {nc} -o {out}.html": 0,

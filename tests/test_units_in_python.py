@@ -51,6 +51,11 @@ def asperity():
 
 
 @cache
+def single():
+    return hs.Asperity(PAIR, 1e-5, 0.2).advance(normal_load=1e-3)
+
+
+@cache
 def events():
     turns = [4e-9, -4e-9] * 4
     return [hs.NormalLoad(0.0, 1e-3), *(hs.TangentialDisplacement(1.0 + i, u) for i, u in enumerate(turns))]
@@ -80,7 +85,7 @@ def hills():
 
 @cache
 def rough():
-    return hs.contact.GreenwoodWilliamson(4e10, 1e-5, 1e-8, 1e10, 1e-8)
+    return hs.theory.GreenwoodWilliamson(4e10, 1e-5, 1e-8, 1e10, 1e-8)
 
 
 def drawn(**options):
@@ -111,6 +116,12 @@ CURVE = {
 }
 # How each is called, with numbers.
 CALLS = {
+    "Asperity": (lambda **size: hs.Asperity(**size).ensemble, {"pair": PAIR, "radius": 1e-5, "friction": 0.2}),
+    "Asperity.advance": (lambda **load: single().advance(**load).state, LOADED),
+    "Asperity.advance#2": (
+        lambda **load: single().advance(**load).state,
+        {"normal_displacement": 1e-8, "tangential_load": 1e-5},
+    ),
     "Asperity.traction": (lambda radius: asperity().traction(radius), {"radius": [1e-9, 2e-9]}),
     "Ensemble": (
         hs.Ensemble,
@@ -190,6 +201,7 @@ CALLS = {
         {"shape": (16, 16), "pixel_size": 1e-6, "rms_height": 1e-9, "autocorrelation_length": 4e-6, "seed": 1},
     ),
     "reduce": (lambda **load: hs.reduce(job(), elements=2, **load).as_dict(), {"normal_load": 1e-3}),
+    "analysis.asperity": (lambda time: hs.analysis.asperity(history(), 0, time=time).state, {"time": 2.0}),
     "analysis.energy_per_cycle": (
         lambda dead_band: hs.analysis.energy_per_cycle(history(), dead_band=dead_band),
         {"dead_band": 1e-9},
@@ -202,8 +214,8 @@ CALLS = {
         lambda nominal_area: hs.analysis.nominal_pressure(history(), nominal_area),
         {"nominal_area": 1e-9},
     ),
-    "contact.GreenwoodWilliamson": (
-        hs.contact.GreenwoodWilliamson,
+    "theory.GreenwoodWilliamson": (
+        hs.theory.GreenwoodWilliamson,
         {
             "contact_modulus": 4e10,
             "summit_radius": 1e-5,
@@ -213,16 +225,16 @@ CALLS = {
             "mean_height": 1e-9,
         },
     ),
-    "contact.GreenwoodWilliamson.contact_count": (
+    "theory.GreenwoodWilliamson.contact_count": (
         lambda separation: rough().contact_count(separation),
         {"separation": [1e-8, 2e-8]},
     ),
-    "contact.GreenwoodWilliamson.separation_at": (
+    "theory.GreenwoodWilliamson.separation_at": (
         lambda normal_load: rough().separation_at(normal_load),
         {"normal_load": 1e-3},
     ),
-    "contact.GreenwoodWilliamson.of_summits": (
-        hs.contact.GreenwoodWilliamson.from_summits,
+    "theory.GreenwoodWilliamson.of_summits": (
+        hs.theory.GreenwoodWilliamson.from_summits,
         {
             "summits": hs.Summits(np.linspace(0, 1e-8, 9), np.full(9, 1e-5), nominal_area=1e-9),
             "contact_modulus": 4e10,
@@ -261,7 +273,6 @@ CALLS = {
 
 # What takes none, or is not called here, and why.
 NUMBERS_ALONE = {
-    "Asperity": "is made by an ensemble",
     "ContactBatch": "a loop over arrays of numbers",
     "ContactBatch.step": "a loop over arrays of numbers",
     "CoupledSolution": "a result",
@@ -270,7 +281,7 @@ NUMBERS_ALONE = {
     "drive_displacement": "a formula of what was computed",
     "Loaded": "what a law is asked with",
     "StageMotion": "a result",
-    "first_slips": "what another function has found",
+    "slip_onset": "what another function has found",
     "slides_first": "what another function has found",
     "summary": "what another function has found",
     "volume": "what a law is asked with",

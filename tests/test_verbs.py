@@ -131,7 +131,7 @@ def test_a_history_that_python_has_written_is_a_result(history, tmp_path):
 
 def test_a_table_of_a_question_is_opened_shown_and_drawn(history, tmp_path):
     path = tmp_path / "f.nc"
-    table = history.contact.first_slips()
+    table = history.contact.slip_onset()
     hs.write_netcdf(table, path)
     xr.testing.assert_equal(hs.open(path), table)
     lines = dict(hs.show(path))

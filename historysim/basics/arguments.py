@@ -18,6 +18,7 @@ ArrayLike = npt.ArrayLike
 Booleans = npt.NDArray[np.bool_]
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
+NAMED_STATES = "named_states"  # the attribute of a history with the times of its named states, as JSON
 DIRECTION = "direction"  # the last dimension of a load or displacement in two tangential directions
 
 

@@ -217,7 +217,10 @@ class QuestionName(click.ParamType):  # type: ignore[type-arg]
 
     def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
         """Return the name as it is in Python."""
+        from historysim.results.asking import earlier_names
+
         known, name = _tables(), str(value).replace("-", "_")
+        name = earlier_names().get(name, name)
         if name not in known:
             hint = nearest(name.replace("_", "-"), [each.replace("_", "-") for each in known])
             self.fail(f"{value!r} is no question; {hint}", param, ctx)
@@ -252,7 +255,7 @@ def _tables() -> "dict[str, Question]":
 @click.argument("question", type=QuestionName())
 @options.output_option("The table (CSV, netCDF). [default: RESULT_QUESTION.csv]")
 @click.option("--asperity", type=int, help="The asperity, for a question about one.")
-@click.option("--step", type=int, help="The step, for a question about one. [default: the last]")
+@click.option("--step", help="The step, by number or name, for a question about one. [default: the last]")
 @options.with_option("NAME=VALUE", "Another parameter of the question, such as first=0; may be given several times.")
 @options.shared("json", "force")
 def table(
@@ -260,7 +263,7 @@ def table(
     question: str,
     output: Path | None,
     asperity: int | None,
-    step: int | None,
+    step: str | None,
     choices: dict[str, str],
 ) -> None:
     """Compute a QUESTION from RESULT and write CSV or netCDF.

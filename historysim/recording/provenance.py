@@ -13,6 +13,7 @@ from historysim.asperities import validity
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.asperities.law import FrictionLaw
+from historysim.basics.arguments import NAMED_STATES
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Finding, counted, written_findings
 from historysim.loads.event_sequence import digest, values_of
@@ -27,7 +28,7 @@ KEYWORDS = "friction, pre-sliding, rough surfaces, contact mechanics, hysteresis
 MADE_BY = "replay"
 MOST_TURN = 5e-3  # change of a slope as its spheres move past each other, up to which it is taken as kept
 # Attributes of a history: findings as JSON (`basics.written_findings`), and a JSON object of times [s] by name.
-VALIDITY, NAMED_STATES = "validity", "named_states"
+VALIDITY = "validity"
 
 
 def made_with() -> str:

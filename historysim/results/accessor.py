@@ -1,4 +1,4 @@
-"""Questions to a history as methods of it: ``history.contact.first_slips()``.
+"""Questions to a history as methods of it: ``history.contact.slip_onset()``.
 
 The accessor exists as soon as a name of historysim that returns or takes histories has been used.
 """
@@ -13,7 +13,7 @@ import xarray as xr
 
 from historysim.basics.wording import Finding, listed, nearest
 from historysim.errors import InputError
-from historysim.results.asking import Question, questions
+from historysim.results.asking import Question, earlier_names, questions
 
 
 def _method(asked: Question) -> Callable[..., Any]:
@@ -45,6 +45,8 @@ class Questions:
 
 for _name, _question in questions().items():
     setattr(Questions, _name, _method(_question))
+for _earlier, _name in earlier_names().items():
+    setattr(Questions, _earlier, getattr(Questions, _name))
 
 
 def answer(history: xr.Dataset, name: str, given: Mapping[str, Any]) -> xr.Dataset:

@@ -15,10 +15,10 @@ from historysim.results.analysis.along_time import friction_loops
 from historysim.results.analysis.recorded import (
     check_all_recorded,
     described,
-    position_of,
     reach_of,
 )
 from historysim.results.asking import question
+from historysim.results.steps import position_of
 
 __all__ = [
     "apparent_shift",
@@ -39,7 +39,7 @@ REST_TOLERANCE = 1e-9  # part of its range by which a channel may move and count
 
 
 @question(unit="m")
-def branch_drift(history: xr.Dataset, first: int, second: int) -> float:
+def branch_drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
     """Return the branch drift between two steps [m]: the backward branch less the 2 δ1 it should take, without sign.
 
     The surface slides forward at the first step, load or friction change to those of the second at a fixed
@@ -47,8 +47,8 @@ def branch_drift(history: xr.Dataset, first: int, second: int) -> float:
     surface the most of them. The states at the steps are taken as virgin ones, as in `preliminary_displacement`; where
     of load and friction one rises and the other falls, the rise comes first.
 
-    Steps are positions; negative ones count from the end. InputError: a step that the history does not have, or as for
-    `preliminary_displacement`.
+    Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
+    does not have, or as for `preliminary_displacement`.
     """
     before, after = (_displacements(history, step) for step in (first, second))
     branch = one_contact.backward_branch(before, after).max(initial=0.0)
@@ -77,37 +77,38 @@ def cycle_drift(
 
 
 @question(unit="m")
-def run_drift(first: xr.Dataset, second: xr.Dataset, step: int = -1) -> float:
+def run_drift(first: xr.Dataset, second: xr.Dataset, step: int | str = -1) -> float:
     """Return the change of the preliminary displacement between two runs at one step, |δ_t,max,2 - δ_t,max,1| [m].
 
-    The step is its position in each of them; negative ones count from the end. InputError: a step that one of them does
-    not have, or as for `preliminary_displacement`.
+    The step is its position in each of them, where negative ones count from the end, or the name of a state.
+    InputError: a step that one of them does not have, or as for `preliminary_displacement`.
     """
     before, after = (_displacements(history, step).max(initial=0.0) for history in (first, second))
     return float(abs(after - before))
 
 
 @question(unit="m")
-def positioning_error(history: xr.Dataset, start: int = 0, end: int = -1) -> float:
+def positioning_error(history: xr.Dataset, start: int | str = 0, end: int | str = -1) -> float:
     """Return how far a there-and-back move ends from where it began [m]: U at its end less U at its start.
 
     At the end the tangential load, or behind an instrument the displacement of the drive, is what it was at the start;
-    normal load and friction may differ. Steps are positions; negative ones count from the end.
+    normal load and friction may differ. Steps are positions, where negative ones count from the end, or names of
+    states.
 
     InputError: a step that the history does not have, or neither load nor drive has come back.
     """
-    start, end = (position_of(step, history) for step in (start, end))
+    first, last = (position_of(step, history) for step in (start, end))
     driven = [name for name in ("total_tangential_load", "drive_displacement") if name in history]
-    ends = {name: history[name].values[[start, end]] for name in driven}
+    ends = {name: history[name].values[[first, last]] for name in driven}
     tolerance = {name: REST_TOLERANCE * float(np.abs(history[name].values).max()) for name in driven}
     if not any(abs(values[1] - values[0]) <= tolerance[name] for name, values in ends.items()):
         load = ends["total_tangential_load"]
         raise InputError(
-            f"the tangential load is {load[0]:.6g} N at step {start} and {load[1]:.6g} N at step {end}; expected steps "
-            "between which it, or the drive, goes there and back"
+            f"the tangential load is {load[0]:.6g} N at step {first} and {load[1]:.6g} N at step {last}; expected "
+            "steps between which it, or the drive, goes there and back"
         )
     displacement = history["tangential_displacement"].values
-    return float(displacement[end] - displacement[start])
+    return float(displacement[last] - displacement[first])
 
 
 @question(table="step,time")
@@ -178,7 +179,7 @@ def _changes(values: Floats) -> Floats:
     return found
 
 
-def _displacements(history: xr.Dataset, step: int) -> Floats:
+def _displacements(history: xr.Dataset, step: int | str) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m]."""
     at = position_of(step, history)
     check_all_recorded(history.isel(step=[at]))

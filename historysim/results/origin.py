@@ -1,9 +1,5 @@
-"""The source of a history: the replay that made it, the log beside its file, or its file, which holds its events.
+"""The source of a history: the replay that made it, the log beside its file, or its file, which holds its events."""
 
-The names that its scenario gives to states say which step each is, and what a step is called.
-"""
-
-import json
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -14,12 +10,11 @@ import numpy as np
 import xarray as xr
 
 from historysim.asperities.state import EnsembleState
-from historysim.basics.wording import nearest
 from historysim.errors import InputError
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
 from historysim.log.result import digest_attribute, log_beside
-from historysim.recording.provenance import MADE_BY, NAMED_STATES
+from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
 
 Answer = TypeVar("Answer")
@@ -73,40 +68,3 @@ def dense(history: xr.Dataset) -> xr.Dataset:
     whole, own = (each["time"].values[[0, -1]] for each in (replayed, history))
     # a part of a history is drawn as it is
     return replayed.assign_attrs(history.attrs) if np.allclose(whole, own, rtol=1e-12, atol=0) else history
-
-
-def named_states(history: xr.Dataset) -> dict[str, int]:
-    """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
-    times = json.loads(str(history.attrs.get(NAMED_STATES, "{}")))
-    rows = np.asarray(history["time"].values)
-    steps = {}
-    for name, time in times.items():
-        near = np.flatnonzero(np.isclose(rows, time, rtol=1e-9, atol=1e-12))
-        if near.size:
-            steps[name] = int(near[-1])
-    return steps
-
-
-def step_of(history: xr.Dataset, state: int | str) -> int:
-    """Return the step of a state by its name, or by its number, negative ones counted from the end.
-
-    Raises InputError: a name that the history does not have, or a step beyond its ends.
-    """
-    if isinstance(state, str) and not state.removeprefix("-").isdecimal():
-        known = named_states(history)
-        if state not in known:
-            hint = nearest(state, known) if known else "expected the number of a step, since no waypoint has a name"
-            raise InputError(f"steps: {state!r} is no state of the history; {hint}")
-        return known[state]
-    steps, step = len(history["time"].values), int(state)
-    if not -steps <= step < steps:
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
-    return step % steps
-
-
-def state_label(history: xr.Dataset, step: int) -> str:
-    """Return what a step is called: its name, or else its number and time."""
-    for name, place in named_states(history).items():
-        if place == step:
-            return name
-    return f"step {step}, {float(history['time'].values[step]):.4g} s"

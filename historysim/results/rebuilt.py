@@ -7,15 +7,15 @@ replayed from those; where its loads then differ from the recorded ones, the eve
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
-import attrs
 import numpy as np
 import numpy.typing as npt
 import xarray as xr
 
-from historysim.asperities.asperity import Asperity
+from historysim.asperities.asperity import Asperity, Readout
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import DIRECTION, Floats, scalar
+from historysim.basics.units import seconds
 from historysim.contact import hertz
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson, summit_contact
 from historysim.contact.materials import MaterialPair
@@ -30,21 +30,30 @@ from historysim.results.analysis.recorded import (
     column_of,
     described,
     displacement_ratio,
-    position_of,
     present_friction,
     reach_of,
     shape_of,
 )
 from historysim.results.asking import question
 from historysim.results.origin import Origin, ask_origin
+from historysim.results.steps import position_of, step_at
 
 # difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
 
 
-@question(per_step=True, table=None, name="asperity", planar=True)
-def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
-    """Return an asperity at a step of a history, with its memory: ``traction(r)``, ``reversal_points``, and more.
+@question(per_step=True, table=None, planar=True)
+def asperity(
+    history: xr.Dataset,
+    asperity: int,
+    step: int | str | None = None,
+    *,
+    time: float | str | None = None,
+    state: str | None = None,
+) -> Asperity:
+    """Return an asperity of a history with its traction memory, as an `Asperity`.
+
+    It has ``traction(r)``, ``reversal_points``, and more. The last step is the default.
 
     Parameters
     ----------
@@ -52,28 +61,65 @@ def asperity_at(history: xr.Dataset, asperity: int, step: int) -> Asperity:
         A history with this asperity, that begins with the first contact.
     asperity : int
         Its label.
-    step : int
-        Position of the step; negative ones count from the end.
+    step : int or str, optional
+        Position of the step, where negative ones count from the end, or the name of a state.
+    time : float or str, optional
+        In place of a step, a time [s]: of a recorded step, or any time of a history with its events.
+    state : str, optional
+        In place of a step, the name of a state of the scenario.
 
     Raises
     ------
     InputError
-        A step or an asperity that the history does not have, a history without asperities or of patches, or one
-        in which steps leave out what the asperity remembers, without events in its file.
+        A step, a time or an asperity that the history does not have, several of step, time and state, a history without
+        asperities or of patches, or one in which steps leave out part of what the asperity remembers, without events in
+        its file.
     """
-    (found,) = asperities_at(history, asperity, [step])
+    chosen = [name for name, value in (("step", step), ("time", time), ("state", state)) if value is not None]
+    if len(chosen) > 1:
+        raise InputError(f"{' and '.join(chosen)} are given; expected one of step, time and state")
+    position: int | str = -1
+    if time is not None:
+        at = seconds(time)
+        recorded = step_at(history, at)
+        if recorded is None:
+            return _between_steps(history, asperity, at)
+        position = recorded
+    elif chosen:
+        position = step if state is None else state  # type: ignore[assignment] # one of them is given
+    (found,) = asperities_at(history, asperity, [position])
     return found
 
 
-def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> list[Asperity]:
-    """Return one asperity at several steps; parameters and errors as for `asperity_at`."""
+def _between_steps(history: xr.Dataset, asperity: int, time: float) -> Asperity:
+    """Return an asperity at a time between recorded steps, replayed from the events of the history."""
+    check_recorded(history, "summit_radius")
+    times, column = history["time"].values, column_of(asperity, history)
+    if not times[0] <= time <= times[-1]:
+        raise InputError(
+            f"time {time:g}: the history has {times[0]:g} s to {times[-1]:g} s; expected a time in between"
+        )
+    found = _from_events(history, int(history["asperity"].values[column]), [time])
+    if found is None:
+        after = int(np.searchsorted(times, time))
+        raise InputError(
+            f"time {time:g}: no step is recorded then, and the history does not come from a file with its events; "
+            f"expected a recorded time, such as {times[after - 1]:g} s (step {after - 1}) or {times[after]:g} s"
+        )
+    return found[0]
+
+
+def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int | str]) -> list[Asperity]:
+    """Return one asperity at several steps; parameters and errors as for `asperity`."""
     check_recorded(history, "normal_load", "tangential_load", "summit_radius", "summit_height", "friction")
     column = column_of(asperity, history)
     positions = [position_of(step, history) for step in steps]
     # between steps in two directions the path may be any
     found = None if DIRECTION in history.sizes else _from_steps(history, column, positions)
     if found is None:
-        found = _from_events(history, int(history["asperity"].values[column]), positions)
+        found = _from_events(
+            history, int(history["asperity"].values[column]), history["time"].values[positions].tolist()
+        )
     if found is None:
         raise InputError(
             f"asperity {asperity}: the recorded steps leave out part of its load history, and the history does not "
@@ -83,13 +129,14 @@ def asperities_at(history: xr.Dataset, asperity: int, steps: Sequence[int]) -> l
 
 
 @question(per_step=True, table="reversal,radius")
-def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset:
+def reversal_points(history: xr.Dataset, asperity: int, step: int | str) -> xr.Dataset:
     """Return the reversals of the displacement that an asperity remembers at a step, from the edge inward.
 
     Along ``reversal``: ``radius``, the stick radius at the reversal [m], and ``displacement``, the tangential
-    displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity_at`.
+    displacement of the reversal [m]; see `Asperity.reversal_points`. Parameters and errors: `asperity`.
     """
-    points = asperity_at(history, asperity, step).reversal_points
+    (found,) = asperities_at(history, asperity, [step])
+    points = found.reversal_points
     variables = {
         "radius": described("reversal", points.radius, "stick radius at the reversal", "m"),
         "displacement": described("reversal", points.displacement, "displacement U there", "m"),
@@ -98,15 +145,17 @@ def reversal_points(history: xr.Dataset, asperity: int, step: int) -> xr.Dataset
 
 
 @question(per_step=True, table="radius,pressure")
-def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], points: int = 201) -> xr.Dataset:
+def profiles(
+    history: xr.Dataset, asperity: int, steps: int | str | Sequence[int | str], points: int = 201
+) -> xr.Dataset:
     """Return pressure and traction over the radius of an asperity, at one step or at several.
 
     Parameters
     ----------
     history, asperity
-        As for `asperity_at`.
-    steps : int or sequence of int
-        Positions of the steps; negative ones count from the end.
+        As for `asperity`.
+    steps : int or str, or a sequence of them
+        Positions of the steps, where negative ones count from the end, or names of states.
     points : int
         Of the radius, evenly from the middle to the largest of the contact radii; 2 or more.
 
@@ -120,11 +169,11 @@ def profiles(history: xr.Dataset, asperity: int, steps: int | Sequence[int], poi
     Raises
     ------
     InputError
-        As for `asperity_at`, or a number of points that is no whole number of 2 or more.
+        As for `asperity`, or a number of points that is no whole number of 2 or more.
     """
     if not isinstance(points, int | np.integer) or points < 2:
         raise InputError(f"points is {points!r}; expected a whole number of 2 or more")
-    chosen = [steps] if isinstance(steps, int | np.integer) else list(steps)
+    chosen = [steps] if isinstance(steps, int | np.integer | str) else list(steps)
     if not chosen:
         raise InputError("steps is empty; expected one step or more")
     found = asperities_at(history, asperity, chosen)
@@ -176,15 +225,14 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
         walked = blank_rows(last + 1 - first, 1)
         state = alone.walk(state, paths, rows=walked, asperities=[0])
         loads[:, part] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
-        found[last] = attrs.evolve(alone.asperity(0, state), index=int(own["asperity"]))
+        found[last] = Asperity.of(Readout(alone, state, [0]), 0, int(own["asperity"]))
         first = last + 1
     off = np.abs(loads - recorded).max(axis=1)
     return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]
 
 
-def _from_events(history: xr.Dataset, label: int, positions: Sequence[int]) -> list[Asperity] | None:
-    """Return the asperity at steps, replayed from the events of the history; None where it has none."""
-    times = [float(time) for time in history["time"].values[list(positions)]]
+def _from_events(history: xr.Dataset, label: int, times: Sequence[float]) -> list[Asperity] | None:
+    """Return the asperity at times [s], replayed from the events of the history; None if it has none."""
     return ask_origin(
         history, lambda origin: [origin.job.ensemble.asperity(label, origin.state(time)) for time in times]
     )
@@ -242,11 +290,12 @@ def answered(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Answe
 
 
 @question(table="x,pressure")
-def point_maps(history: xr.Dataset, step: int = -1) -> xr.Dataset:
+def point_maps(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """Return pressures, tractions, stick and slip of all points of the map at a step.
 
     ``pressure`` and ``traction`` [Pa] and ``contact_state`` along ``x`` and ``y`` [m], of a run with
-    ``interaction = "full"``, from its file. The step is a position; negative ones count from the end.
+    ``interaction = "full"``, from its file. The step is a position, where negative ones count from the end, or the name
+    of a state.
 
     InputError: a step that the history does not have, or a history that is not from a file with its events, or without
     maps.
@@ -342,8 +391,8 @@ def _theory(ensemble: Ensemble, approach: Floats) -> tuple[str, dict[str, Floats
     return "Greenwood and Williamson", {key: getattr(whole, key)(separation) for key in CURVES}
 
 
-@question(per_step=True, table="rank,displacement")
-def sliding_order(history: xr.Dataset, step: int = -1) -> xr.Dataset:
+@question(per_step=True, table="rank,displacement", earlier="sliding_order")
+def sliding_displacements(history: xr.Dataset, step: int | str = -1) -> xr.Dataset:
     """Return at which tangential displacement the first, the second, … of all asperities in contact slides.
 
     Along ``rank``, from 1: ``displacement`` θ μ_i δ_i [m] in ascending order, for one-way loading from the virgin state
@@ -354,8 +403,8 @@ def sliding_order(history: xr.Dataset, step: int = -1) -> xr.Dataset:
     replay). The attribute ``equal_asperities`` [m] is that of n equal ones of the mean radius, which share the load
     (Winogrodzka, section 6.2.1).
 
-    The step is a position; negative ones count from the end. InputError: a step that the history does not have, a
-    history without some or all of the asperities that touch, or of patches.
+    The step is a position, where negative ones count from the end, or the name of a state. InputError: a step that the
+    history does not have, a history without some or all of the asperities that touch, or of patches.
     """
     at = position_of(step, history)
     check_recorded(history, "summit_radius")

@@ -29,7 +29,7 @@ def _law(name: str, pair: hs.MaterialPair, friction: float) -> float | hs.laws.F
     # τ₀ that gives the told μ on the area of JKR
     area = (
         np.pi
-        * hs.contact.adhesion.jkr_contact_radius(
+        * hs.theory.adhesion.jkr_contact_radius(
             REFERENCE, summit_radius=RADIUS, contact_modulus=pair.contact_modulus, work_of_adhesion=work
         )
         ** 2

@@ -40,7 +40,7 @@ COMMANDS = {
     "state": ["state", "s.history", "--at", "1.5 s"],
     "state of an asperity": ["state", "s.history", "--asperity", "0"],
     "log": ["log", "s.history"],
-    "table": ["table", "s.nc", "first-slips"],
+    "table": ["table", "s.nc", "slip-onset"],
 }
 
 

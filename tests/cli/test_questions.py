@@ -10,6 +10,7 @@ from click.testing import CliRunner
 
 import historysim as hs
 from historysim.cli import main
+from historysim.recording.provenance import named_states_attribute
 from historysim.results.asking import questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
@@ -106,3 +107,23 @@ def test_what_does_not_fit_is_refused(tmp_path, arguments, told):
     assert done.exit_code == 2
     assert told in done.output
     assert [path.name for path in tmp_path.iterdir()] == ["r.nc"]
+
+
+def test_a_step_is_given_by_the_name_of_its_state(history, tmp_path):
+    named = history.load().assign_attrs(named_states_attribute({"held": 2.0}))
+    named.to_netcdf(tmp_path / "named.nc")
+    for step in ("held", "8"):
+        done = call("named.nc", "profiles", "--asperity", "0", "--step", step, "-o", f"{step}.csv")
+        assert done.exit_code == 0, done.output
+    assert read(tmp_path / "held.csv") == read(tmp_path / "8.csv")
+    done = call("named.nc", "profiles", "--asperity", "0", "--step", "hold", "-o", "p.csv")
+    assert done.exit_code == 2
+    assert "step 'hold' is not a named state of the history; expected held, or a number" in done.output
+    done = call("named.nc", "drift", "--with", "first=0", "--with", "second=held")
+    assert done.exit_code == 0, done.output
+
+
+@pytest.mark.usefixtures("history")
+def test_an_earlier_name_of_a_query_writes_its_table():
+    done = call("r.nc", "first-slips")
+    assert (done.exit_code, done.output) == (0, "r_slip-onset.csv\n")

@@ -40,7 +40,7 @@ def first_rows(history):
 
 def test_at_a_held_approach_each_slides_at_its_preliminary_displacement():
     events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
-    found = hs.replay(ENSEMBLE, events, record="all").contact.first_slips()
+    found = hs.replay(ENSEMBLE, events, record="all").contact.slip_onset()
     expected = 2 * THETA * FRICTION * (HEIGHTS + DEPTH) / 100e-9
     assert found["slide_time"].values[:4] == pytest.approx(expected[:4], rel=1e-12)
     assert found["slide_rank"].values.tolist() == [*np.argsort(np.argsort(expected[:4])).tolist(), -1]
@@ -53,7 +53,7 @@ def test_under_two_loads_the_last_slides_at_the_friction_limit():
     heights, radius, load = np.array([0.0, -30e-9]), 10e-6, 2e-3
     ensemble = hs.Ensemble(PAIR, heights, radius, MU)
     events = [hs.NormalLoad(0.0, load), hs.TangentialLoad(1.0, MU * load)]
-    found = hs.replay(ensemble, events).contact.first_slips()["slide_time"].values
+    found = hs.replay(ensemble, events).contact.slip_onset()["slide_time"].values
     depth = ensemble.approach_at(load) + heights
     own = 4 / 3 * E * np.sqrt(radius) * depth**1.5
     high = MU * own[0] * (1 - (1 - depth[1] / depth[0]) ** 1.5)
@@ -64,7 +64,7 @@ def test_under_two_loads_the_last_slides_at_the_friction_limit():
 def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
     events = [hs.NormalDisplacement(0.0, 10e-9), hs.TangentialDisplacement(1.0, 50e-9)]
     more = [hs.NormalDisplacement(1.0, 10e-9), hs.NormalDisplacement(2.0, 50e-9), hs.TangentialDisplacement(2.0, 90e-9)]
-    times = hs.replay(ENSEMBLE, [*events, *more], record="all").contact.first_slips()["slide_time"].values
+    times = hs.replay(ENSEMBLE, [*events, *more], record="all").contact.slip_onset()["slide_time"].values
     assert times[1:3] == pytest.approx([1.25, 1.625], rel=1e-12)
 
 
@@ -74,14 +74,14 @@ def test_what_is_lifted_off_under_a_load_slides_before_and_what_was_not_strained
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)])
     assert (history.slip_state.values != GROSS).all()
     # δ falls from 50 nm by 51 nm in two seconds; it slides where θμδ is 5 nm
-    assert history.contact.first_slips()["slide_time"].values == pytest.approx(2 * (50 - 5 / (THETA * MU)) / 51)
+    assert history.contact.slip_onset()["slide_time"].values == pytest.approx(2 * (50 - 5 / (THETA * MU)) / 51)
     bare = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [hs.NormalDisplacement(1.0, 50e-9), up])
     assert bare.contact.slides_first().size == 0
 
 
 def test_a_fall_of_friction_makes_asperities_slide_at_its_time():
     events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(1.0, 15e-9), hs.FrictionChange(1.5, 0.15)]
-    times = hs.replay(ENSEMBLE, events, record="all").contact.first_slips()["slide_time"].values
+    times = hs.replay(ENSEMBLE, events, record="all").contact.slip_onset()["slide_time"].values
     before = THETA * FRICTION * (HEIGHTS + DEPTH)
     after = THETA * 0.15 * (HEIGHTS + DEPTH)
     expected = np.where(before < 15e-9, before / 15e-9, np.where(after < 15e-9, 1.5, np.nan))
@@ -143,9 +143,9 @@ def test_a_file_and_a_history_in_memory_say_the_same(tmp_path):
     )
     memory = hs.run(scenario)
     with hs.run(scenario, tmp_path / "s.nc") as file:
-        xr.testing.assert_equal(file.contact.first_slips(), memory.contact.first_slips())
+        xr.testing.assert_equal(file.contact.slip_onset(), memory.contact.slip_onset())
         told = dict(file.contact.summary())["first to slide"]
-    first = memory.contact.first_slips()["slide_time"].values[1]
+    first = memory.contact.slip_onset()["slide_time"].values[1]
     assert told == f"asperity 1 at {first:.6g} s; asperity 0 last at 1 s"
     assert dict(hs.show(tmp_path / "s.nc"))["first to slide"] == told
 
@@ -220,7 +220,7 @@ def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keep
 
 def test_results_without_the_instants_say_so():
     history = hs.replay(ENSEMBLE, DRIVEN).drop_vars("slide_time")
-    for question in (history.contact.slides_first, history.contact.first_slips):
+    for question in (history.contact.slides_first, history.contact.slip_onset):
         with pytest.raises(hs.InputError, match="no slide_time"):
             question()
     assert "first to slide" not in dict(history.contact.summary())
@@ -229,8 +229,8 @@ def test_results_without_the_instants_say_so():
 def test_what_slides_after_the_end_of_a_part_is_left_out():
     events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
     history = hs.replay(ENSEMBLE, events, substeps=10, record="all")
-    times = history.contact.first_slips()["slide_time"].values
-    part = history.isel(step=slice(0, 4)).contact.first_slips()["slide_time"].values
+    times = history.contact.slip_onset()["slide_time"].values
+    part = history.isel(step=slice(0, 4)).contact.slip_onset()["slide_time"].values
     np.testing.assert_array_equal(part, np.where(times <= history.time.values[3], times, np.nan))
     with pytest.raises(hs.InputError, match="no slip_state"):
         hs.replay(ENSEMBLE, events, record="totals").contact.slides_first()

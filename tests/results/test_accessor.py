@@ -7,7 +7,7 @@ import xarray as xr
 
 import historysim as hs
 from historysim.results.accessor import Questions
-from historysim.results.asking import questions
+from historysim.results.asking import earlier_names, questions
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
@@ -23,12 +23,21 @@ def test_every_question_is_a_method_and_a_function_of_one_text():
         assert list(inspect.signature(method).parameters)[1:] == list(inspect.signature(function).parameters)[1:]
 
 
+def test_earlier_names_are_the_same_queries_and_are_not_listed():
+    assert {*earlier_names()} == {"first_slips", "sliding_order", "preliminary_displacements"}
+    for earlier, name in earlier_names().items():
+        assert getattr(Questions, earlier) is getattr(Questions, name)
+        assert getattr(hs.analysis, earlier) is getattr(hs.analysis, name)
+        assert earlier not in questions()
+    assert hs.contact is hs.theory
+
+
 @pytest.fixture
 def history():
     return hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 1e-3, 0.2), EVENTS, substeps=4)
 
 
-@pytest.mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "preliminary_displacements"])
+@pytest.mark.parametrize("name", ["slip_shares", "stick_ratio", "mean_pressure", "branch_displacements"])
 def test_one_step_answers_as_the_whole_history_does_there(history, name):
     one, whole = (getattr(each.contact, name)() for each in (history.isel(step=5), history))
     xr.testing.assert_equal(one, whole.isel(step=5))
@@ -42,7 +51,7 @@ def test_one_step_holds_its_asperities(history):
     assert traction.dims == ("radius",)
 
 
-@pytest.mark.parametrize("name", ["first_slips", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
+@pytest.mark.parametrize("name", ["slip_onset", "slides_first", "friction_loops", "summary", "tangential_stiffness"])
 def test_one_step_is_not_enough_for_some_questions(history, name):
     with pytest.raises(hs.InputError, match=f"{name}: needs the steps before, and the history has one step"):
         getattr(history.isel(step=-1).contact, name)()

@@ -1,11 +1,13 @@
 """The names of states: which step each is, and what a step is called."""
 
+import numpy as np
 import pytest
 import xarray as xr
 
+import historysim as hs
 from historysim.errors import InputError
 from historysim.recording.provenance import named_states_attribute
-from historysim.results.origin import named_states, state_label, step_of
+from historysim.results.steps import named_states, position_of, state_label
 
 
 def history(**times):
@@ -15,17 +17,71 @@ def history(**times):
 def test_the_last_step_at_a_time_is_the_state():
     found = history(O=0.0, K=1.0, never=5.0)
     assert named_states(found) == {"O": 0, "K": 2}
-    assert [step_of(found, state) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
+    assert [position_of(state, found) for state in ("K", "0", 3, -1, "-2")] == [2, 0, 3, 3, 2]
     assert [state_label(found, step) for step in (2, 3)] == ["K", "step 3, 2 s"]
     assert named_states_attribute({}) == named_states(history()) == {}
 
 
 @pytest.mark.parametrize(
     ("state", "message"),
-    [("L", "'L' is no state of the history; .*K"), (4, "step 4: the history has 4 steps"), ("-5", "step -5")],
+    [
+        ("L", "step 'L' is not a named state of the history; expected K, or a number"),
+        ("M", "step 'M': the history has no step at its time, 7 s"),
+        (4, "step 4: the history has 4 steps"),
+        ("-5", "step -5"),
+        (1.0, "step 1.0"),
+        (True, "step True"),
+    ],
 )
 def test_what_is_no_state_is_told(state, message):
     with pytest.raises(InputError, match=message):
-        step_of(history(K=1.0), state)
+        position_of(state, history(K=1.0, M=7.0))
     with pytest.raises(InputError, match="no waypoint has a name"):
-        step_of(history(), "K")
+        position_of("K", history())
+
+
+ENSEMBLE = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=4e10, shear_modulus=8e9), [0.0, -1e-8], 1e-5, 0.2)
+EVENTS = [
+    hs.NormalLoad(0.0, 1e-3),
+    hs.TangentialDisplacement(1.0, 3e-9),
+    hs.TangentialDisplacement(2.0, -1e-9),
+    hs.TangentialLoad(3.0, 0.0),
+]
+UNKNOWN = "step 'hold' is not a named state of the history; expected pressed, held, back"
+NAMES = {"pressed": 0.0, "held": 1.0, "back": 2.0}
+HISTORY = hs.replay(ENSEMBLE, EVENTS, substeps=3).assign_attrs(named_states_attribute(NAMES))
+QUERIES = {
+    "asperity": lambda contact, step: repr(contact.asperity(1, step)),
+    "reversal_points": lambda contact, step: contact.reversal_points(1, step).displacement.values,
+    "profiles": lambda contact, step: contact.profiles(1, step).traction.values,
+    "profiles of several": lambda contact, step: contact.profiles(1, [step, 0]).traction.values,
+    "sliding_displacements": lambda contact, step: contact.sliding_displacements(step).displacement.values,
+    "drift": lambda contact, step: contact.drift(0, step),
+    "branch_drift": lambda contact, step: contact.branch_drift(step, 0),
+    "run_drift": lambda contact, step: contact.run_drift(HISTORY, step),
+}
+
+
+@pytest.mark.parametrize("query", QUERIES)
+def test_a_name_is_a_step_in_every_query(query):
+    for name, step in named_states(HISTORY).items():
+        np.testing.assert_array_equal(QUERIES[query](HISTORY.contact, name), QUERIES[query](HISTORY.contact, step))
+    with pytest.raises(
+        InputError, match="step 'hold' is not a named state of the history; expected pressed, held, back"
+    ):
+        QUERIES[query](HISTORY.contact, "hold")
+
+
+def test_a_move_between_named_states_has_a_positioning_error():
+    there_and_back = HISTORY.assign_attrs(named_states_attribute({"start": 0.0, "end": 3.0}))
+    assert there_and_back.contact.positioning_error("start", "end") == HISTORY.contact.positioning_error(0, -1)
+
+
+@pytest.mark.parametrize("picture", ["contact-map", "traction", "sliding-order"])
+def test_a_name_is_a_step_in_pictures(picture):
+    option = "steps" if picture == "traction" else "step"
+    hs.plot(HISTORY, picture=picture, **{option: ["held"] if option == "steps" else "held"})
+    with pytest.raises(
+        InputError, match="step 'hold' is not a named state of the history; expected pressed, held, back"
+    ):
+        hs.plot(HISTORY, picture=picture, **{option: ["hold"] if option == "steps" else "hold"})

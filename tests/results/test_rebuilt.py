@@ -8,6 +8,7 @@ import historysim as hs
 from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.log.result import RunOptions, write_result
+from historysim.recording.provenance import named_states_attribute
 from historysim.results import rebuilt
 
 E, G, MU = 40e9, 8e9, 0.2
@@ -62,7 +63,7 @@ def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
     for step in (substeps, 2 * substeps, -1):
         state = job.state(until=float(history.time[step]))
         for label in history.asperity.values[::5].tolist():
-            found, expected = rebuilt.asperity_at(history, label, step), MANY.asperity(label, state)
+            found, expected = rebuilt.asperity(history, label, step), MANY.asperity(label, state)
             assert found.index == label
             assert found.slip_state == expected.slip_state
             radius = np.linspace(0, expected.contact_radius, 20)
@@ -101,7 +102,7 @@ def test_without_its_events_it_is_refused(result):
         alone = history.load()
     del alone.encoding["source"]
     with pytest.raises(InputError, match="leave out part of its load history"):
-        rebuilt.asperity_at(alone, 0, -1)
+        rebuilt.asperity(alone, 0, -1)
 
 
 CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.FrictionChange(2.0, 0.15)]
@@ -110,21 +111,52 @@ CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.Frict
 @pytest.mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
 def test_what_steps_do_not_tell_needs_the_replay_that_made_them(events):
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
-    found = rebuilt.asperity_at(history, 0, -1)
+    found = rebuilt.asperity(history, 0, -1)
     assert found.tangential_load == pytest.approx(history["tangential_load"].values[-1, 0], rel=1e-12)
     history.encoding.clear()
     with pytest.raises(InputError, match="leave out part of its load history"):
-        rebuilt.asperity_at(history, 0, -1)
+        rebuilt.asperity(history, 0, -1)
 
 
 def test_what_is_not_there_is_refused():
     history = hs.replay(MANY, EVENTS)
     missing = next(label for label in range(40) if label not in history.asperity)
     with pytest.raises(InputError, match=f"asperity {missing}: is not recorded in the history; expected one of"):
-        rebuilt.asperity_at(history, missing, 0)
+        rebuilt.asperity(history, missing, 0)
     with pytest.raises(InputError, match="step 5: the history has 5 steps; expected -5 to 4"):
-        rebuilt.asperity_at(history, int(history.asperity[0]), 5)
+        rebuilt.asperity(history, int(history.asperity[0]), 5)
     with pytest.raises(InputError, match="points is 1; expected a whole number of 2 or more"):
         rebuilt.profiles(history, int(history.asperity[0]), 0, points=1)
     with pytest.raises(InputError, match="steps is empty"):
         rebuilt.profiles(history, int(history.asperity[0]), [])
+
+
+def test_an_asperity_is_found_by_step_time_or_name():
+    job = hs.Replay(MANY, EVENTS, substeps=3)
+    history = job.dataset().assign_attrs(named_states_attribute({"turned": 2.0}))
+    label = int(history.asperity[0])
+    expected = history.contact.asperity(label, 6)
+    for how in ({"step": "turned"}, {"state": "turned"}, {"time": 2.0}, {"time": "2000 ms"}):
+        assert repr(history.contact.asperity(label, **how)) == repr(expected)
+    assert repr(history.contact.asperity(label)) == repr(history.contact.asperity(label, -1))
+    between = history.contact.asperity(label, time=2.1)
+    assert between.tangential_load == MANY.asperity(label, job.state(until=2.1)).tangential_load
+    history.encoding.clear()
+    for how, message in {
+        "time=2.1": r"no step is recorded then.*such as 2 s \(step 6\) or 2.33333 s",
+        "time=9": "time 9: the history has 0 s to 4 s",
+        "step=1, time=2.0": "step and time are given; expected one of",
+        "state='turn'": "step 'turn' is not a named state of the history; expected turned",
+    }.items():
+        with pytest.raises(InputError, match=message):
+            history.contact.asperity(label, **eval(f"dict({how})"))  # noqa: S307 - written above
+
+
+def test_an_asperity_of_several_may_be_moved_on_alone():
+    """One that is replayed alone from the steps of its history."""
+    history = hs.replay(MANY, EVENTS, substeps=3)
+    label = int(history.asperity[0])
+    found = history.contact.asperity(label)
+    onward = found.advance(tangential_displacement=found.state.tangential_displacement + 1e-9)
+    assert onward.index == label
+    assert onward.tangential_load > found.tangential_load

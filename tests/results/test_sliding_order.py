@@ -17,7 +17,7 @@ def test_the_order_is_that_of_the_instants_at_which_asperities_slide():
     ensemble = hs.Ensemble(PAIR, rng.normal(0, 50e-9, 30), rng.uniform(5e-6, 20e-6, 30), rng.uniform(0.1, 0.3, 30))
     events = [PRESSED, hs.TangentialDisplacement(0.0, 0.0), hs.TangentialDisplacement(1.0, 1e-6)]
     history = hs.replay(ensemble, events, substeps=10)
-    found = history.contact.sliding_order()
+    found = history.contact.sliding_displacements()
     slides = history["slide_time"].sel(asperity=found["asperity"]).to_numpy() * 1e-6
     assert found.sizes["rank"] > 5
     assert_allclose(found["displacement"], slides, rtol=1e-9)
@@ -28,7 +28,7 @@ def test_the_order_is_that_of_the_instants_at_which_asperities_slide():
 def test_many_gaussian_summits_slide_as_greenwood_and_williamson_have_it():
     heights = np.random.default_rng(2).normal(0, 50e-9, 40_000)
     history = hs.replay(hs.Ensemble(PAIR, heights, 5e-6, 0.2), [hs.NormalLoad(0.0, 10.0)])
-    found = history.contact.sliding_order()
+    found = history.contact.sliding_displacements()
     part = slice(found.sizes["rank"] // 20, -found.sizes["rank"] // 20)
     assert found.sizes["rank"] > 5000
     assert_allclose(found["greenwood_williamson"][part], found["displacement"][part], rtol=0.08)
@@ -36,7 +36,7 @@ def test_many_gaussian_summits_slide_as_greenwood_and_williamson_have_it():
 
 def test_equal_asperities_share_the_load():
     history = hs.replay(hs.Ensemble(PAIR, np.zeros(64), 5e-7, 0.5), [hs.NormalLoad(0.0, 1e-2)])
-    found = history.contact.sliding_order()
+    found = history.contact.sliding_displacements()
     assert_allclose(found["displacement"], found.attrs["equal_asperities"], rtol=1e-9)
     assert "greenwood_williamson" not in found
 
@@ -51,11 +51,11 @@ def test_surfaces_are_drawn_with_their_spread():
     several = hs.plot([pressed(seed) for seed in range(3)], picture="sliding-order").axes[0]
     assert several.lines[0].get_label() == "median of 3 surfaces"
     lifted = hs.replay(hs.Ensemble(PAIR, [0.0, -1e-8], 5e-6, 0.2), [PRESSED, hs.NormalLoad(1.0, 0.0)])
-    assert not lifted.contact.sliding_order().sizes["rank"]
+    assert not lifted.contact.sliding_displacements().sizes["rank"]
     with pytest.raises(InputError, match="nothing touches at that step"):
         hs.plot(lifted, picture="sliding-order", step=-1)
     with pytest.raises(InputError, match="step"):
-        lifted.contact.sliding_order(7)
+        lifted.contact.sliding_displacements(7)
 
 
 SCENARIO = """

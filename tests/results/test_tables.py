@@ -45,7 +45,7 @@ def answers(history):
         "series": history.contact.time_series(),
         "cycles": history.contact.energy_per_cycle(),
         "loops": history.contact.friction_loops().to_dataset(),
-        "slips": history.contact.first_slips(),
+        "slips": history.contact.slip_onset(),
     }
 
 

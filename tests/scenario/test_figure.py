@@ -8,7 +8,7 @@ from click.testing import CliRunner
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError
-from historysim.results.origin import named_states
+from historysim.results.steps import named_states
 from historysim.scenario.figure import draw_scenario_figure, drawable
 
 BALL = """

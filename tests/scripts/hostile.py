@@ -386,7 +386,7 @@ def logs() -> Iterator[Case]:
 
 
 def results() -> Iterator[Case]:
-    commands = (["show", "a.nc"], ["plot", "a.nc", "-o", "x.svg"], ["report", "a.nc"], ["table", "a.nc", "first-slips"])
+    commands = (["show", "a.nc"], ["plot", "a.nc", "-o", "x.svg"], ["report", "a.nc"], ["table", "a.nc", "slip-onset"])
     for name in ("title", "validity", "contact_modulus", "source", "scenario", "historysim_version"):
         for value in (3.5, [1, 2], "\x1b[31m", ""):
             for command in commands:

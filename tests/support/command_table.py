@@ -45,7 +45,7 @@ COMMANDS = {
     "state of one": (["state", "r.history", "--asperity", "0", "-o", "TARGET"], ".png"),
     "fork": (["fork", "r.history", "--at", "10", "-o", "TARGET"], ".history"),
     "log": (["log", "r.history", "--csv", "TARGET"], ".csv"),
-    "table": (["table", "r.nc", "first-slips", "-o", "TARGET"], ".csv"),
+    "table": (["table", "r.nc", "slip-onset", "-o", "TARGET"], ".csv"),
     "table to netCDF": (["table", "r.nc", "time-series", "-o", "TARGET"], ".nc"),
     "loops": (["loops", "s.toml", "-o", "TARGET"], ".csv"),
     "loops --levels": (["loops", "s.toml", "--levels", "TARGET"], ".nc"),

@@ -24,7 +24,7 @@ def test_greenwood_williamson(page):
     """
 
     def greenwood_williamson():
-        steel = hs.contact.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2e10, 1e-6)  # E*, R, σ, density, A₀
+        steel = hs.theory.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2e10, 1e-6)  # E*, R, σ, density, A₀
         separation = np.array([0.5, 1.0, 2.0, 3.0]) * 0.6e-6
         load, area = steel.normal_load(separation), steel.contact_area(separation)
         return separation, load, area
@@ -71,7 +71,7 @@ def test_ensemble_of_drawn_summits(page):
             areas.append(np.pi * 8e-6 * np.maximum(state.approach - height.max() + height, 0).sum())
         return np.array(areas)
 
-    integral = hs.contact.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2000, 1.0)
+    integral = hs.theory.GreenwoodWilliamson(115e9, 8e-6, 0.6e-6, 2000, 1.0)
     expected_load = float(integral.normal_load(0.6e-6))
     areas = page.shows(drawn)
     bound = 4 * areas.std(ddof=1) / math.sqrt(10) / areas.mean()

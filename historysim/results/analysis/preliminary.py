@@ -20,11 +20,11 @@ from historysim.results.analysis.recorded import (
     described,
     displacement_ratio,
     parts,
-    position_of,
     present_friction,
     shape_of,
 )
 from historysim.results.asking import question
+from historysim.results.steps import position_of
 
 DISPLACEMENTS = {
     "virgin": "from rest until the last asperity slides",
@@ -58,19 +58,19 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
 
 
 @question(unit="m")
-def drift(history: xr.Dataset, first: int, second: int) -> float:
+def drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
-    Steps are positions; negative ones count from the end. InputError: a step that the history does not have, or as for
-    `preliminary_displacement`.
+    Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
+    does not have, or as for `preliminary_displacement`.
     """
-    first, second = (position_of(step, history) for step in (first, second))
+    before, after = (position_of(step, history) for step in (first, second))
     greatest = capacity(history).displacement
-    return float(abs(greatest[second] - greatest[first]))
+    return float(abs(greatest[after] - greatest[before]))
 
 
-@question(per_step=True, table="time,virgin", planar=True)
-def preliminary_displacements(history: xr.Dataset) -> xr.Dataset:
+@question(per_step=True, table="time,virgin", planar=True, earlier="preliminary_displacements")
+def branch_displacements(history: xr.Dataset) -> xr.Dataset:
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
 
     Along ``step``, 0 where nothing touches:
@@ -101,7 +101,7 @@ def presliding_work(history: xr.Dataset) -> xr.DataArray:
 
     The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no flat parts. Its area
     is 8 ∫ F du - 4 δ F(δ) = Σ μ_i N_i (4 δ - 3.2 θ μ_i δ_i); 0.8 μ N δ of one asperity. Along ``step``; 0 where nothing
-    touches. InputError: as for `preliminary_displacements`.
+    touches. InputError: as for `branch_displacements`.
     """
 
     def work(virgin: _Virgin) -> tuple[float]:

@@ -106,14 +106,6 @@ def sizes(history: xr.Dataset, name: str, steps: object = ...) -> Floats:
     return size
 
 
-def position_of(step: object, history: xr.Dataset) -> int:
-    """Return a step of a history as a number from 0; negative ones count from the end; InputError for another."""
-    steps = history.sizes["step"]
-    if isinstance(step, bool) or not isinstance(step, int | np.integer) or not -steps <= step < steps:
-        raise InputError(f"step {step}: the history has {steps} steps; expected {-steps} to {steps - 1}")
-    return int(step) % steps
-
-
 def column_of(asperity: int, history: xr.Dataset) -> int:
     """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
     there = np.flatnonzero(history["asperity"].values == asperity)

@@ -24,8 +24,8 @@ SHARES = {
 }
 
 
-@question(table="asperity,summit_height", planar=True)
-def first_slips(history: xr.Dataset) -> xr.Dataset:
+@question(table="asperity,summit_height", planar=True, earlier="first_slips")
+def slip_onset(history: xr.Dataset) -> xr.Dataset:
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
     A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load;
@@ -66,7 +66,7 @@ def slide_times(history: xr.Dataset) -> Floats:
 def slides_first(history: xr.Dataset) -> Integers:
     """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
-    Empty where none slides. InputError: as for `first_slips`.
+    Empty where none slides. InputError: as for `slip_onset`.
     """
     return order_of_sliding(history, slide_times(history))
 

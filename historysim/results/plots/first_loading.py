@@ -26,7 +26,7 @@ from historysim.results.plots.style import (
     shown_steps,
 )
 from historysim.results.plots.surfaces import step_number
-from historysim.results.rebuilt import load_curve, sliding_order
+from historysim.results.rebuilt import load_curve, sliding_displacements
 from historysim.surfaces.heights import Surface
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class SlidingOrderPicture(Panel):
 
     def draw(self, canvas: Canvas, data: Any) -> None:
         """Draw a step for each asperity, Greenwood and Williamson's curve, and the line of equal asperities."""
-        orders = [sliding_order(each, step_number(self.step, each)) for each in several_of(data)]
+        orders = [sliding_displacements(each, step_number(self.step, each)) for each in several_of(data)]
         if not all(order.sizes["rank"] for order in orders):
             raise InputError("nothing touches at that step; expected one at which asperities are in contact")
         axes, (colour, _, marker) = canvas.axes(), LINES[0]

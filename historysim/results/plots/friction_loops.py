@@ -16,7 +16,7 @@ from historysim.errors import InputError
 from historysim.results import analysis
 from historysim.results.analysis.preliminary import first_loading
 from historysim.results.analysis.recorded import SLOPE, is_complete
-from historysim.results.origin import dense, named_states, state_label, step_of
+from historysim.results.origin import dense
 from historysim.results.plots.canvas import COLUMN, Canvas, Size
 from historysim.results.plots.pictures import HISTORY, PICTURES, SWEEP, Panel, several_of
 from historysim.results.plots.style import (
@@ -30,6 +30,7 @@ from historysim.results.plots.style import (
     zero_lines,
 )
 from historysim.results.plots.swept import cell_label, selected
+from historysim.results.steps import named_states, position_of, state_label
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -256,7 +257,7 @@ def _of_sweep(sweep: xr.Dataset) -> list[Cell]:
 def _mark_states(canvas: Canvas, axes: "Axes", rows: xr.Dataset, steps: Sequence[str | int] | None) -> None:
     """Mark states on a loop, each with its name."""
     for state in named_states(rows) if steps is None else steps:
-        step = step_of(rows, state)
+        step = position_of(state, rows)
         at = float(rows[LOOP[1]][step]), float(rows[LOOP[0]][step])
         axes.plot(*at, color=INK, **MARK)
         label = state_label(rows, step) if isinstance(state, str) else str(state)

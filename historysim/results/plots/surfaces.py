@@ -15,7 +15,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import InputError
 from historysim.recording import surface_group
-from historysim.results.analysis.recorded import position_of, shape_of
+from historysim.results.analysis.recorded import shape_of
 from historysim.results.analysis.slips import representative_step
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Picture, Titled
@@ -34,6 +34,7 @@ from historysim.results.plots.style import (
     note_instead,
     scale_of,
 )
+from historysim.results.steps import position_of
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.registration import LOST, LOWERED, Registration
 from historysim.surfaces.summits import Summits

@@ -62,7 +62,7 @@ def springs():
 
 
 def test_displacements_under_each_definition_are_those_of_a_sphere(ball):
-    found = analysis.preliminary_displacements(ball).isel(step=-1)
+    found = analysis.branch_displacements(ball).isel(step=-1)
     expected = {
         "virgin": DELTA,
         "reversal_to_slip": 2 * DELTA,
@@ -78,7 +78,7 @@ def test_displacements_of_an_ensemble_are_those_of_its_loop(history):
     pressed = hs.NormalDisplacement(0.0, DEPTH)
     rough = hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION)
     fine = hs.replay(rough, [pressed, *swing], substeps=2000, record="totals")
-    found = analysis.preliminary_displacements(history).isel(step=-1)
+    found = analysis.branch_displacements(history).isel(step=-1)
     u, load, limit = (
         fine[name].values[2000:] for name in ("tangential_displacement", "total_tangential_load", "friction_limit")
     )
@@ -111,13 +111,13 @@ def test_nothing_slides_without_contact_or_without_friction():
     smooth = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.0), [hs.NormalLoad(0.0, LOAD)])
     for history in (apart, smooth):
         assert analysis.presliding_work(history).values.tolist() == [0.0]
-        assert analysis.preliminary_displacements(history)["zero_load_to_slip"].values.tolist() == [0.0]
+        assert analysis.branch_displacements(history)["zero_load_to_slip"].values.tolist() == [0.0]
 
 
 def test_the_friction_of_each_step_counts():
     events = [hs.NormalLoad(0.0, LOAD), hs.FrictionChange(1.0, 2 * MU), hs.FrictionChange(2.0, 3 * MU)]
     changing = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
-    assert analysis.preliminary_displacements(changing)["residual"].values == pytest.approx(
+    assert analysis.branch_displacements(changing)["residual"].values == pytest.approx(
         (2 ** (1 / 3) - 1) * DELTA * np.array([1, 2, 3]), rel=1e-12
     )
     assert analysis.presliding_work(changing).values == pytest.approx(0.8 * MU * LOAD * DELTA * np.array([1, 4, 9]))
@@ -173,7 +173,7 @@ def test_the_slipping_area_is_that_outside_the_stick_radii_of_the_springs(histor
 
 def test_the_order_of_sliding_is_that_of_the_springs(history, springs):
     """In virgin loading at a constant approach an asperity slides at θμδ: none of the steps has two of these."""
-    found = slips.first_slips(history)
+    found = slips.slip_onset(history)
     slid = springs["stick_radius"] == 0
     touching = HEIGHTS + DEPTH > 0
     expected = np.where(touching, slid.argmax(axis=0), -1)
@@ -196,7 +196,7 @@ def test_within_one_step_the_instants_say_which_slides_first(events, ball):
     coarse = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events)
     order = np.argsort((HEIGHTS + DEPTH)[:4] * FRICTION[:4])
     assert slips.slides_first(coarse).tolist() == order.tolist()
-    assert slips.first_slips(coarse)["slide_rank"].values.tolist() == np.argsort(order).tolist()
+    assert slips.slip_onset(coarse)["slide_rank"].values.tolist() == np.argsort(order).tolist()
     few = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record=[1])
     assert dict(history_summary.summary(few))["first to slide"].endswith("(of those recorded)")
     assert slips.slides_first(ball).size == 0
@@ -255,11 +255,11 @@ def test_the_power_of_sliding_is_friction_times_speed_and_sums_up_to_the_energy(
 
 QUESTIONS = [
     analysis.energy_per_cycle,
-    slips.first_slips,
+    slips.slip_onset,
     analysis.dissipated_power,
     analysis.mean_pressure,
     analysis.peak_pressure,
-    analysis.preliminary_displacements,
+    analysis.branch_displacements,
     analysis.presliding_work,
     analysis.slip_shares,
     analysis.stick_ratio,
@@ -283,7 +283,7 @@ def test_what_is_read_in_blocks_is_what_is_in_memory(history, question, tmp_path
 
 
 @pytest.mark.parametrize(
-    "question", [analysis.mean_pressure, analysis.slip_shares, slips.first_slips, analysis.dissipated_power]
+    "question", [analysis.mean_pressure, analysis.slip_shares, slips.slip_onset, analysis.dissipated_power]
 )
 def test_of_dask_arrays_the_answer_is_the_same_and_none_is_computed_before_it_is_asked_for(history, question):
     dask = pytest.importorskip("dask")
@@ -309,7 +309,7 @@ def test_a_question_reads_no_more_than_it_says(history, tmp_path, monkeypatch):
 
 def test_totals_alone_do_not_suffice(events):
     totals = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
-    for question in [*QUESTIONS[1:10], analysis.slides_first, lambda history: rebuilt.asperity_at(history, 0, 0)]:
+    for question in [*QUESTIONS[1:10], analysis.slides_first, lambda history: rebuilt.asperity(history, 0, 0)]:
         with pytest.raises(InputError, match=r"expected one recorded with"):
             question(totals)
         with pytest.raises(InputError, match="is no history"):
