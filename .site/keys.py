@@ -177,6 +177,8 @@ def _marked(plain: Any, mark: object) -> str:
     if not isinstance(mark, Quantity):
         return "table" if isinstance(mark, KindOf) and not mark.alone else "text or table"
     unit = "number" if mark.unit == "1" else _unit(mark.unit)
+    if mark.components:
+        return f"{unit}, one, two, or `{{ {', '.join(f'{name} = …' for name in mark.components)} }}`"
     if get_origin(plain) is tuple and not mark.alone:
         return f"array, {unit}"
     return f"{unit}, one or several" if mark.alone or isinstance(plain, UnionType) else unit

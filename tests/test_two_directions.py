@@ -375,3 +375,84 @@ def test_a_file_that_is_open_is_refused_as_its_dataset_is(tmp_path):
     hs.Replay(ENSEMBLE, MOVED).write(tmp_path / "a.nc")
     with open_result(tmp_path / "a.nc") as file, pytest.raises(InputError, match="a question goes with one"):
         check_direction(file, "a question")
+
+
+DEAD_WEIGHT = [
+    hs.NormalLoad(0.0, 20e-3),
+    hs.TangentialLoad(1.0, (None, 1e-3)),
+    hs.TangentialDisplacement(2.0, (8e-9, None)),
+    hs.TangentialDisplacement(3.0, (-8e-9, None)),
+    hs.TangentialLoad(3.0, (None, 2e-3)),
+    hs.TangentialLoad(4.0, (1e-3, None)),
+    hs.TangentialDisplacement(4.0, (None, 9e-9)),
+    hs.TangentialDisplacement(4.0, (2e-9, None)),
+]
+
+
+def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
+    history = hs.replay(ENSEMBLE, DEAD_WEIGHT, substeps=2)
+    load, displacement = history.total_tangential_load.values, history.tangential_displacement.values
+    np.testing.assert_allclose(load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12)
+    # before its first waypoint x is free of load, and begins to be driven at the event before it
+    np.testing.assert_allclose(displacement[2:7, 0], [0, 4e-9, 8e-9, 0, -8e-9], atol=1e-16)
+    # x by load, y by displacement, and at once x back to a displacement
+    np.testing.assert_allclose(displacement[-1], [2e-9, 9e-9], atol=1e-16)
+    state = ENSEMBLE.initial_state()
+    for targets in (
+        {"normal_load": 20e-3},
+        {"tangential_load": (None, 1e-3)},
+        {"tangential_displacement": (8e-9, None), "tangential_load": (None, 1.5e-3)},
+        {"tangential_displacement": (-8e-9, None), "tangential_load": (None, 2e-3)},
+        {"tangential_displacement": (None, 9e-9), "tangential_load": (1e-3, None)},
+        {"tangential_displacement": (2e-9, None)},
+    ):
+        state = ENSEMBLE.advance(state, **targets)
+    found = hs.Replay(ENSEMBLE, DEAD_WEIGHT).state()
+    np.testing.assert_array_equal(found.tangential_load, state.tangential_load)
+    assert found.dissipated_energy == state.dissipated_energy
+    log = hs.EventLog.create(tmp_path / "a.history", ENSEMBLE, DEAD_WEIGHT[:3])
+    log.append(DEAD_WEIGHT[3:])
+    assert list(log.events()) == DEAD_WEIGHT
+    assert log.state(3.5) == hs.Replay(ENSEMBLE, DEAD_WEIGHT).state(3.5)
+    fork = log.fork(2.5, tmp_path / "b.history")
+    limit = 0.2 * 20e-3
+    np.testing.assert_allclose(fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit)
+    log.close()
+    hs.run(tmp_path / "a.history", tmp_path / "a.nc")
+    assert hs.verify(tmp_path / "a.nc")
+
+
+def test_a_scenario_drives_x_under_a_load_in_y(tmp_path):
+    path = tmp_path / "weight.toml"
+    loading = """
+[loading]
+hold = true
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_load = { y = "3 mN" }, tangential_displacement = { x = 0 } },
+    { time = 2, tangential_displacement = { x = "10 nm" } },
+    { time = 3, tangential_displacement = ["5 nm", "1 nm"] },
+    { time = 4, normal_load = "60 mN" },
+]
+"""
+    path.write_text(SCENARIO + loading)
+    events = [event for event in hs.load(path).events() if event.channel == "tangential"]
+    assert events == [
+        hs.TangentialLoad(1.0, (None, 3e-3)),
+        hs.TangentialDisplacement(1.0, (0.0, None)),
+        hs.TangentialDisplacement(2.0, (10e-9, None)),
+        hs.TangentialLoad(2.0, (None, 3e-3)),
+        hs.TangentialDisplacement(3.0, (5e-9, 1e-9)),
+        hs.TangentialDisplacement(4.0, (5e-9, 1e-9)),
+    ]
+    history = hs.run(path)
+    np.testing.assert_allclose(history.total_tangential_load[1:3, 1], 3e-3, rtol=1e-9)
+    for wrong, says in (
+        ("{ x = 1, z = 2 }", "unknown key"),
+        ('{ x = "1 N" }', "not a unit of a length"),
+        ('{ y = "1 nm" }', "tangential_load and tangential_displacement together"),
+        ("{}", "None in one of them"),
+    ):
+        path.write_text(SCENARIO + loading.replace("{ x = 0 }", wrong))
+        with pytest.raises(InputError, match=says):
+            hs.load(path).events()

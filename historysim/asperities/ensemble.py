@@ -343,8 +343,8 @@ class Ensemble:
         *,
         normal_load: float | None = None,
         normal_displacement: float | None = None,
-        tangential_load: float | tuple[float, float] | None = None,
-        tangential_displacement: float | tuple[float, float] | None = None,
+        tangential_load: float | tuple[float | None, float | None] | None = None,
+        tangential_displacement: float | tuple[float | None, float | None] | None = None,
         friction: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
@@ -355,30 +355,33 @@ class Ensemble:
         channel that is not named is held as it was controlled last: a load stays, or a displacement does.
 
         In two tangential directions loads and displacements are pairs, in x and y; a state of one direction moved along
-        x. Along one line the path is exact; where it turns, it is of the accuracy that ``rings`` says.
+        x. Along one line the path is exact; where it turns, it is of the accuracy that ``rings`` says. Each component
+        is a channel by itself: None in a pair leaves it to the other argument, or holds it. So
+        ``tangential_displacement=(u, None), tangential_load=(None, t)`` drives x under a constant load in y. With a
+        displacement in either, the path is straight in the approach and in what each component is controlled by.
 
         Parameters
         ----------
         state : EnsembleState or PlanarState
         normal_load, tangential_load : float, optional
-            Total loads to reach [N]; N ≥ 0. The tangential load may be a pair.
+            Total loads to reach [N]; N ≥ 0. The tangential load may be a pair, with None in one component.
         normal_displacement : float, optional
             Approach of the highest summit from first touch to reach [m]; negative is a gap.
         tangential_displacement : float, optional
-            U to reach [m], or a pair; with an instrument that of its drive, U + T/k_s.
+            U to reach [m], or a pair, likewise; with an instrument that of its drive, U + T/k_s.
             Beside a spring in parallel the tangential load is that of both, T + k_p (U + T/k_s), and a joint path to it
             is straight in the approach and that load.
         friction : array_like, optional
             New coefficients that act at the end of the path (see `FrictionChange`).
         saturate : bool
-            Hold a tangential load beyond the limit at the limit.
+            Hold a tangential load beyond the limit at the limit; where one component is a displacement, the other one.
         instrument : Instrument, optional
             In series with the contact. It is no part of the state: give it with each path that it drives.
 
         Raises
         ------
         FrictionLimitError
-            |T| > Σ μ N.
+            |T| > Σ μ N, of the components that are controlled by load.
         InputError
             A value that is not finite, a negative normal load, or both a load and a displacement of one channel; in two
             directions a single number for a tangential channel, or an ensemble that evolves.
@@ -389,8 +392,11 @@ class Ensemble:
         memory = state.memory if known else self._memory_of(state, planar=True)
         moved: EnsembleState | PlanarState
         normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
-        tangential = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        planar = tangential[1].__class__ is tuple or (not known and isinstance(state, PlanarState))
+        control = memory.tangential_control
+        if not known and isinstance(state, PlanarState):
+            control = state.tangential_control
+        tangential = channel("tangential", tangential_load, tangential_displacement, control)
+        planar = control.__class__ is tuple or tangential[1].__class__ is tuple
         if planar or memory.evolved or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
             moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
         else:
@@ -515,8 +521,12 @@ class Ensemble:
         if isinstance(state, PlanarState):
             planar = binding.owned_planar(lib.hs_planar_copy(state.planar))
             driven = self.driven(False, RIGID)
+            controls = state.tangential_control
             with _driven_by_load(planar.line, instrument) as through:
+                if through is not instrument:
+                    planar.tangential_control = [DISPLACED, DISPLACED]
                 status = lib.hs_planar_set_friction(planar, pointer(coefficients), _compliances(through), driven)
+            planar.tangential_control = controls
             if status == lib.HS_FOREIGN:
                 raise InputError(
                     "friction differs between asperities that share rings of traction; expected one coefficient for "
@@ -598,14 +608,21 @@ class Ensemble:
         """
         pushed = paths["tangential_control"] == LOAD
         if as_instrument(instrument).parallel_stiffness and pushed.any():
+            if pushed.ndim > 1:
+                if (pushed[:, 0] != pushed[:, 1]).any():
+                    raise InputError(
+                        "one tangential component is a load and the other one a displacement, beside a spring in "
+                        "parallel; expected two loads or two displacements, or an instrument without parallel_stiffness"
+                    )
+                pushed = pushed[:, 0]
             how: dict[str, Any] = {"rows": rows, "asperities": asperities, "saturate": saturate, "until": until}
             how |= {"friction": friction, "threads": threads}
             return self._walk_beside_spring(state, paths, pushed, instrument, how)
         planar = isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or bool(rows and rows.vectors)
         if planar and friction is not None:
             raise InputError("friction that runs along goes with one tangential direction; expected a change at a time")
-        paths = in_plane(paths) if planar else paths
         start = self.in_plane(state).planar if planar else self._memory_of(state)
+        paths = in_plane(paths, start.tangential_control) if planar else paths
         memory = binding.owned_planar(lib.hs_planar_copy(start)) if planar else copied(start)
         if not planar and (friction is not None or (rows is not None and EVOLVED & rows.each.keys())):
             self._follow(memory)
@@ -645,6 +662,8 @@ class Ensemble:
             if by_load:
                 # it goes on as a load
                 self._memory_of(state, planar=True).tangential_control = LOAD
+                if isinstance(state, PlanarState):
+                    state.planar.tangential_control = [LOAD, LOAD]
         return state
 
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:

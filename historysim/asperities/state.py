@@ -290,6 +290,12 @@ class PlanarState(WholeContact, SavedState):
         return Rings(planar.height_classes, planar.rings, planar.tolerance)
 
     @property
+    def tangential_control(self) -> tuple[int, int]:
+        """How x and y were controlled last: `LOAD` or `DISPLACED` each."""
+        x, y = self.planar.tangential_control
+        return x, y
+
+    @property
     def turned(self) -> bool:
         """Whether the contact has left the line along which it first moved, so that rings carry it."""
         return bool(self.planar.body)

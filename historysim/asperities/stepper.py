@@ -20,14 +20,16 @@ from historysim.memory.paths import STILL, Goals, Paths, paths_to
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
 HELD = math.nan  # target of a channel that is held as it was controlled last
 Target = float | tuple[float, float] | Floats
+Control = int | tuple[int, int]
 
 
 def channel(  # noqa: PLR0917 - a tight loop passes them by place
-    name: str, load: Any, displacement: Any, control: int, least: float = -math.inf, several: bool = False
-) -> tuple[int, Any]:
+    name: str, load: Any, displacement: Any, control: Control, least: float = -math.inf, several: bool = False
+) -> tuple[Any, Any]:
     """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`.
 
-    The target of the tangential channel may be a pair, in x and y; that of several paths is an array, or one number.
+    The target of the tangential channel may be a pair, in x and y, and the control is one for both components or one
+    for each; that of several paths is an array, or one number.
     """
     if load is None:
         if displacement is None:
@@ -35,12 +37,16 @@ def channel(  # noqa: PLR0917 - a tight loop passes them by place
         kind, value, least = DISPLACED, displacement, -math.inf
     elif displacement is None:
         kind, value = LOAD, load
+    elif name == "tangential" and not several:
+        return _each_component(control, load, displacement)
     else:
         raise InputError(f"both {name}_load and {name}_displacement are given; expected one of them")
     # of NaN each comparison is false, and `workable` names what is wrong
     if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
         return kind, value
     label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
+    if name == "tangential" and not several and _has_open_component(value):
+        return _each_component(control, load, displacement)
     target = workable(label, checked(label, value, least=least))
     if target.ndim <= several:
         return kind, target if several else float(target)
@@ -50,15 +56,55 @@ def channel(  # noqa: PLR0917 - a tight loop passes them by place
     raise InputError(f"{label} is {value!r}; expected {expected}")
 
 
-def path_to(*channels: tuple[int, Target]) -> Paths:
+def _has_open_component(value: Any) -> bool:
+    return isinstance(value, tuple | list) and len(value) == 2 and any(each is None for each in value)
+
+
+def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tuple[int, int], tuple[float, float]]:
+    """Return control and target of the components x and y, where a load or displacement leaves one open (None)."""
+    # a state of one direction has moved along x
+    kinds = list(control if isinstance(control, tuple) else (control, LOAD))
+    targets = [HELD, HELD]
+    for kind, label, values in ((LOAD, "tangential_load", load), (DISPLACED, "tangential_displacement", displacement)):
+        if values is None:
+            continue
+        if not isinstance(values, tuple | list) or len(values) != 2:
+            raise InputError(
+                f"tangential_load and tangential_displacement are given together, and {label} is {values!r}; expected "
+                "one of them, or pairs in x and y with None for the component that the other one controls, such as "
+                "tangential_displacement=(1e-8, None), tangential_load=(None, 5e-3)"
+            )
+        if values[0] is values[1] is None:
+            raise InputError(f"{label} is (None, None); expected a number in x or in y")
+        for axis, value in enumerate(values):
+            if value is None:
+                continue
+            if not math.isnan(targets[axis]):
+                raise InputError(
+                    f"tangential_load and tangential_displacement both give {'xy'[axis]}; expected None in one of them"
+                )
+            one = workable(label, checked(label, value))
+            if one.ndim:
+                raise InputError(f"{label} is {values!r}; expected one number, or None, in x and in y")
+            kinds[axis], targets[axis] = kind, float(one)
+    return (kinds[0], kinds[1]), (targets[0], targets[1])
+
+
+def path_to(*channels: tuple[Control, Target]) -> Paths:
     """Return the paths on which the normal and the tangential channel go where `channel` says."""
     normal, tangential = (_goal(*each) for each in channels)
     return paths_to(normal, tangential)
 
 
-def _goal(kind: int, end: Any) -> Goals:
+def _goal(kind: Control, end: Any) -> Goals:
+    if isinstance(kind, tuple) and not isinstance(end, tuple):
+        end = (end, end)
     if isinstance(end, tuple):
-        return Goals(kind, [end])
+        held = [math.isnan(each) for each in end]
+        kinds = kind if isinstance(kind, tuple) else (kind, kind)
+        return Goals(
+            [kinds], [[0.0 if is_held else each for each, is_held in zip(end, held, strict=True)]], [~np.array(held)]
+        )
     return Goals(kind, *STILL) if isinstance(end, float) and math.isnan(end) else Goals(kind, end)
 
 

@@ -18,11 +18,13 @@ from historysim.errors import InputError, misfit
 class Quantity:
     """Marks a field as a number in this SI unit, or a string with a unit that converts to it.
 
-    Of an array, ``alone`` says that one number may stand for an array of one.
+    Of an array, ``alone`` says that one number may stand for an array of one; ``components`` are the keys of a table
+    that may stand for an array with a number for some of them.
     """
 
     unit: str
     alone: bool = False
+    components: tuple[str, ...] = ()
 
 
 Number = Annotated[float, Quantity("1")]

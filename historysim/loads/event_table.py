@@ -43,7 +43,8 @@ def read_events(path: Path, layout: Format | None = None) -> list[Event]:
     of friction, one for each asperity, have spaces between them; a list of only one stands in brackets, ``[0.2]``.
     Indices of chosen asperities stand in front, with a colon: ``0 2: 0.3 0.4``. A change of geometry has heights, a
     bar, and radii: ``0 2: 1e-9 2e-9 | 1e-6 1e-6``; either may be left out. In two tangential directions a load or
-    displacement has two columns, ``tangential_load x`` and ``tangential_load y``, as tables of results have them.
+    displacement has two columns, ``tangential_load x`` and ``tangential_load y``, as tables of results have them; an
+    empty field, or a column that is not there, leaves that component to other events.
 
     Raises InputError: another file, or a value that is no event; the message names line and column.
     """
@@ -64,7 +65,8 @@ class _EventColumn:
     place: int
     unit: str
     factor: float
-    along_y: "_EventColumn | None" = None  #: the column of the second component
+    #: The columns of x and y, of a pair; None for a component that has no column.
+    components: "tuple[_EventColumn | None, ...]" = ()
 
     def value(self, text: str, decimal: str) -> float:
         value = number(text, decimal)
@@ -118,13 +120,11 @@ def _paired(columns: Sequence[_EventColumn]) -> list[_EventColumn]:
             found.append(column)
             continue
         along_x, along_y = f"{kind}{_ALONG_X}", f"{kind}{_ALONG_Y}"
-        for other in (along_x, along_y):
-            if other not in by_name:
-                raise InputError(f"column {column.name!r} stands alone; expected {other!r}, too")
         if kind in by_name:
             raise InputError(f"columns {kind!r} and {column.name!r}; expected {along_x!r} and {along_y!r} alone")
-        if column.name == along_x:
-            found.append(attrs.evolve(column, name=kind, along_y=by_name[along_y]))
+        if column.name == along_x or along_x not in by_name:
+            components = by_name.get(along_x), by_name.get(along_y)
+            found.append(attrs.evolve(column, name=kind, components=components))
     return found
 
 
@@ -135,25 +135,21 @@ def _events(line: int, texts: Sequence[str], columns: Sequence[_EventColumn], de
         try:
             if column.name == "time":
                 time = column.value(text, decimal)
-            elif column.along_y is not None:
-                yield from _pair(time, texts, column, column.along_y, decimal)
+            elif column.components:
+                yield from _pair(time, texts, column, decimal)
             elif text:
                 yield EVENTS[column.name].from_cell(time, text, partial(column.value, decimal=decimal))
         except InputError as error:
             raise InputError(f"line {line}, column {column.name}: {error}") from error
 
 
-def _pair(
-    time: float, texts: Sequence[str], along_x: _EventColumn, along_y: _EventColumn, decimal: str
-) -> Iterator[Event]:
-    """Yield the event of two components; none where both fields are empty."""
-    pair = [(column, texts[column.place].strip()) for column in (along_x, along_y)]
-    if not any(text for _, text in pair):
-        return
-    if not all(text for _, text in pair):
-        raise InputError("one of the components x and y is empty; expected both, or neither")
-    kind: Any = EVENTS[along_x.name]
-    yield kind(time, tuple(column.value(text, decimal) for column, text in pair))
+def _pair(time: float, texts: Sequence[str], of: _EventColumn, decimal: str) -> Iterator[Event]:
+    """Yield the event of two components, of which an empty field leaves one open; none where both are empty."""
+    given = [(column, texts[column.place].strip() if column else "") for column in of.components]
+    pair = tuple(column.value(text, decimal) if column and text else None for column, text in given)
+    kind: Any = EVENTS[of.name]
+    if pair != (None, None):
+        yield kind(time, pair)
 
 
 def write_events(path: Path, events: Iterable[Event]) -> None:
@@ -170,5 +166,6 @@ def write_events(path: Path, events: Iterable[Event]) -> None:
         for event in events:
             cells = {event.name: event.cell}
             if event.name in pairs and isinstance(event, TangentialEvent):
-                cells = dict(zip((event.name + _ALONG_X, event.name + _ALONG_Y), map(repr, event.value), strict=True))
+                texts = ("" if each is None else repr(each) for each in event.value)
+                cells = dict(zip((event.name + _ALONG_X, event.name + _ALONG_Y), texts, strict=True))
             writer.writerow([repr(event.time), *(cells.get(name, "") for name in names)])

@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 import attrs
@@ -65,8 +65,9 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
 def _one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
     if not isinstance(value, tuple):
         _finite(event, attribute, value)
-    elif len(value) != 2 or not all(map(_fits, value)):
-        raise _field_error(event, attribute.name, value, "a finite number, or two, in x and y, in SI")
+    elif len(value) != 2 or not all(each is None or _fits(each) for each in value) or value == (None, None):
+        expected = "a finite number, or two, in x and y, in SI; None in one of them leaves that component open"
+        raise _field_error(event, attribute.name, value, expected)
 
 
 def as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
@@ -145,6 +146,11 @@ class Event:
     def differs(self) -> bool:
         """Whether asperities have different friction after it, as far as it alone decides."""
         return self.changes_friction
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of which it is a waypoint; in two tangential directions x and y are one each."""
+        return () if self.channel is None else (self.channel,)
 
     @classmethod
     def fields(cls) -> tuple[str, ...]:
@@ -261,6 +267,14 @@ class LoadEvent(Event):
         """Whether it has two components, in x and y."""
         return False
 
+    def reached(self, channel: str) -> float:  # noqa: ARG002 - it has one
+        """Return what one of its `channels` has reached [N] or [m]."""
+        return float(self.value)
+
+    def of_channels(self, channels: Collection[str]) -> Self:  # noqa: ARG002 - it has one
+        """Return it as a waypoint of some of its `channels` alone."""
+        return self
+
 
 @EVENTS.register
 @attrs.frozen
@@ -296,25 +310,64 @@ class NormalDisplacement(LoadEvent):
     unit = "m"
 
 
-Components = tuple[float, float]  # in x and y
-ForceOrPair = Annotated[float | Components, Quantity("N")]
-LengthOrPair = Annotated[float | Components, Quantity("m")]
+Components = tuple[float | None, float | None]  # in x and y
+ForceOrPair = Annotated[float | Components, Quantity("N", components=("x", "y"))]
+LengthOrPair = Annotated[float | Components, Quantity("m", components=("x", "y"))]
+ACROSS = "_y"  # ends the name of a channel, or of its column, that is the second tangential component
 
 
-def _newtons(value: float | Sequence[float]) -> Any:
-    return each_of(newtons, value)
+def _newtons(value: float | Sequence[float | None]) -> Any:
+    return each_of(lambda each: None if each is None else newtons(each), value)
 
 
-def _metres(value: float | Sequence[float]) -> Any:
-    return each_of(metres, value)
+def _metres(value: float | Sequence[float | None]) -> Any:
+    return each_of(lambda each: None if each is None else metres(each), value)
+
+
+def components_of(value: Any) -> tuple[str, ...]:
+    """Return the channels that the value of a tangential waypoint belongs to."""
+    channel = TangentialEvent.channel
+    if not isinstance(value, tuple):
+        return (channel,)
+    return tuple(name for name, each in zip((channel, channel + ACROSS), value, strict=False) if each is not None)
 
 
 @attrs.frozen
 class TangentialEvent(LoadEvent):
-    """A waypoint of the tangential channel: one number, or two, in x and y."""
+    """A waypoint of the tangential channel: one number, or two, in x and y.
+
+    Each component is a channel by itself: None in a pair leaves one to other waypoints, of a load or a displacement.
+    """
 
     value: Any
     channel = "tangential"
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Channels of which it is a waypoint: "tangential" is that of x, or of one direction."""
+        return components_of(self.value)
+
+    def reached(self, channel: str) -> float:
+        """Return what one of its `channels` has reached [N] or [m]."""
+        return float(self.value[channel.endswith(ACROSS)] if self.planar else self.value)
+
+    def of_channels(self, channels: Collection[str]) -> Self:
+        """Return it as a waypoint of some of its `channels` alone."""
+        if not self.planar:
+            return self
+        x, y = (each if name in channels else None for name, each in zip(_COMPONENTS, self.value, strict=True))
+        return attrs.evolve(self, value=(x, y))
+
+    def contents(self) -> list[Any]:
+        """Return its value, or each component by itself where one is open."""
+        return [*self.value] if self.planar and None in self.value else [self.value]
+
+    @classmethod
+    def of(cls, time: float, contents: Sequence[Any]) -> Self:
+        """Return the event at a time with these `contents`."""
+        made: Any = cls
+        event: Self = made(time, tuple(contents)) if len(contents) == 2 else super().of(time, contents)
+        return event
 
     @property
     def planar(self) -> bool:
@@ -327,10 +380,15 @@ class TangentialEvent(LoadEvent):
         return f"[{' '.join(map(repr, self.value))}]" if self.planar else repr(self.value)
 
 
+_COMPONENTS = components_of((0.0, 0.0))
+
+
 @EVENTS.register
 @attrs.frozen
 class TangentialLoad(TangentialEvent):
     """The total tangential load [N] reached at a time: one number, or a pair, in x and y.
+
+    None in a pair leaves that component to other waypoints.
 
     Examples
     --------
@@ -350,7 +408,7 @@ class TangentialLoad(TangentialEvent):
 class TangentialDisplacement(TangentialEvent):
     """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive.
 
-    It is one number, or a pair, in x and y.
+    It is one number, or a pair, in x and y; None in a pair leaves that component to other waypoints.
 
     Examples
     --------
@@ -358,6 +416,11 @@ class TangentialDisplacement(TangentialEvent):
     TangentialDisplacement(time=1.0, value=1e-08)
     >>> hs.TangentialDisplacement(1.0, (10e-9, 5e-9))
     TangentialDisplacement(time=1.0, value=(1e-08, 5e-09))
+
+    A stage that is driven in x under a dead weight in y:
+
+    >>> [hs.TangentialLoad(1.0, (None, 5e-3)), hs.TangentialDisplacement(2.0, (10e-9, None))]
+    [TangentialLoad(time=1.0, value=(None, 0.005)), TangentialDisplacement(time=2.0, value=(1e-08, None))]
     """
 
     value: LengthOrPair = attrs.field(converter=_metres, validator=_one_or_two)
@@ -492,7 +555,6 @@ class GeometryChange(Event):
 LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
     name: kind for name, kind in EVENTS.own().items() if issubclass(kind, LoadEvent)
 }
-ACROSS = "_y"  # ends the name of a column that has the second component of a tangential channel
 
 
 def load_kind(channel: str) -> type[LoadEvent]:

@@ -21,6 +21,7 @@ from historysim.loads.events import (
     NormalLoad,
     TangentialDisplacement,
     TangentialLoad,
+    components_of,
 )
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import Goals, Paths, paths_to
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 Ramp = tuple[FrictionRamp, float]  # where friction is on its way to, and the fraction of the way left to go
 
 CHANNELS = ("normal", "tangential", "friction")
+COMPONENTS = components_of(
+    (0.0, 0.0)
+)  # the channels of both tangential directions, of which the second is behind `CHANNELS`
 AT_WAYPOINT, BEYOND_LAST = -1, -2
 PARTS = 6  # column of the parts of a path, behind the goals of two channels
 
@@ -49,7 +53,8 @@ class Cursor:
     rows: int  #: rows recorded so far
     time: float  #: [s]
     #: (channel) Index of the event that each of `CHANNELS` is on its way to; ``AT_WAYPOINT`` where it stands at one of
-    #: its waypoints or has not begun, ``BEYOND_LAST`` where it is held after its last.
+    #: its waypoints or has not begun, ``BEYOND_LAST`` where it is held after its last. In two tangential directions
+    #: the last one is that of y.
     heading: tuple[int, ...]
 
 
@@ -131,12 +136,19 @@ class _Schedule:
         self.parts = np.where(np.isnan(self.previous), 1, substeps)
         self.rows = (start.rows if start else 0) + np.cumsum(self.parts)
         self.goals = [channel.goals(self.time, self.previous) for channel in self.channels]
+        # at each time as many waypoints of channels, or changes, as there are in its events
+        self.due = self.end - self.first
+        if len(self.channels) > len(CHANNELS):
+            both: Any = [np.column_stack(each) for each in zip(self.goals[1], self.goals.pop(), strict=True)]
+            self.goals[1] = tuple(both)
+            counts = [max(len(event.channels), 1) for event in events[done:]]
+            self.due = np.add.reduceat(counts, first) if counts else self.due
 
     def segments(self, most_rows: float, until: float) -> Iterator[Segment]:
         """Yield what `segments` does."""
         arriving, served = self._arriving()
         ramps = self.friction.ramps(self.time)
-        special = np.flatnonzero((arriving.sum(axis=0) < self.end - self.first) | ramps)
+        special = np.flatnonzero((arriving.sum(axis=0) < self.due) | ramps)
         count = int(np.searchsorted(self.time, until, side="right"))
         table, now, broken_at = _Table(), 0, self.start.rows if self.start else 0
         while now < count:
@@ -166,9 +178,9 @@ class _Schedule:
 
     def _arriving(self) -> tuple[Booleans, Integers]:
         """Return which channels arrive at a waypoint (channel, time), and the event that each path serves."""
-        arriving, served = np.zeros((len(CHANNELS), self.time.size), dtype=np.bool_), self.first.copy()
+        arriving, served = np.zeros((len(self.channels), self.time.size), dtype=np.bool_), self.first.copy()
         # of several that arrive at one time the last one is named
-        for own in (2, 0, 1):
+        for own in (2, 0, *range(len(CHANNELS), len(self.channels)), 1):
             channel = self.channels[own]
             if channel.numbers.size:
                 at = np.minimum(np.searchsorted(channel.time, self.time), channel.time.size - 1)
@@ -198,13 +210,26 @@ class _Schedule:
             yield table.segment(cursor=self.cursor(now))
         if ramp:
             table.ramp = self._ramp(now)
-        first = [channel.at(time) for channel, comes in zip(self.channels, arriving, strict=True) if comes]
-        present = range(int(self.first[now]), int(self.end[now]))
+        names = (*CHANNELS, *COMPONENTS[1:])
+        first = {
+            (name, channel.at(time))
+            for name, channel, comes in zip(names, self.channels, arriving, strict=False)
+            if comes
+        }
+        left = []
+        for number in range(int(self.first[now]), int(self.end[now])):
+            event = self.events[number]
+            channels = [name for name in event.channels if (name, number) not in first]
+            if channels or not event.channels:
+                left.append((number, event, channels))
         # changes act after all channels have arrived
-        rest = _joint([(number, self.events[number]) for number in present if number not in first])
+        rest = _joint(left)
         table.add(self._paths(here), [served], self._row_times(here, inner=True), recorded=False)
         # control, target and fraction of both channels: where nothing jumps, a controlled load is restored on the path
-        held = [(int(control[now]), np.zeros_like(target[now]), 0.0) for control, target, _ in self.goals[:2]]
+        held = [
+            (control[here].copy(), np.zeros_like(target[here]), np.zeros_like(part[here]))
+            for control, target, part in self.goals[:2]
+        ]
         for number, group in rest:
             if table.ramp is not None or not isinstance(group, dict):
                 # a joint path ends a segment only where friction is on its way
@@ -213,13 +238,13 @@ class _Schedule:
             if isinstance(group, FrictionRamp):
                 table.ramp = group, 1.0
             jumps = group if isinstance(group, dict) else {}
-            goals = list(held)
-            for place, name in enumerate(CHANNELS[:2]):
-                if name in jumps:
-                    control = _control(type(jumps[name]))
-                    goals[place] = control, np.asarray(jumps[name].value), 1.0
-                    held[place] = control, *held[place][1:]
-            path = [np.array([value]) for goal in goals for value in goal]
+            goals = [tuple(column.copy() for column in goal) for goal in held]
+            for name, event in jumps.items():
+                goal = goals[name in COMPONENTS]
+                where = ..., int(name == COMPONENTS[1])
+                goal[0][where], goal[1][where], goal[2][where] = _control(type(event)), event.reached(name), 1.0
+                held[name in COMPONENTS][0][where] = _control(type(event))
+            path = [column for goal in goals for column in goal]
             path.append(np.ones(1, dtype=np.int64))
             table.add([*path, self.time[here], self.time[here]], [number], np.empty(0), recorded=False)
         table.record(time)
@@ -269,8 +294,10 @@ def fork_waypoints(
     times = np.unique(_times(events))
     passed = int(np.searchsorted(times, time, side="right"))
     latest, following = float(times[passed - 1]), float(times[passed]) if passed < times.size else math.inf
-    normal, tangential, friction = (_bounds(events, channel, time, following) for channel in _channels(events))
-    kinds = {normal.kind or NormalLoad, tangential.kind or TangentialLoad}
+    normal, along_x, friction, *along_y = (_bounds(events, channel, time, following) for channel in _channels(events))
+    names = (CHANNELS[0], *COMPONENTS)
+    loads = dict(zip(names, (normal, along_x, *along_y), strict=False))
+    kinds = {normal.kind or NormalLoad, *(each.kind or TangentialLoad for each in (along_x, *along_y))}
     moved = not kinds.isdisjoint({NormalDisplacement, TangentialDisplacement})
     # a load beside a spring in parallel acts as a drive
     straight_in_displacements = moved or bool(instrument.parallel_stiffness)
@@ -278,16 +305,19 @@ def fork_waypoints(
     if straight_in_displacements and TangentialLoad in kinds:
         moments.add(_last_saturated(state_at, latest, time))
     waypoints: list[Event] = []
-    for bounds in (normal, tangential):
-        own = [
-            _waypoint(bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements)
+    for name, bounds in loads.items():
+        own: list[Any] = [
+            _waypoint(
+                bounds.kind, moment, state_at(moment), instrument, keeps_gap=straight_in_displacements
+            ).of_channels({name})
             for moment in sorted(moments)
             if bounds.kind and moment > bounds.start(latest)
         ]
-        held: Any = bounds.last
+        held: Any = bounds.last and bounds.last.of_channels({name})
         if bounds.ahead is None and own and all(_is_same_waypoint(held, waypoint) for waypoint in own):
             own = [attrs.evolve(held, time=time)]
         waypoints += own
+    waypoints = _pairs_joined(waypoints)
     waypoints += _friction_waypoints(events, friction, times, time, state_at)
     if latest < time and not waypoints:
         # a load that is still to begin starts at an event time
@@ -295,12 +325,24 @@ def fork_waypoints(
     return waypoints
 
 
+def _pairs_joined(waypoints: Sequence[Any]) -> list[Event]:
+    """Return waypoints with those of x and y that are of one kind and time as one."""
+    found: dict[Any, Any] = {}
+    for event in waypoints:
+        key = type(event), event.time
+        other = found.setdefault(key, event)
+        if other is not event:
+            x, y = (b if a is None else a for a, b in zip(other.value, event.value, strict=True))
+            found[key] = attrs.evolve(event, value=(x, y))
+    return list(found.values())
+
+
 @attrs.frozen
 class _Bounds:
     """The waypoints of a channel before and after a time; None where there is none."""
 
-    last: Event | None
-    ahead: Event | None
+    last: Any
+    ahead: Any
 
     @property
     def kind(self) -> type[Event] | None:
@@ -326,12 +368,12 @@ def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
     """Whether a waypoint has the control and, to rounding, the value of one that is held."""
     if not isinstance(waypoint, LoadEvent) or type(held) is not type(waypoint):
         return False
-    return bool(np.allclose(waypoint.value, held.value, rtol=1e-12, atol=0.0))
+    return all(np.isclose(waypoint.reached(name), held.reached(name), rtol=1e-12, atol=0.0) for name in held.channels)
 
 
 def _waypoint(
     kind: type[Event] | None, time: float, state: "EnsembleState", instrument: "Instrument", *, keeps_gap: bool
-) -> Event:
+) -> LoadEvent:
     """Return the waypoint of a kind that a state is asked for; if ``keeps_gap``, that of an open gap is its size."""
     if kind is NormalDisplacement or (kind is NormalLoad and keeps_gap and state.normal_load == 0.0):
         return NormalDisplacement(time, state.approach)
@@ -443,35 +485,36 @@ def check_substeps(substeps: int) -> None:
         raise InputError(f"substeps is {substeps!r}; expected a whole number of 1 or more")
 
 
-def _joint(rest: list[tuple[int, Event]]) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
-    """Gather events at one time into joint paths: a channel's second event starts another."""
+def _joint(rest: list[tuple[int, Event, list[str]]]) -> list[tuple[int, Event | dict[str, LoadEvent]]]:
+    """Gather events at one time, of some channels each, into joint paths: a channel's second event starts another."""
     groups: list[tuple[int, Event | dict[str, LoadEvent]]] = []
-    for number, event in rest:
+    for number, event, channels in rest:
         last = groups[-1][1] if groups else None
         if not isinstance(event, LoadEvent):
             groups.append((number, event))
-        elif isinstance(last, dict) and event.channel not in last:
-            last[event.channel] = event
+        elif isinstance(last, dict) and not last.keys() & set(channels):
+            last |= dict.fromkeys(channels, event)
         else:
-            groups.append((number, {event.channel: event}))
+            groups.append((number, dict.fromkeys(channels, event)))
     return groups
 
 
 def _channels(events: Sequence[Event]) -> list["_Channel"]:
-    """Return the channels with their waypoints, in the order of `CHANNELS`."""
+    """Return the channels with their waypoints, in the order of `CHANNELS`, and in two directions that of y."""
     loads = loads_of(events)
-    if loads is not None:
-        where, time, value, control = _CHANNEL_OF[loads.kind], loads.time, loads.value, _CONTROL_OF[loads.kind]
-    else:
-        where = np.array([-1 if event.channel is None else CHANNELS.index(event.channel) for event in events])
-        time, control = _times(events), np.array([_control(type(event)) for event in events])
-        numbers = [event.value if isinstance(event, LoadEvent) else 0.0 for event in events]
-        value = np.array([np.broadcast_to(each, 2) for each in numbers] if is_planar(events) else numbers, dtype=float)
     channels = []
-    for number, name in enumerate(CHANNELS):
-        own = np.flatnonzero(where == number)
-        values = value[own] if value.ndim == 1 or name == "tangential" else value[own, 0]
-        channels.append(_Channel(own, time[own], values, control[own]))
+    if loads is not None:
+        where, control = _CHANNEL_OF[loads.kind], _CONTROL_OF[loads.kind]
+        for number in range(len(CHANNELS)):
+            own = np.flatnonzero(where == number)
+            channels.append(_Channel(own, loads.time[own], loads.value[own], control[own]))
+        return channels
+    time, control = _times(events), np.array([_control(type(event)) for event in events])
+    for name in (*CHANNELS, *COMPONENTS[1:]) if is_planar(events) else CHANNELS:
+        of_channel = [(number, event) for number, event in enumerate(events) if name in event.channels]
+        own = np.array([number for number, _ in of_channel], dtype=np.int64)
+        values = [event.reached(name) if isinstance(event, LoadEvent) else 0.0 for _, event in of_channel]
+        channels.append(_Channel(own, time[own], np.array(values, dtype=float), control[own]))
     return channels
 
 
@@ -490,7 +533,7 @@ class _Channel:
 
     numbers: Integers  #: their indices among the events
     time: Floats
-    value: Floats  #: (waypoint), or in two directions (waypoint, 2)
+    value: Floats
     control: Integers
 
     def goals(self, time: Floats, previous: Floats) -> tuple[Integers, Floats, Floats]:
@@ -500,7 +543,7 @@ class _Channel:
         one, and stays after its last.
         """
         last = self.time.size - 1
-        none = np.zeros((time.size, *self.value.shape[1:]))
+        none = np.zeros(time.size)
         if last < 0:
             return np.full(time.size, LOAD), none, np.zeros(time.size)
         at = np.searchsorted(self.time, time)
@@ -511,7 +554,7 @@ class _Channel:
         waits = (at == 0) & ~arrives
         return (
             np.where(waits, LOAD, self.control[next_one]),
-            np.where(waits.reshape(-1, *[1] * (none.ndim - 1)), none, self.value[next_one]),
+            np.where(waits, none, self.value[next_one]),
             np.where(waits, 0.0, left),
         )
 

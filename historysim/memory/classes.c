@@ -320,13 +320,13 @@ static hs_vector forces(hs_body *body, double edge, hs_vector way, double slopes
 }
 
 static hs_vector left_of(const hs_planar_aim *aim, hs_vector displacement, hs_vector force) {
-    return HS_MADE(hs_vector){aim->value.x - aim->rigid * displacement.x - aim->compliance.x * force.x,
-                       aim->value.y - aim->rigid * displacement.y - aim->compliance.y * force.y};
+    return HS_MADE(hs_vector){aim->value.x - aim->rigid.x * displacement.x - aim->compliance.x * force.x,
+                       aim->value.y - aim->rigid.y * displacement.y - aim->compliance.y * force.y};
 }
 
-static int is_rigid(const hs_planar_aim *aim) {
-    return aim->rigid > 0.0 && aim->compliance.x == 0.0 && aim->compliance.y == 0.0;
-}
+/* Whether an aim prescribes the displacement itself, along x and along y. */
+static int fixes_x(const hs_planar_aim *aim) { return aim->rigid.x > 0.0 && aim->compliance.x == 0.0; }
+static int fixes_y(const hs_planar_aim *aim) { return aim->rigid.y > 0.0 && aim->compliance.y == 0.0; }
 
 /* Whether the caller wants no more of it. */
 static int is_stopped(const hs_body *body) { return body->watch && body->watch->status != HS_OK; }
@@ -339,38 +339,52 @@ static double reach_of(const hs_body *body, double edge) {
     return most;
 }
 
+/* Whether the rest `left` of an aim is negligible; where components are of different units, each by itself. */
+static int has_arrived(const hs_planar_aim *aim, hs_vector left, hs_vector force) {
+    if (aim->rigid.x == aim->rigid.y) return hs_length(left) <= ARRIVED * hs_length(aim->value);
+    double load = hs_length(force);
+    return fabs(left.x) <= ARRIVED * (aim->rigid.x > 0.0 ? fabs(aim->value.x) : load) &&
+           fabs(left.y) <= ARRIVED * (aim->rigid.y > 0.0 ? fabs(aim->value.y) : load);
+}
+
 /* The way from the start at which the tangential channel is where it aims.
  *
- * What is left is the slope of a concave function of the way. So Newton's method finds its top, if no step goes farther than
- * springs reach, or so far beyond the top along its line that the slope there is larger than half of what it was. */
+ * What is left, over the compliance, is the slope of a concave function of the components that are not fixed. So Newton's method
+ * finds its top, if no step goes so far beyond the top along its line that the slope there is larger than half of what it was.
+ * A step goes no farther than springs reach, and than twice as far after one that went as far as that. */
 static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_planar_aim *aim, hs_vector *force) {
     const hs_vector start = body->displacement;
+    const int fixed_x = fixes_x(aim), fixed_y = fixes_y(aim);
     double slopes[2][2], reach = reach_of(body, edge);
-    if (is_rigid(aim)) {
-        way = hs_plus(aim->value, -1.0, start);
-        *force = forces(body, edge, way, NULL);
-        return way;
-    }
-    *force = forces(body, edge, way, slopes);
+    if (fixed_x) way.x = aim->value.x - start.x;
+    if (fixed_y) way.y = aim->value.y - start.y;
+    *force = forces(body, edge, way, fixed_x && fixed_y ? NULL : slopes);
+    if (fixed_x && fixed_y) return way;
+    /* 1 over the compliances, times both of them */
+    const double weight_x = fixed_y ? 1.0 : aim->compliance.y, weight_y = fixed_x ? 1.0 : aim->compliance.x;
     hs_vector left = left_of(aim, hs_plus(start, 1.0, way), *force);
     for (int turn = 0; turn < MOST_TURNS; ++turn) {
-        double xx = aim->rigid + aim->compliance.x * slopes[0][0], xy = aim->compliance.x * slopes[0][1];
-        double yx = aim->compliance.y * slopes[1][0], yy = aim->rigid + aim->compliance.y * slopes[1][1];
+        double xx = aim->rigid.x + aim->compliance.x * slopes[0][0], xy = aim->compliance.x * slopes[0][1];
+        double yx = aim->compliance.y * slopes[1][0], yy = aim->rigid.y + aim->compliance.y * slopes[1][1];
         double determinant = xx * yy - xy * yx;
-        if (hs_length(left) <= ARRIVED * hs_length(aim->value) || is_stopped(body)) break;
+        if (fixed_x) left.x = 0.0;
+        if (fixed_y) left.y = 0.0;
+        if (has_arrived(aim, left, *force) || is_stopped(body)) break;
         hs_vector step = {(yy * left.x - xy * left.y) / determinant, (xx * left.y - yx * left.x) / determinant};
+        hs_vector uphill = {weight_x * left.x, weight_y * left.y};
         /* where all slide, the load hardly says where to */
-        if (!(determinant > 0.0) || !(hs_dot(step, left) > 0.0)) step = left;
-        double size = hs_length(step), share = size > reach ? reach / size : 1.0, slope = hs_dot(left, step);
+        if (!(determinant > 0.0) || !(hs_dot(step, uphill) > 0.0)) step = left;
+        double size = hs_length(step), whole = size > reach ? reach / size : 1.0, share = whole, slope = hs_dot(uphill, step);
         hs_vector next = way;
         for (int cut = 0; cut < MOST_CUTS; ++cut) {
             next = hs_plus(way, share, step);
             *force = forces(body, edge, next, slopes);
             left = left_of(aim, hs_plus(start, 1.0, next), *force);
-            double there = hs_dot(left, step);
+            double there = weight_x * left.x * step.x + weight_y * left.y * step.y;
             if (there >= -0.5 * slope || is_stopped(body)) break;
             share *= hs_most(slope / (slope - there), 0.1);
         }
+        if (share == whole && whole < 1.0) reach *= 2.0;
         if (next.x == way.x && next.y == way.y) break;
         way = next;
     }
@@ -509,17 +523,26 @@ double hs_body_limit(const hs_body *body, double approach) {
     return limit;
 }
 
-hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked) {
-    double limit = hs_body_limit(body, approach), size = hs_length(asked), most = BELOW_LIMIT * limit;
+hs_vector hs_loads_of(const hs_planar_aim *aim) {
+    return HS_MADE(hs_vector){aim->rigid.x > 0.0 ? 0.0 : aim->value.x, aim->rigid.y > 0.0 ? 0.0 : aim->value.y};
+}
+
+hs_vector hs_held_value(const hs_body *body, double approach, const hs_planar_aim *aim) {
+    hs_vector value = aim->value;
+    if (aim->rigid.x > 0.0 && aim->rigid.y > 0.0) return value;
+    double limit = hs_body_limit(body, approach), size = hs_length(hs_loads_of(aim)), most = BELOW_LIMIT * limit;
     if (size > limit * (1.0 + HS_LIMIT_SLACK)) most = (1.0 - body->tolerance) * limit;
-    return size > most ? hs_plus(nowhere, most / size, asked) : asked;
+    if (!(size > most)) return value;
+    if (aim->rigid.x == 0.0) value.x *= most / size;
+    if (aim->rigid.y == 0.0) value.y *= most / size;
+    return value;
 }
 
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share) {
     hs_planar_target found = *to;
     if (share == 1.0) return found;
-    const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance;
-    hs_vector value = {to->aim.rigid * u.x + c.x * t.x, to->aim.rigid * u.y + c.y * t.y};
+    const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance, rigid = to->aim.rigid;
+    hs_vector value = {rigid.x * u.x + c.x * t.x, rigid.y * u.y + c.y * t.y};
     found.aim.value = hs_between(value, to->aim.value, share);
     found.time = hs_toward(body->time, to->time, share);
     if (to->by_loads && to->normal_load != body->normal_load) {
@@ -529,9 +552,8 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
         found.approach = hs_toward(body->approach, to->approach, share);
         found.normal_load = hs_load_at(hs_all_of(body->contact), found.approach).load;
     }
-    if (to->aim.rigid > 0.0) return found;
     /* the limit of a straight approach sags: a load that meets it on the way follows it */
-    found.aim.value = hs_held_load(body, found.approach, found.aim.value);
+    found.aim.value = hs_held_value(body, found.approach, &found.aim);
     return found;
 }
 
@@ -541,12 +563,10 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
     const hs_planar_aim *aim = &to->aim;
     hs_vector way = left_of(aim, body->displacement, body->tangential_load);
     double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope, limit = hs_body_limit(body, body->approach);
-    if (!is_rigid(aim)) {
-        /* as if all stuck */
-        double x = aim->rigid + aim->compliance.x * sticks, y = aim->rigid + aim->compliance.y * sticks;
-        way.x = x > 0.0 ? way.x / x : 0.0;
-        way.y = y > 0.0 ? way.y / y : 0.0;
-    }
+    /* as if all stuck */
+    double x = aim->rigid.x + aim->compliance.x * sticks, y = aim->rigid.y + aim->compliance.y * sticks;
+    way.x = x > 0.0 ? way.x / x : 0.0;
+    way.y = y > 0.0 ? way.y / y : 0.0;
     double missed = limit > 0.0 ? hs_least(NOT_MISSED_OF_STEP * sticks * hs_length(way) / limit, NOT_MISSED) : 0.0;
     missed = hs_most(missed, NEVER_MISSED);
     for (int64_t c = 0; c < body->classes; ++c) {
@@ -579,20 +599,57 @@ static hs_vector stuck_deflection(const hs_node *node, double from, double to, h
     return hs_plus(node->deflection, share, way);
 }
 
-/* Energy of the springs of a class as if all stuck: those that lift off on the way hold what they held there. */
+/* Approach over which the stiffness P' is taken for straight, relative to the depth of the class. */
+#define STRAIGHT 1e-3
+
+static int is_straight(const hs_class *part, double from, double to) {
+    return fabs(to - from) <= STRAIGHT * (hs_most(from, to) - deepest_of(part));
+}
+
+/* Deflection of a spring between a node and the next one outside. */
+static hs_vector deflection_at(const hs_node *inner, double label) {
+    const hs_node *outer = inner - 1;
+    return hs_between(inner->deflection, outer->deflection, (label - inner->label) / (outer->label - inner->label));
+}
+
+/* Energy of the springs of a class as if all stuck: those that lift off on the way hold what they held there. At a constant
+ * approach it is what they hold and the work of the load of the rings, which has no springs at the edge. */
 static double stuck_energy(const hs_class *part, double from, double to, hs_vector way) {
     const hs_ring_problem *problem = part->problem;
     const hs_node *nodes = part->nodes;
     hs_node outer = nodes[0];
-    int32_t first = 1;
+    int32_t first = 1, left_out = part->count - problem->rings - 1;
     double total = 0.0;
-    if (nodes[0].label < to) {
+    if (to == from) {
+        total = hs_class_stored(part);
+        for (int32_t k = 1; k <= problem->rings; ++k)
+            total += problem->mass[k] * hs_dot(way, hs_plus(nodes[left_out + k].deflection, 0.5, way));
+        return total;
+    }
+    if (is_straight(part, from, to)) {
+        /* springs between both edges, whose deflection goes from that of the inner edge to 0 */
+        const hs_normal *inside = problem->edge + (to > from ? 0 : 2), *outside = problem->edge + (to > from ? 2 : 0);
+        hs_vector held = way;
+        if (to < from) {
+            while (nodes[first].label >= to) ++first;
+            held = hs_plus(deflection_at(nodes + first, to), 1.0, way);
+        }
+        total = hs_dot(held, held) * (2.0 * inside->slope + outside->slope) / 6.0;
+        outer = HS_MADE(hs_node){hs_least(from, to), inside->load, inside->integral, held};
+    } else if (nodes[0].label < to) {
         outer = HS_MADE(hs_node){to, problem->edge[2].load, problem->edge[2].integral, nowhere};
         first = 0;
     }
     for (int32_t k = first; k < part->count; ++k) {
         hs_node inner = nodes[k];
         inner.deflection = stuck_deflection(nodes + k, from, to, way);
+        if (to < from && inner.label < to && outer.label > to) {
+            /* the outermost spring that still touches */
+            hs_vector held = hs_plus(deflection_at(nodes + k, to), 1.0, way);
+            hs_node edge = {to, problem->edge[2].load, problem->edge[2].integral, held};
+            total += energy_between(&outer, &edge);
+            outer = edge;
+        }
         total += energy_between(&outer, &inner);
         outer = inner;
     }
@@ -621,18 +678,23 @@ static hs_vector relieved_load(const hs_class *part, double from, double edge, h
         hs_vector stuck = hs_plus(nodes[left_out + k].deflection, problem->share[k], way);
         load = hs_plus(load, problem->mass[k], hs_plus(stuck, -1.0, problem->found[k]));
     }
-    if (edge >= from) return load;
-    /* at the edge springs would be strained */
-    int32_t k = 1;
-    while (nodes[k].label >= edge) ++k;
-    double share = (edge - nodes[k].label) / (nodes[k - 1].label - nodes[k].label);
-    hs_vector stuck = hs_plus(hs_between(nodes[k].deflection, nodes[k - 1].deflection, share), 1.0, way);
+    if (edge == from) return load;
+    /* from the outermost of these nodes on: by nodes that are left out, and at an edge that falls springs would be strained */
+    int32_t k = left_out + 1;
+    hs_vector held = stuck_deflection(nodes + k, from, edge, way), outer = nowhere;
     double mean = (problem->normal[0] - problem->normal[1]) / (problem->label[0] - problem->label[1]);
-    return hs_plus(load, problem->edge[stage].slope - mean, stuck);
+    load = hs_plus(load, -mean, held);
+    for (; k > 0 && nodes[k - 1].label < edge; --k, held = outer) {
+        outer = stuck_deflection(nodes + k - 1, from, edge, way);
+        mean = (nodes[k - 1].normal - nodes[k].normal) / (nodes[k - 1].label - nodes[k].label);
+        load = hs_plus(load, mean, hs_plus(held, -1.0, outer));
+    }
+    outer = edge < from ? hs_plus(deflection_at(nodes + k, edge), 1.0, way) : nowhere;
+    mean = (problem->normal[0] - nodes[k].normal) / (edge - nodes[k].label);
+    /* of a short way up, loads hardly differ */
+    if (nodes[k].label == from && is_straight(part, from, edge)) mean = 0.5 * (problem->edge[0].slope + problem->edge[stage].slope);
+    return hs_plus(hs_plus(load, mean, hs_plus(held, -1.0, outer)), problem->edge[stage].slope, outer);
 }
-
-/* Approach over which the stiffness P' is taken for straight, relative to the depth of the class. */
-#define STRAIGHT 1e-3
 
 /* Energy that the springs of a class dissipate on a step: the work of the tangential load, less what they hold more.
  *
@@ -642,7 +704,6 @@ static double dissipation(const hs_class *part, const hs_planar_target *first, d
                           double *uncertain) {
     const hs_ring_problem *problem = part->problem;
     double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest);
-    double depth = hs_most(begin, end) - deepest;
     double span = 1.0, middle = STAGE, once = 0.5, squared = 1.0 / 3.0; /* ∫ y P' dy, ∫ y² P' dy */
     hs_vector relief[2] = {problem->relieved[0], problem->relieved[1]}, bend = nowhere, curved = nowhere;
     if (to != from) {
@@ -650,7 +711,7 @@ static double dissipation(const hs_class *part, const hs_planar_target *first, d
         double width = end - begin;
         span = width / (to - from);
         middle = (first->approach - begin) / width;
-        if (fabs(width) > STRAIGHT * depth) {
+        if (!is_straight(part, begin, end)) {
             double mean = (b->integral - a->integral) / width;
             once = (b->load - mean) / width;
             squared = (b->load - 2.0 * (b->integral - (b->twice - a->twice) / width) / width) / width;
@@ -733,7 +794,9 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
     body->approach = to->approach;
     body->normal_load = to->normal_load;
     body->time = to->time;
-    body->displacement = is_rigid(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way[1]);
+    body->displacement = hs_plus(body->displacement, 1.0, way[1]);
+    if (fixes_x(&to->aim)) body->displacement.x = to->aim.value.x;
+    if (fixes_y(&to->aim)) body->displacement.y = to->aim.value.y;
     body->tangential_load = force;
     return HS_OK;
 }

@@ -466,6 +466,7 @@ typedef struct hs_planar {
     hs_vector origin;    /* where its displacement is 0 */
     hs_vector displacement, tangential_load;
     hs_vector excess;    /* what a held load asks for beyond the friction limit */
+    int32_t tangential_control[2]; /* how each component was controlled last */
     struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
 } hs_planar;
 
@@ -477,18 +478,18 @@ HS_API hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes,
 HS_API hs_planar *hs_planar_copy(const hs_planar *planar);
 HS_API void hs_planar_free(hs_planar *planar);
 
-/* A straight path: `hs_path` with a target in x and y. */
+/* A straight path: `hs_path` with a target in x and y, each of which is controlled by itself. Loads that are all controlled
+ * change in proportion; with a displacement, the approach and each tangential component do. */
 typedef struct hs_planar_path {
     double normal_target;
     double normal_fraction;
     double tangential_target[2];
-    double tangential_fraction;
+    double tangential_fraction[2];
     int64_t parts;
     int64_t first_row;
     int32_t normal_control;
-    int32_t tangential_control;
+    int32_t tangential_control[2];
     int32_t recorded;
-    int32_t unused;
     double begin, end; /* [s] */
 } hs_planar_path;
 /* Rows as of one direction, but that tangential loads of asperities are (row, column, 2). The totals have the sizes of the

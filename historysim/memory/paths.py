@@ -42,7 +42,8 @@ def paths_to(
 ) -> Paths:
     """Return the straight paths to the goals of both channels, whose rows follow one another from row 0 on.
 
-    A single entry stands for all paths. Tangential targets may be pairs (path, 2), in x and y. Each path is walked in
+    A single entry stands for all paths. Tangential targets may be pairs (path, 2), in x and y; their controls and
+    fractions are one for both components, or pairs. Each path is walked in
     equal ``parts``, with the inner ends ``recorded``, and its end where that says so. Times are when paths begin and
     end [s]; NaN where that is not known.
     """
@@ -51,21 +52,23 @@ def paths_to(
     paths = np.zeros(count, dtype=PATH if np.ndim(tangential.target) < 2 else PLANAR_PATH)
     names = [f"{channel}_{name}" for channel in ("normal", "tangential") for name in Goals._fields]
     for name, column in zip((*names, "parts", "recorded", "begin", "end"), entries, strict=True):
-        paths[name] = column
+        paths[name] = column[:, None] if paths[name].ndim > column.ndim else column
     rows = paths["parts"] - 1 + paths["recorded"]
     paths["first_row"] = np.cumsum(rows) - rows
     return paths
 
 
-def in_plane(paths: Paths) -> Paths:
-    """Return paths in two tangential directions; those of one have to hold it."""
+def in_plane(paths: Paths, control: Any) -> Paths:
+    """Return paths in two tangential directions; those of one have to hold it, with the `control` of x and y."""
     if paths.dtype == PLANAR_PATH:
         return paths
     if paths["tangential_fraction"].any():
         raise InputError("the state is of two tangential directions; expected two numbers, in x and y, not one")
     found = np.zeros(paths.size, dtype=PLANAR_PATH)
-    for name in set(PATH.names or ()) - {"tangential_target"}:
-        found[name] = paths[name]
+    for name in set(PATH.names or ()) & set(PLANAR_PATH.names or ()):
+        if PATH[name] == PLANAR_PATH[name]:
+            found[name] = paths[name]
+    found["tangential_control"] = list(control)
     return found
 
 

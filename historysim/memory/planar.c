@@ -29,6 +29,8 @@ hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes, int64_
     }
     planar->line = line;
     planar->direction.x = 1.0;
+    planar->tangential_control[0] = line->tangential_control;
+    planar->tangential_control[1] = HS_LOAD;
     planar->height_classes = height_classes;
     planar->rings = rings;
     planar->tolerance = tolerance;
@@ -62,11 +64,14 @@ hs_planar *hs_planar_copy(const hs_planar *planar) {
 /* A path in numbers without dimension: what is asked for at its ends. */
 typedef struct plan {
     const hs_planar_path *path;
-    int by_load, by_loads;   /* whether the tangential channel goes by load; whether both loads go straight, or the approach */
+    hs_vector rigid;         /* of each tangential component: 0 where a load is controlled, 1 where a displacement is */
+    int by_loads;            /* whether all loads are controlled, and change in proportion; otherwise the approach does */
     hs_vector compliance;    /* of an instrument */
     double normal[2];        /* normal load or approach */
-    hs_vector tangential[2]; /* load, or displacement of the drive */
+    hs_vector tangential[2]; /* loads, or displacements of the drive */
 } plan;
+
+static int is_mixed(const plan *plan) { return plan->rigid.x != plan->rigid.y; }
 
 /* Displacement of the drive of an instrument that the contact holds with a load. */
 static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vector load) {
@@ -76,18 +81,32 @@ static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vecto
 static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vector compliance, int saturate) {
     const hs_memory *line = planar->line;
     const hs_units *units = &line->contact->units;
-    int by_load = path->tangential_control == HS_LOAD, by_normal = path->normal_control == HS_LOAD;
+    int by_x = path->tangential_control[0] == HS_LOAD, by_y = path->tangential_control[1] == HS_LOAD;
+    int by_normal = path->normal_control == HS_LOAD;
     hs_vector load = hs_plus(planar->tangential_load, saturate ? 1.0 : 0.0, planar->excess);
-    hs_vector present = by_load ? load : drive_at(planar->displacement, compliance, planar->tangential_load);
-    double unit = by_load ? units->load : units->displacement, fraction = path->tangential_fraction;
-    hs_vector goal = {path->tangential_target[0] / unit, path->tangential_target[1] / unit};
+    hs_vector drive = drive_at(planar->displacement, compliance, planar->tangential_load);
+    hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, end = present;
     double begin = by_normal ? line->normal_load : line->approach;
     double normal = path->normal_target / (by_normal ? units->load : units->length);
-    plan found = {path, by_load, by_load && by_normal, compliance, {begin, begin}, {present, present}};
+    double x = path->tangential_target[0] / (by_x ? units->load : units->displacement);
+    double y = path->tangential_target[1] / (by_y ? units->load : units->displacement);
+    if (path->tangential_fraction[0] > 0.0) end.x = hs_toward(present.x, x, path->tangential_fraction[0]);
+    if (path->tangential_fraction[1] > 0.0) end.y = hs_toward(present.y, y, path->tangential_fraction[1]);
+    plan found = {path, {!by_x, !by_y}, by_x && by_y && by_normal, compliance, {begin, begin}, {present, end}};
     if (path->normal_fraction > 0.0) found.normal[1] = hs_toward(begin, normal, path->normal_fraction);
-    if (fraction > 0.0) found.tangential[1] = hs_between(present, goal, fraction);
     return found;
 }
+
+/* Where a plan ends, from the origin of the line. */
+static hs_vector goal_of(const hs_planar *planar, const plan *plan) {
+    hs_vector goal = plan->tangential[1];
+    if (plan->rigid.x > 0.0) goal.x -= planar->origin.x;
+    if (plan->rigid.y > 0.0) goal.y -= planar->origin.y;
+    return goal;
+}
+
+/* Component in which the line goes, of two that are controlled alike the first one. */
+static int axis_of(const hs_planar *planar) { return planar->direction.x == 0.0; }
 
 /* Whether nothing has happened sideways yet, so that the line may be any. */
 static int has_no_line(const hs_memory *line) {
@@ -96,13 +115,19 @@ static int has_no_line(const hs_memory *line) {
 
 /* Whether a path goes on along the line; one that is to begin takes the direction of the path. */
 static int stays_on_line(hs_planar *planar, const plan *path) {
-    hs_vector goal = path->tangential[1];
-    if (!path->by_load) goal = hs_plus(goal, -1.0, planar->origin);
+    hs_vector goal = goal_of(planar, path);
     double size = hs_length(goal), across;
+    if (is_mixed(path) && goal.x != 0.0 && goal.y != 0.0) return 0;
     if (has_no_line(planar->line) && size > 0.0) {
         int aligned = goal.x == 0.0 || goal.y == 0.0;
         planar->direction.x = aligned ? goal.x != 0.0 : goal.x / size;
         planar->direction.y = aligned ? goal.y != 0.0 : goal.y / size;
+    }
+    if (is_mixed(path)) {
+        /* along one axis, while nothing happens along the other; where N goes with a load, one of the line would be in proportion */
+        int by_load = (axis_of(planar) ? path->rigid.y : path->rigid.x) == 0.0, presses = path->normal[1] != path->normal[0];
+        if (by_load && presses && path->path->normal_control == HS_LOAD) return 0;
+        return axis_of(planar) ? goal.x == 0.0 : planar->direction.y == 0.0 && goal.y == 0.0;
     }
     across = fabs(planar->direction.x * goal.y - planar->direction.y * goal.x);
     if (planar->direction.x != 0.0 && planar->direction.y != 0.0 && path->compliance.x != path->compliance.y) return 0;
@@ -149,21 +174,22 @@ static int walk_line(hs_planar *planar, const plan *plan, const hs_planar_rows *
                      hs_refusal *refusal) {
     const hs_planar_path *path = plan->path;
     const hs_units *units = &planar->line->contact->units;
-    hs_vector goal = plan->tangential[1];
-    if (!plan->by_load) goal = hs_plus(goal, -1.0, planar->origin);
-    double target = hs_dot(goal, planar->direction) * (plan->by_load ? units->load : units->displacement), fraction = 1.0;
+    int axis = axis_of(planar), control = path->tangential_control[axis];
+    hs_vector goal = goal_of(planar, plan);
+    double target = hs_dot(goal, planar->direction) * (control == HS_LOAD ? units->load : units->displacement);
+    double fraction = path->tangential_fraction[0] > 0.0 || path->tangential_fraction[1] > 0.0;
     /* along an axis the very number that is asked for, and the very way there */
     int along_axis = planar->direction.x == 0.0 || planar->direction.y == 0.0;
     if (along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0) {
-        target = path->tangential_target[planar->direction.x != 0.0 ? 0 : 1];
-        fraction = path->tangential_fraction;
+        target = path->tangential_target[axis];
+        fraction = path->tangential_fraction[axis];
     }
     int64_t count = rows ? path->parts - 1 + path->recorded : 0;
-    hs_path along = {path->normal_target, path->normal_fraction, target, path->tangential_fraction > 0.0 ? fraction : 0.0,
-                     rows ? path->parts : 1, 0, path->normal_control, path->tangential_control,
+    hs_path along = {path->normal_target, path->normal_fraction, target, fraction,
+                     rows ? path->parts : 1, 0, path->normal_control, control,
                      count > 0 && path->recorded, 0, path->begin, path->end};
     hs_drive driven = *drive;
-    driven.compliance = (planar->direction.x != 0.0 ? plan->compliance.x : plan->compliance.y) / units->stiffness;
+    driven.compliance = (axis ? plan->compliance.y : plan->compliance.x) / units->stiffness;
     hs_rows own;
     if (count > 0) own = rows_of_line(rows, path->first_row);
     int64_t number = refusal->path;
@@ -278,7 +304,9 @@ static int follow(hs_planar *planar) {
 /* Whether a load is beyond the friction limit on the way to a target. */
 static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_refusal *refusal) {
     double load = planar->line->contact->units.load;
-    hs_vector from = planar->tangential_load, way = hs_plus(to->aim.value, -1.0, from);
+    hs_planar_aim now = to->aim;
+    now.value = planar->tangential_load;
+    hs_vector from = hs_loads_of(&now), way = hs_plus(hs_loads_of(&to->aim), -1.0, from);
     for (int k = 1; k <= LOOKS; ++k) {
         double share = (double)k / LOOKS, size = hs_length(hs_plus(from, share, way));
         hs_planar_target there = hs_part_of_way(planar->body, to, share);
@@ -289,6 +317,15 @@ static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_ref
         return 1;
     }
     return 0;
+}
+
+/* Limit the loads of an aim to what friction holds at an approach, and note what they ask for beyond the limit. */
+static void hold(hs_planar *planar, double approach, hs_planar_aim *aim) {
+    hs_vector asked = aim->value;
+    double limit = hs_body_limit(planar->body, approach);
+    int beyond = hs_length(hs_loads_of(aim)) > limit * (1.0 + HS_LIMIT_SLACK);
+    aim->value = hs_held_value(planar->body, approach, aim);
+    planar->excess = beyond ? hs_plus(asked, -1.0, aim->value) : nowhere;
 }
 
 /* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
@@ -310,14 +347,11 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
                               : hs_load_at(hs_all_of(line->contact), to->approach).load;
     }
     to->aim.value = asked;
-    to->aim.rigid = plan->by_load ? 0.0 : 1.0;
-    to->aim.compliance = plan->by_load ? HS_MADE(hs_vector){1.0, 1.0} : plan->compliance;
-    planar->excess = nowhere;
-    if (!plan->by_load) return HS_OK;
+    to->aim.rigid = plan->rigid;
+    to->aim.compliance.x = plan->rigid.x > 0.0 ? plan->compliance.x : 1.0;
+    to->aim.compliance.y = plan->rigid.y > 0.0 ? plan->compliance.y : 1.0;
     if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
-    to->aim.value = hs_held_load(planar->body, to->approach, asked);
-    if (hs_length(asked) > hs_body_limit(planar->body, to->approach) * (1.0 + HS_LIMIT_SLACK))
-        planar->excess = hs_plus(asked, -1.0, to->aim.value);
+    hold(planar, to->approach, &to->aim);
     return HS_OK;
 }
 
@@ -455,7 +489,8 @@ static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector co
     int along = !planar->body && stays_on_line(planar, &plan);
     int status = (along ? walk_line : travel)(planar, &plan, rows, drive, until, refusal);
     planar->line->normal_control = path->normal_control;
-    planar->line->tangential_control = path->tangential_control;
+    memcpy(planar->tangential_control, path->tangential_control, sizeof planar->tangential_control);
+    planar->line->tangential_control = path->tangential_control[axis_of(planar)];
     return status;
 }
 
@@ -518,7 +553,7 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     double unit = contact->units.stiffness;
     if (!planar->body) {
         hs_drive along = *drive;
-        along.compliance = planar->direction.x != 0.0 ? compliance[0] : compliance[1];
+        along.compliance = compliance[axis_of(planar)];
         int status = hs_set_friction(line, friction, &along);
         look_along(planar);
         return status;
@@ -528,16 +563,11 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
     for (int64_t group = 0; group < contact->groups; ++group)
         line->friction[group] = hs_usable_friction(friction[contact->order[contact->first[group]]]);
-    int by_load = line->tangential_control == HS_LOAD;
+    int by_x = planar->tangential_control[0] == HS_LOAD, by_y = planar->tangential_control[1] == HS_LOAD;
     hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
-    hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
-    hs_planar_aim aim = {drive_at(planar->displacement, yields, t), 1.0, yields};
-    if (by_load) aim = HS_MADE(hs_planar_aim){t, 0.0, {1.0, 1.0}};
-    planar->excess = nowhere;
-    double approach = planar->body->approach;
-    if (by_load) aim.value = hs_held_load(planar->body, approach, t);
-    if (by_load && hs_length(t) > hs_body_limit(planar->body, approach) * (1.0 + HS_LIMIT_SLACK))
-        planar->excess = hs_plus(t, -1.0, aim.value);
+    hs_vector yields = {compliance[0] * unit, compliance[1] * unit}, driven = drive_at(planar->displacement, yields, t);
+    hs_planar_aim aim = {{by_x ? t.x : driven.x, by_y ? t.y : driven.y}, {!by_x, !by_y}, {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y}};
+    hold(planar, planar->body->approach, &aim);
     hs_watch watch = {drive, 0, HS_OK};
     planar->body->watch = &watch;
     int status = hs_body_relax(planar->body, &aim);

@@ -119,11 +119,10 @@ hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
 
 /* ---- classes.c ---- */
 
-/* Where the tangential channel goes: rigid V + compliance T = value, component by component. */
+/* Target of the tangential channel: rigid V + compliance T = value, component by component. A load has rigid = 0, compliance = 1,
+ * the displacement of a drive has rigid = 1. */
 typedef struct hs_planar_aim {
-    hs_vector value;
-    double rigid;
-    hs_vector compliance;
+    hs_vector value, rigid, compliance;
 } hs_planar_aim;
 /* Where a path ends. */
 typedef struct hs_planar_target {
@@ -146,8 +145,10 @@ double hs_class_stored(const hs_class *part);
 double hs_class_front(const hs_body *body, const hs_class *part);
 /* Friction limit at an approach. */
 double hs_body_limit(const hs_body *body, double approach);
-/* The load that is held where one is asked for: one beyond the limit slides, until the tolerance is left to the limit. */
-hs_vector hs_held_load(const hs_body *body, double approach, hs_vector asked);
+/* The loads among the components of an aim, 0 for displacements. */
+hs_vector hs_loads_of(const hs_planar_aim *aim);
+/* Values of an aim with its loads at most at the friction limit: loads beyond it slide until the tolerance is left to it. */
+hs_vector hs_held_value(const hs_body *body, double approach, const hs_planar_aim *aim);
 /* The target a share of the way there. */
 hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
 /* Carry a body to a target, in steps that are halved so often at most. */

@@ -7,7 +7,7 @@
 #include "rings.h"
 
 #define MEMORY_FORMAT 3
-#define PLANAR_FORMAT 1
+#define PLANAR_FORMAT 2
 #define EVOLVES 1
 #define KNOTS 2
 #define YIELDS 4
@@ -402,7 +402,7 @@ int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_mem
 
 typedef struct planar_head {
     frame begin;
-    uint64_t numbers[14]; /* of hs_planar, from the number of its classes on */
+    uint64_t numbers[15]; /* of hs_planar, from the number of its classes on */
     uint64_t line;        /* bytes of the line */
     int64_t classes;      /* -1 where there are no rings */
     int64_t nodes;
@@ -458,7 +458,8 @@ static int has_good_numbers(const hs_planar *planar) {
     return planar->height_classes >= 1 && planar->height_classes <= HS_MOST_RINGS && planar->rings >= 1 &&
            planar->rings <= HS_MOST_RINGS && planar->tolerance > 0.0 && planar->tolerance < 1.0 &&
            are_usable(&planar->origin.x, 4, units->displacement) && are_usable(&planar->tangential_load.x, 4, units->load) &&
-           fabs(hs_length(planar->direction) - 1.0) <= 1e-9;
+           fabs(hs_length(planar->direction) - 1.0) <= 1e-9 && is_control(planar->tangential_control[0]) &&
+           is_control(planar->tangential_control[1]);
 }
 
 /* Read one class of asperities that begin at `start`; NULL, or what is wrong. */

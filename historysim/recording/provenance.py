@@ -114,7 +114,8 @@ def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
 
 def _sizes(events: Sequence[Event], kind: type[LoadEvent]) -> Iterator[float]:
     """Return the sizes of what tangential events of a kind have reached, whatever its direction."""
-    return (float(np.linalg.norm(value)) for value in values_of(events, kind))
+    # an open component of a pair is None
+    return (float(np.linalg.norm(np.nan_to_num(np.array(value, dtype=float)))) for value in values_of(events, kind))
 
 
 def _turning(ensemble: Ensemble, events: Sequence[Event], approach: float) -> Iterator[Finding]:

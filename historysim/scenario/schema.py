@@ -75,11 +75,24 @@ def array_of(value: object, structure: Callable[[Any], T]) -> tuple[T, ...]:
     return tuple(items)
 
 
-def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float, ...]]:
+def _components(entry: Mapping[str, object], quantity: Quantity) -> tuple[float | None, ...]:
+    for key in entry:
+        if key not in quantity.components:
+            raise misfit(f"unknown key; {nearest(key, quantity.components)}", key)
+    found = []
+    for name in quantity.components:
+        with noted(name):
+            found.append(_number(entry[name], quantity.unit) if name in entry else None)
+    return tuple(found)
+
+
+def _quantity_hook(kind: object) -> Callable[[object, object], float | tuple[float | None, ...]]:
     plain, quantity = get_args(kind)
     one_or_many = isinstance(plain, UnionType) or quantity.alone
 
-    def structure(value: object, _: object) -> float | tuple[float, ...]:
+    def structure(value: object, _: object) -> float | tuple[float | None, ...]:
+        if isinstance(value, dict) and quantity.components:
+            return _components(value, quantity)
         if isinstance(value, list) if one_or_many else get_origin(plain) is tuple:
             return array_of(value, lambda item: _number(item, quantity.unit))
         return _number(value, quantity.unit)
@@ -229,7 +242,9 @@ def type_of_one_value(kind: Any) -> tuple[Any, bool]:  # noqa: ANN401 - classes 
 
 def _of_kind(kind: Any, value: Any, converter: Converter, *, in_turn: bool) -> object:  # noqa: ANN401 - of TOML
     of, timed = type_of_one_value(kind)
-    if isinstance(value, dict):
+    quantity = get_args(of)[1] if _is_marked(of, Quantity) else None
+    by_component = quantity is not None and quantity.components and isinstance(value, dict) and "value" not in value
+    if isinstance(value, dict) and not by_component:
         return converter.structure({"time": 0.0, **value} if timed else value, kind)
     if in_turn:
         return array_of(value, lambda item: converter.structure(item, of))

@@ -355,15 +355,15 @@ def one_event(start, end, approach, turn, **rings):
     return (state.dissipated_energy - before) / LOAD, state.tangential_load[0] / LOAD
 
 
-@pytest.mark.parametrize("approach", [1.5, 0.5, 0.2, 0.05, 0.001, 0.0, -0.1, -1.0])
-@pytest.mark.parametrize("end", [-0.5, 0.0, 0.6, 0.9, 2.0])
+@pytest.mark.parametrize("approach", [1.5, 1 + 1e-9, 1.0, 0.99, 0.5, 0.2, 0.05, 0.001, 0.0, -0.1, -1.0])
+@pytest.mark.parametrize("end", [-0.5, 0.0, 0.6, 0.9, 2.0, 300.0])
 @pytest.mark.parametrize("start", [0.6, 1.2])
 def test_one_event_with_motion_beside_one_direction(start, end, approach):
-    """At the default rings, within 4e-3 of the energy or 2e-4 of μN times full slip."""
+    """At the default rings, within 4e-3 of the energy or 2.5e-4 of μN times full slip."""
     expected, load = one_event(start, end, approach, turn=False)
     found, found_load = one_event(start, end, approach, turn=True)
-    assert found == pytest.approx(expected, rel=4e-3, abs=2e-4)
-    assert found_load == pytest.approx(load, abs=3e-4)
+    assert found == pytest.approx(expected, rel=4e-3, abs=2.5e-4)
+    assert found_load == pytest.approx(load, abs=6e-4)
 
 
 @pytest.mark.parametrize("ensemble", [sphere(), hs.Ensemble(PAIR, *many(friction=1.0))])
@@ -612,3 +612,118 @@ def test_what_moves_in_one_direction_only():
 
 def test_the_most_rings_are_those_of_the_library():
     assert lib.HS_MOST_RINGS == MOST_RINGS
+
+
+@pytest.mark.parametrize("along", [0, 1])
+@pytest.mark.parametrize("soft", [0.0, 1.0])
+def test_one_component_by_load_and_the_other_by_displacement_beside_both_by_load(along, soft):
+    """In small steps, with the loads and displacements that are found fed back as the other kind of control."""
+    ensemble = sphere(0.3, rings=30, height_classes=1, tolerance=1e-4)
+    start = ensemble.in_plane(ensemble.advance(ensemble.initial_state(), normal_displacement=1.0))
+    limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
+    spring = {"instrument": hs.Instrument(limit / slip / soft)} if soft else {}
+    yields = soft * slip / limit
+    random, mixed, by_load, by_displacement = np.random.default_rng(4), start, start, start
+    ends = np.cumsum(random.uniform(-0.12, 0.12, (40, 2)), axis=0).clip(-0.6, 0.6)
+    for x, y in ends:
+        driven, load = x * slip * (1 + soft), y * limit
+        pair = (lambda a, b: (a, b)) if along == 0 else (lambda a, b: (b, a))
+        before = mixed
+        mixed = ensemble.advance(
+            mixed, tangential_displacement=pair(driven, None), tangential_load=pair(None, load), **spring
+        )
+        reached = mixed.tangential_displacement + yields * mixed.tangential_load
+        assert reached[along] == pytest.approx(driven, abs=1e-9 * slip)
+        assert mixed.tangential_load[1 - along] == pytest.approx(load, abs=1e-9 * limit)
+        by_load = ensemble.advance(by_load, tangential_load=tuple(mixed.tangential_load), **spring)
+        by_displacement = ensemble.advance(by_displacement, tangential_displacement=tuple(reached), **spring)
+        for other in (by_load, by_displacement):
+            np.testing.assert_allclose(other.tangential_load, mixed.tangential_load, atol=2e-3 * limit)
+            np.testing.assert_allclose(other.tangential_displacement, mixed.tangential_displacement, atol=1e-2 * slip)
+        # never gains energy
+        assert mixed.dissipated_energy >= before.dissipated_energy
+    assert by_displacement.dissipated_energy == pytest.approx(mixed.dissipated_energy, rel=1e-2)
+
+
+@pytest.mark.parametrize("way", [2.0, 30.0, 1e4])
+def test_a_driven_contact_creeps_under_a_dead_weight_and_dissipates_the_work(way):
+    """In steady sliding T is the friction limit along the motion: dUy/dUx = W/√(μ²N² - W²)."""
+    ensemble = sphere(0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    limit, slip, weight = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio, 0.3
+    state = ensemble.advance(state, tangential_displacement=(0.0, None), tangential_load=(None, weight * limit))
+    assert not state.turned
+    state = ensemble.advance(state, tangential_displacement=(10 * slip, None))
+    after = ensemble.advance(state, tangential_displacement=((10 + way) * slip, None))
+    steady = np.sqrt(1 - weight**2)
+    np.testing.assert_allclose(after.tangential_load, np.array([steady, weight]) * limit, rtol=1e-5)
+    moved = after.tangential_displacement - state.tangential_displacement
+    assert moved[1] / moved[0] == pytest.approx(weight / steady, rel=1e-3)
+    assert after.dissipated_energy - state.dissipated_energy == pytest.approx(moved @ after.tangential_load, rel=1e-4)
+
+
+def test_a_component_without_load_is_free_and_one_without_displacement_is_held():
+    ensemble = sphere(0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
+    one = ensemble.advance(state, tangential_displacement=0.5 * slip)
+    free = ensemble.advance(state, tangential_displacement=(0.5 * slip, None), tangential_load=(None, 0.0))
+    held = ensemble.advance(state, tangential_displacement=(0.5 * slip, 0.0))
+    # both go along the line of one direction
+    for other in (free, held):
+        assert not other.turned
+        assert other.tangential_load[0] == one.tangential_load
+    # after a load in y has strained it, a free component follows, a held one keeps its displacement
+    state = ensemble.advance(state, tangential_load=(0.0, 0.5 * limit))
+    free = ensemble.advance(state, tangential_displacement=(slip, None), tangential_load=(None, 0.0))
+    held = ensemble.advance(state, tangential_displacement=(slip, state.tangential_displacement[1]))
+    assert abs(free.tangential_load[1]) < 1e-9 * limit
+    assert held.tangential_displacement[1] == state.tangential_displacement[1]
+    assert held.tangential_load[1] > 0.05 * limit
+    # a component that is not named stays as it was controlled last
+    on = ensemble.advance(free, tangential_displacement=(-slip, None))
+    assert abs(on.tangential_load[1]) < 1e-9 * limit
+    assert type(on).from_bytes(on.to_bytes()).tangential_control == on.tangential_control == (1, 0)
+
+
+def test_a_load_component_beyond_the_limit_is_refused_or_held_at_it():
+    ensemble = sphere(0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
+    aim = {"tangential_displacement": (0.5 * slip, None), "tangential_load": (None, 1.5 * limit)}
+    with pytest.raises(FrictionLimitError, match="beyond the friction limit"):
+        ensemble.advance(state, **aim)
+    held = ensemble.advance(state, **aim, saturate=True)
+    assert held.tangential_load[1] == pytest.approx(0.999 * limit, rel=1e-9)
+    assert held.tangential_displacement[0] == pytest.approx(0.5 * slip)
+    assert held.tangential_request[1] == pytest.approx(1.5 * limit)
+
+
+@pytest.mark.parametrize(
+    ("aim", "says"),
+    [
+        ({"tangential_load": (None, None)}, r"is \(None, None\); expected a number"),
+        ({"tangential_load": (1.0, None), "tangential_displacement": (1.0, 1.0)}, "both give x"),
+        ({"tangential_load": 1.0, "tangential_displacement": (1.0, None)}, "expected one of them, or pairs"),
+        ({"tangential_load": (None, np.nan)}, "expected a finite number"),
+    ],
+)
+def test_components_that_are_given_twice_or_not_at_all_are_refused(aim, says):
+    ensemble = sphere()
+    with pytest.raises(InputError, match=says):
+        ensemble.advance(ensemble.initial_state(), **aim)
+
+
+@pytest.mark.parametrize("compliance", [1.0, 1e3, 1e6])
+def test_the_drive_arrives_however_soft_the_instrument(compliance):
+    """Friction that falls lets the contact go by what the spring gives way, many times as far as springs reach."""
+    ensemble = sphere(0.3)
+    state = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    limit, slip = 0.3 * LOAD, 0.3 * PAIR.displacement_ratio
+    soft = hs.Instrument(limit / slip / compliance)
+    drive = np.array([1.2, 0.5]) * slip * (compliance + 2)
+    state = ensemble.advance(state, tangential_displacement=(slip, 0.0), instrument=soft)
+    state = ensemble.advance(state, tangential_displacement=tuple(drive), instrument=soft)
+    for each in (state, ensemble.with_friction(state, 0.03, instrument=soft)):
+        reached = each.tangential_displacement + compliance * slip / limit * each.tangential_load
+        np.testing.assert_allclose(reached, drive, rtol=1e-9)

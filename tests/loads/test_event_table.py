@@ -104,16 +104,10 @@ def test_a_header_alone_has_no_events(table):
             "line 2: 3 values where the header names 2 columns; expected one value for each",
         ),
         ("time,friction\n1,[]\n", "line 2, column friction: FrictionChange: friction is empty"),
-        ("time,tangential_load x\n1,2\n", "column 'tangential_load x' stands alone; expected 'tangential_load y', too"),
-        ("time,tangential_load y\n1,2\n", "column 'tangential_load y' stands alone; expected 'tangential_load x', too"),
         ("time,normal_load x\n1,2\n", "column 'normal_load x' is no kind of event"),
         (
             "time,tangential_load,tangential_load x,tangential_load y\n1,2,3,4\n",
             "expected 'tangential_load x' and 'tangential_load y' alone",
-        ),
-        (
-            "time,tangential_load x,tangential_load y\n1,2,\n",
-            "line 2, column tangential_load: one of the components x and y is empty",
         ),
     ],
 )
@@ -225,3 +219,16 @@ def test_a_table_appears_whole_or_not_at_all(tmp_path):
         write_events(tmp_path / "none" / "a.csv", FOUR)
     assert caught.value.filename == str(tmp_path / "none" / "a.csv")
     assert [path.name for path in tmp_path.iterdir()] == ["a.csv"]
+
+
+def test_components_of_their_own_are_read_and_written(tmp_path):
+    events = [
+        hs.NormalLoad(0.0, 1e-3),
+        hs.TangentialLoad(1.0, (None, 1e-4)),
+        hs.TangentialDisplacement(2.0, (1e-8, None)),
+        hs.TangentialDisplacement(3.0, (2e-8, 1e-9)),
+    ]
+    write_events(tmp_path / "a.csv", events)
+    assert read_events(tmp_path / "a.csv") == events
+    (tmp_path / "b.csv").write_text("time,tangential_displacement x [nm],tangential_load y [mN]\n1,,0.1\n2,10,\n")
+    assert read_events(tmp_path / "b.csv") == events[1:3]

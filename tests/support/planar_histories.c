@@ -144,8 +144,10 @@ static void one_event(history *h) {
     path.normal_fraction = one_of(2);
     path.normal_target = path.normal_control == HS_LOAD ? uniform(0.05, 1.0) : uniform(0.05, 0.9);
     if (one_of(40) == 0) path.normal_target = path.normal_control == HS_LOAD ? 0.0 : -0.1;
-    path.tangential_control = one_of(4) ? HS_DISPLACED : HS_LOAD;
-    path.tangential_fraction = 1.0;
+    for (int i = 0; i < 2; ++i) {
+        path.tangential_control[i] = one_of(4) ? HS_DISPLACED : HS_LOAD;
+        path.tangential_fraction[i] = one_of(6) ? 1.0 : uniform(0, 1);
+    }
     double size = one_of(3) ? 0.2 : 0.01;
     for (int i = 0; i < 2; ++i) path.tangential_target[i] = one_of(8) ? uniform(-size, size) : 0.0;
     const double *yields = one_of(6) ? none : soft;

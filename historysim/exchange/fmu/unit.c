@@ -95,7 +95,7 @@ static hs_tangential tangential_of(const hs_kept *memory, int direction) {
 }
 /* On a copy, since a path that is refused has used up its memory. */
 static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
-    hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, 1.0, 1, 0, NORMAL_CONTROL, TANGENTIAL_CONTROL, 0, 0, NAN, NAN};
+    hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, {1.0, 1.0}, 1, 0, NORMAL_CONTROL, {TANGENTIAL_CONTROL, TANGENTIAL_CONTROL}, 0, NAN, NAN};
     hs_planar *before = unit->now.memory, *after = hs_planar_copy(before);
     int status = after ? hs_planar_walk(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {

@@ -1,7 +1,7 @@
 """``[loading]`` that is written out in the scenario: waypoints, and blocks of them."""
 
 import abc
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, Self, cast
 
@@ -12,7 +12,7 @@ from historysim.basics.fields import NOT_NEGATIVE, Time
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
 from historysim.errors import InputError, at, misfit, path_text
-from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent, TangentialEvent, components_of
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
@@ -64,13 +64,22 @@ class Waypoint:
         return made
 
 
-def _check_channels(keys: Iterable[str]) -> None:
+def _check_channels(changes: Mapping[str, Any]) -> None:
     """Check that each channel is controlled in one way; a load and a displacement of one are an InputError."""
-    controlled: dict[str | None, str] = {}
-    for key in keys:
-        channel = EVENTS[key].channel
-        if channel is not None and (before := controlled.setdefault(channel, key)) != key:
-            raise InputError(f"{before} and {key} together; expected one of them: the other follows from it")
+    controlled: dict[str, str] = {}
+    for key, change in changes.items():
+        kind = EVENTS[key]
+        channels: tuple[str, ...] = () if kind.channel is None else (kind.channel,)
+        if isinstance(change, Event):
+            channels = change.channels
+        elif issubclass(kind, TangentialEvent):
+            channels = components_of(change[0])
+        for channel in channels:
+            if (before := controlled.setdefault(channel, key)) != key:
+                hint = (
+                    ", or each in another direction, as { x = … } and { y = … }" if kind.channel == "tangential" else ""
+                )
+                raise InputError(f"{before} and {key} together; expected one of them{hint}: the other follows from it")
 
 
 @attrs.define
@@ -104,20 +113,24 @@ class Timeline:
 
     def hold(self, *place: str | int) -> None:
         """Let every channel keep its value until now."""
-        for event in list(self.standing.values()):
+        for event in dict.fromkeys(self.standing.values()):
             if event.time < self.now:
-                self._append(attrs.evolve(event, time=self.now), place)
+                own = [name for name in event.channels if self.standing[name] == event]
+                self._append(attrs.evolve(event.of_channels(own), time=self.now), place)
 
     def _append(self, event: Event, place: Place) -> None:
         self.events.append(event)
         self.places.append(place)
         if not isinstance(event, LoadEvent):
             return
-        time, passed = self.passed.pop(event.channel, (event.time, ()))
-        before = self.standing.get(event.channel)
-        if before is not None and time < event.time and (before.name, before.value) != (event.name, event.value):
-            self.drifts.append((passed, before, event))
-        self.standing[event.channel] = event
+        for channel in event.channels:
+            time, passed = self.passed.pop(channel, (event.time, ()))
+            before = self.standing.get(channel)
+            self.standing[channel] = event
+            if before is None or time == event.time:
+                continue
+            if (before.name, before.reached(channel)) != (event.name, event.reached(channel)):
+                self.drifts.append((passed, before.of_channels([channel]), event.of_channels([channel])))
 
     def warn_of_drifts(self, notify: Notify) -> None:
         """Notify where a channel goes on at waypoints that do not name it, unless ``hold`` says so."""
@@ -132,7 +145,8 @@ class Timeline:
 
 
 def _reached(event: LoadEvent) -> str:
-    return f"{quantity_text(event.value, event.unit)} at {event.time:g} s"
+    values = [quantity_text(event.reached(channel), event.unit) for channel in event.channels]
+    return f"{', '.join(values)} at {event.time:g} s"
 
 
 @attrs.frozen(kw_only=True)
@@ -214,7 +228,8 @@ class Each:
 
     def __attrs_post_init__(self) -> None:
         """Check that there are values, as many of one as of the other."""
-        _check_channels(self.values)
+        for values in zip(*self.values.values(), strict=False):
+            _check_channels({key: (value,) for key, value in zip(self.values, values, strict=True)})
         lengths = {key: len(value) for key, value in self.values.items()}
         if not lengths or 0 in lengths.values() or len(set(lengths.values())) > 1:
             counts = ", ".join(f"{count} of {key}" for key, count in lengths.items())
