@@ -105,7 +105,7 @@ def test_every_command_works_with_the_lowest_versions_that_are_declared(tmp_path
     assert newer == {}
     run(python, SMOKE, MPLBACKEND="agg")
     uv(*install, *optional["surfaces"])
-    run(python, SMOKE, "SurfaceTopography", MPLBACKEND="agg")
+    run(python, SMOKE, "SurfaceTopography", "skimage", MPLBACKEND="agg")
 
 
 def test_every_command_works_on_the_newest_python(tmp_path):

@@ -51,6 +51,7 @@ def test_a_scenario_a_log_a_map_and_loops_are_shown(tmp_path):
 
 
 def test_two_maps_of_one_place_show_what_was_lost(tmp_path):
+    pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
     before = hs.random_surface((64, 64), pixel_size=1e-6, rms_height=1e-6, autocorrelation_length=20e-6, seed=1)
     after = np.minimum(before.heights, 1e-6)
     for name, heights in (("before", before.heights), ("after", after)):

@@ -2,10 +2,10 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 from scipy import ndimage, spatial
 
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
@@ -94,7 +94,8 @@ def registered(
     Raises
     ------
     InputError
-        A profile; maps that do not overlap by a quarter of the first, or do not correlate.
+        If a map is a profile, the maps do not overlap by a quarter of the first or do not correlate, or scikit-image
+        is not installed.
     """
     first, second = (one if isinstance(one, Surface) else read_surface(one) for one in (before, after))
     if 1 in first.shape or 1 in second.shape:
@@ -104,7 +105,9 @@ def registered(
         raise InputError(f"most_rotation is {most:g}°; expected at most 10°: turn one of the maps before")
     if not np.allclose(first.pixel_size, second.pixel_size, rtol=COINCIDENT, atol=0):
         second = second.at_resolution(first.pixel_size)
-    fit = _fitted(first, second, _start(first, second, math.radians(most)), np.zeros(first.shape, dtype=bool))
+    fit = _fitted(
+        first, second, _initial_parameters(first, second, math.radians(most)), np.zeros(first.shape, dtype=bool)
+    )
     for _ in range(PASSES):
         # the thin rims of what is worn would lower the datum
         fit = _fitted(first, second, fit.parameters, _worn(first.heights - fit.laid))
@@ -134,41 +137,38 @@ def _laid(second: Surface, onto: Surface, shift: Floats, rotation: float) -> Flo
     )
 
 
-def _start(first: Surface, second: Surface, most_rotation: float) -> Floats:
-    """Return the shift along x and y [m] and the rotation where the maps correlate best: whole pixels, by Fourier."""
+def _initial_parameters(first: Surface, second: Surface, most_rotation: float) -> Floats:
+    """Return the parameters from which the fit starts: the shift by phase correlation at the best of some rotations."""
+    correlate_phases = _import_phase_correlation()
     # from one rotation to the next, the ends of the map move by two pixels
     count = math.ceil(most_rotation * max(second.shape) / 4)
-    shape = tuple(a + b - 1 for a, b in zip(first.shape, second.shape, strict=True))
-    level = second.detrended("plane")
     # a tilt would correlate with itself at any shift
-    ours = _spectra(first.detrended("plane").heights, shape)
+    reference, level = first.detrended("plane"), second.detrended("plane")
     best, start = -math.inf, np.zeros(6)
     for rotation in np.linspace(-most_rotation, most_rotation, 2 * count + 1):
-        theirs = _spectra(_laid(level, level, np.zeros(2), float(rotation)), shape)
-        product, overlap, our_squares, their_squares = (
-            np.fft.irfft2(ours[i] * np.conj(theirs[k]), shape) for i, k in ((0, 0), (1, 1), (2, 1), (1, 2))
-        )
-        enough = overlap > LEAST_OVERLAP * np.count_nonzero(~first.missing)
-        squares = np.where(enough, our_squares * their_squares, np.inf)
-        correlation = product / np.sqrt(np.maximum(squares, np.finfo(float).tiny))
-        place = np.unravel_index(np.argmax(correlation), shape)
-        if correlation[place] > best:
-            # indices count from the first points, shifts from the centres
-            moved = [
-                index - (index >= n) * length + (others - n) / 2
-                for index, length, n, others in zip(place, shape, first.shape, second.shape, strict=True)
-            ]
-            best, start = correlation[place], np.array([*np.multiply(moved, first.pixel_size), rotation, 0, 0, 0])
+        turned = _laid(level, level, np.zeros(2), float(rotation))
+        pixels = correlate_phases(
+            reference.heights,
+            turned,
+            reference_mask=~reference.missing,
+            moving_mask=np.isfinite(turned),
+            overlap_ratio=LEAST_OVERLAP,
+        )[0]
+        shift = pixels * first.pixel_size
+        correlation = _correlation(reference.heights, _laid(level, reference, shift, float(rotation)))
+        if correlation > best:
+            best, start = correlation, np.array([*shift, rotation, 0, 0, 0])
     return start
 
 
-def _spectra(heights: Floats, shape: tuple[int, ...]) -> list[npt.NDArray[np.complex128]]:
-    """Return the Fourier transforms of heights, of where they are known, and of their squares."""
-    known = ~np.isnan(heights)
-    filled = np.where(known, heights, 0.0)
-    # scaled, so that squares of nanometres keep their digits
-    filled /= np.abs(filled).max() or 1.0
-    return [np.fft.rfft2(values, shape) for values in (filled, known.astype(float), filled**2)]
+def _import_phase_correlation() -> Any:
+    try:
+        from skimage.registration import phase_cross_correlation
+    except ImportError as error:
+        raise InputError(
+            f'registration needs scikit-image, which cannot be imported ({error}): pip install "historysim[surfaces]"'
+        ) from error
+    return phase_cross_correlation
 
 
 def _fitted(first: Surface, second: Surface, start: Floats, worn: Booleans) -> _Fit:

@@ -127,6 +127,14 @@ def check_surfaces(folder: Path) -> None:
     check_command(["show", str(folder / "heights.nc")])
 
 
+def check_registration(folder: Path) -> None:  # noqa: ARG001 - signature of a check
+    """Extra surfaces: the shift between two maps, by scikit-image."""
+    surface = hs.random_surface((64, 64), 1.0, rms_height=0.1, autocorrelation_length=8.0, seed=1)
+    moved = hs.Surface(np.roll(surface.heights, (3, 0), (0, 1))[8:-8], surface.pixel_size)
+    shift = hs.registered(surface, moved).shift
+    assert np.allclose(shift, (-3.0, 0.0), atol=1e-3), shift
+
+
 EXTRAS = {
     "h5py": check_hdf5,
     "nptdms": check_tdms,
@@ -134,6 +142,7 @@ EXTRAS = {
     "dask": check_dask,
     "control": check_control,
     "SurfaceTopography": check_surfaces,
+    "skimage": check_registration,
 }
 
 

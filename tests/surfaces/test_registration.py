@@ -1,6 +1,8 @@
 """Maps of one place before and after wear: sums of waves, which are known exactly at any shift and rotation."""
 
 import math
+import re
+import sys
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from historysim.asperities.running_in import Pass, run_in
 from historysim.errors import InputError
 from historysim.surfaces.registration import KEPT, LOST
 from historysim.surfaces.resampling import resampled
+
+pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
 
 PIXEL = 1e-6
 HEIGHT = 1e-6
@@ -134,3 +138,11 @@ def test_maps_of_two_places_are_refused(seed):
 def test_a_profile_is_refused():
     with pytest.raises(InputError, match="a profile cannot be registered"):
         hs.registered(hs.Surface(np.arange(9.0), PIXEL), hs.Surface(np.arange(9.0), PIXEL))
+
+
+def test_missing_scikit_image_is_reported(monkeypatch):
+    monkeypatch.setitem(sys.modules, "skimage.registration", None)
+    surface = hs.Surface(np.eye(9), PIXEL)
+    hint = re.escape('pip install "historysim[surfaces]"')
+    with pytest.raises(InputError, match=f"^registration needs scikit-image, which cannot be imported .*{hint}$"):
+        hs.registered(surface, surface)
