@@ -128,7 +128,7 @@ def _as_loaded(
         pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
         area = math.pi * surface.ball_radius * max(pressed, approach)
         if surface.summits is not None and area > 0:
-            surface = attrs.evolve(surface, summits=surface.summits.on_area(area))
+            surface = attrs.evolve(surface, summits=surface.summits.with_area(area))
     if not surface.interacts or surface.surface is None:
         return surface
     from historysim.interaction.solutions import NormalSolutions

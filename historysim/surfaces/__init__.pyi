@@ -1,4 +1,4 @@
-# Surfaces and their summits, each with the place where it stands.
+# Surfaces and their summits, each with its module.
 
 from historysim.surfaces.distribution import drawn_summits as drawn_summits
 from historysim.surfaces.distribution import quantile_summits as quantile_summits

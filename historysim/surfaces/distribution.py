@@ -16,22 +16,22 @@ from historysim.basics.arguments import ArrayLike, Floats, FrozenArrays, checked
 from historysim.errors import InputError
 from historysim.surfaces.summits import Summits
 
-MOST_SUMMITS = 50_000_000  # the most summits that are made at once; with their positions they take some gigabytes
+MOST_SUMMITS = 50_000_000  # the most summits that are generated; with their positions they need some gigabytes
 
-# The scaling laws by name: the power of n to which the radius of each asperity goes.
+# Scaling laws by name: exponent of n in the radius of each asperity.
 LAWS: Final[Mapping[str, float]] = {"self-similar": -0.5, "curvature-invariant": 0.0}
 
 
 def generator(seed: object) -> np.random.Generator:
-    """Return the random numbers of a seed, by PCG64; anything but a whole number of 0 or more is an InputError."""
+    """Return the PCG64 generator of a seed; InputError unless the seed is a whole number of 0 or more."""
     if not isinstance(seed, int | np.integer) or isinstance(seed, bool) or seed < 0:
-        raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more, which draws the same numbers again")
+        raise InputError(f"seed is {seed!r}; expected a whole number of 0 or more")
     return np.random.Generator(np.random.PCG64(int(seed)))
 
 
 @attrs.frozen(init=False)
 class Gaussian:
-    """Gaussian heights, of this rms height about their mean [m], > 0, and this mean over the datum [m]."""
+    """Gaussian heights: rms height about the mean [m], > 0, and mean over the datum [m]."""
 
     rms_height: float
     mean: float
@@ -44,7 +44,7 @@ class Gaussian:
         values = _probability(probability, above=0)
         if np.any(values == 1):
             raise InputError("probability is 1; expected less than 1: Gaussian heights have no highest one")
-        # takes longer to import than a ball to validate
+        # a slow import that scenarios without Gaussian heights do not need
         from scipy.special import ndtri
 
         result: Floats = self.mean + self.rms_height * ndtri(values)
@@ -53,10 +53,10 @@ class Gaussian:
 
 @attrs.frozen(eq=False, init=False, getstate_setstate=False)
 class Tabulated(FrozenArrays):
-    """Heights with a density given in a table, straight between its rows and 0 outside.
+    """Heights with a tabulated density, linear between its rows and 0 outside.
 
-    Heights (row) [m] increase; the density (row) is 0 or more in any unit, and is normalised. Two rows or more; a
-    density that is 0 throughout, and anything else, is an InputError.
+    Heights (row) [m] increase; the density (row) is 0 or more in any unit, and is normalised. InputError if there are
+    fewer than two rows, the heights do not increase or the density is 0 throughout.
     """
 
     height: Floats
@@ -65,7 +65,7 @@ class Tabulated(FrozenArrays):
 
     def __init__(self, height: ArrayLike, density: ArrayLike) -> None:
         heights, densities = _table("height", height, density)
-        # the largest first, so that no unit makes the integral overflow
+        # scaled by the maximum, so that the integral does not overflow in any unit
         densities = densities / densities.max()
         cumulative = np.concatenate([[0.0], np.cumsum(np.diff(heights) * (densities[:-1] + densities[1:]) / 2)])
         columns = (heights, densities / cumulative[-1], cumulative / cumulative[-1])
@@ -73,7 +73,7 @@ class Tabulated(FrozenArrays):
 
     @classmethod
     def from_gaps(cls, gap: ArrayLike, density: ArrayLike) -> Self:
-        """Return the distribution of heights that are minus the gaps [m], as the literature of joints tabulates them.
+        """Return the height distribution of tabulated gaps [m], as the literature on joints gives them: height = -gap.
 
         Gaps (row) are increasing distances from the summits to the flat at first touch, 0 or more.
         """
@@ -83,16 +83,18 @@ class Tabulated(FrozenArrays):
     def quantile(self, probability: ArrayLike) -> Floats:
         """Return the heights [m] below which a summit lies with these probabilities, 0 to 1: the exact inverse.
 
-        Where the density is 0 between two heights, the lower of them; at 0 the lowest that a summit can have.
+        Where the density is 0 between two heights, the lower one; at probability 0 the lowest possible height.
         """
         values = _probability(probability, least=0)
         lowest = np.searchsorted(self._cumulative, 0.0, side="right") - 1
         cell = np.maximum(np.searchsorted(self._cumulative, values, side="left") - 1, lowest)
-        left, right = self.density[cell], self.density[cell + 1]
+        density_below, density_above = self.density[cell], self.density[cell + 1]
         # left s + slope s²/2 = rise, solved for s without a difference of near numbers
         rise = values - self._cumulative[cell]
-        root = np.sqrt(np.maximum(left**2 + 2 * rise * (right - left) / np.diff(self.height)[cell], 0))
-        offset = np.divide(2 * rise, left + root, out=np.zeros_like(rise), where=left + root > 0)
+        root = np.sqrt(
+            np.maximum(density_below**2 + 2 * rise * (density_above - density_below) / np.diff(self.height)[cell], 0)
+        )
+        offset = np.divide(2 * rise, density_below + root, out=np.zeros_like(rise), where=density_below + root > 0)
         result: Floats = np.minimum(self.height[cell] + offset, self.height[cell + 1])
         return result
 
@@ -103,15 +105,15 @@ HeightDistribution = Gaussian | Tabulated
 def drawn_summits(
     distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float, seed: int
 ) -> Summits:
-    """Return summits drawn at random: independent heights, uniform positions on a square of the nominal area.
+    """Draw random summits: independent heights, uniform positions on a square of the nominal area.
 
-    There are D A0 of them, rounded, with D ``summit_density`` [1/m²] and A0 ``nominal_area`` [m²], at least 1 and at
-    most `MOST_SUMMITS`; their radii [m] are one for all, or one per summit. One seed, a whole number of 0 or more,
-    gives the same positions and the same ranking by height with either distribution.
+    Their number is D A0, rounded, with D ``summit_density`` [1/m²] and A0 ``nominal_area`` [m²], at least 1 and at
+    most `MOST_SUMMITS`; the radius [m] is one number, or one per summit. A seed, a whole number of 0 or more, gives
+    the same positions and the same ranking by height with either distribution.
     """
     count = _count(summit_density, nominal_area)
     random = generator(seed)
-    # 0 stands for a strip of 2^-53, and the middle of that strip has a finite height in any distribution
+    # 0 represents an interval of 2^-53, whose middle has a finite height in any distribution
     probability = np.maximum(random.random(count), 2.0**-54)
     x, y = math.sqrt(scalar("nominal_area", nominal_area)) * random.random((2, count))
     return Summits(distribution.quantile(probability), radius, x, y, nominal_area=nominal_area)
@@ -120,7 +122,7 @@ def drawn_summits(
 def quantile_summits(
     distribution: HeightDistribution, radius: ArrayLike, *, summit_density: float, nominal_area: float
 ) -> Summits:
-    """Return summits without chance: the heights at the probabilities (i + ½)/n, from low to high, without positions.
+    """Return summits at the quantiles (i + ½)/n of a distribution, from low to high, without positions.
 
     Parameters and errors as in `drawn_summits`.
     """
@@ -150,11 +152,11 @@ def textured_summits(
     height_scatter : float
         Standard deviation of the Gaussian heights around 0 [m].
     radius_scatter : float
-        That of the log-normal radii over R [1], 0 to 1.
+        Standard deviation of the log-normal radii over R [1], 0 to 1.
     seed : int, optional
-        Needed for scatter. One seed gives the same heights with any scatter of the radii, and the other way round.
+        Required for scatter. A seed gives the same heights for any scatter of the radii, and vice versa.
     """
-    sides = [each for each in np.atleast_1d(count).tolist() if isinstance(each, int) and each > 0]
+    sides = [number for number in np.atleast_1d(count).tolist() if isinstance(number, int) and number > 0]
     if len(sides) != 2 or math.prod(sides) > MOST_SUMMITS:
         raise InputError(
             f"count is {count!r}; expected two whole numbers (nx, ny), 1 or more each, and at most {MOST_SUMMITS:,} in "
@@ -173,7 +175,7 @@ def textured_summits(
             raise InputError("height_scatter or radius_scatter without a seed; expected a whole number as seed")
         normal = generator(seed).standard_normal((2, nx * ny))
         heights += deviation * normal[0]
-        # the logarithm is Gaussian; these two parameters give the mean and the deviation asked for
+        # parameters of the Gaussian logarithm that give the requested mean and deviation
         variance = math.log1p(relative**2)
         radii *= np.exp(math.sqrt(variance) * normal[1] - variance / 2)
     x, y = np.repeat(np.arange(nx) * px, ny), np.tile(np.arange(ny) * py, nx)
@@ -191,18 +193,20 @@ def _count(summit_density: float, nominal_area: float) -> int:
     return round(density * area)
 
 
-def _table(name: str, place: ArrayLike, density: ArrayLike) -> tuple[Floats, Floats]:
-    places, densities = checked(name, place), checked("density", density, least=0)
-    if places.ndim != 1 or places.shape != densities.shape or places.size < 2:
+def _table(name: str, abscissa: ArrayLike, density: ArrayLike) -> tuple[Floats, Floats]:
+    abscissae, densities = checked(name, abscissa), checked("density", density, least=0)
+    if abscissae.ndim != 1 or abscissae.shape != densities.shape or abscissae.size < 2:
         raise InputError(
-            f"{name} has shape {places.shape} and density {densities.shape}; expected two lists of one length ≥ 2"
+            f"{name} has shape {abscissae.shape} and density {densities.shape}; expected two lists of one length ≥ 2"
         )
-    if np.any(np.diff(places) <= 0):
-        row = int(np.argmax(np.diff(places) <= 0)) + 1
-        raise InputError(f"{name}[{row}] is {places[row]:g} after {places[row - 1]:g}; expected increasing numbers")
+    if np.any(np.diff(abscissae) <= 0):
+        row = int(np.argmax(np.diff(abscissae) <= 0)) + 1
+        raise InputError(
+            f"{name}[{row}] is {abscissae[row]:g} after {abscissae[row - 1]:g}; expected increasing numbers"
+        )
     if not densities.any():
         raise InputError("density is 0 throughout; expected a number greater than 0 somewhere")
-    return places, densities
+    return abscissae, densities
 
 
 def _probability(values: ArrayLike, **limits: float) -> Floats:

@@ -1,4 +1,4 @@
-"""What is taken out of height maps: waves, by Gaussian filters, form, and points that are no heights.
+"""Components removed from height maps: waves (Gaussian filters), form, spikes and outliers.
 
 The filters are linear (ISO 16610-21 and -61) or robust (-71). A form is a plane, a polynomial or a sphere.
 """
@@ -15,13 +15,13 @@ from historysim.errors import InputError
 
 # α of the weight exp(-π (x/(α λ))²), with which a wave as long as the cut-off λ passes with half its amplitude.
 ALPHA = math.sqrt(math.log(2) / math.pi)
-REACH = 1.0  # distance, over the cut-off, beyond which there is no weight: it would be 7e-7 of that in the middle
-# Where Tukey's weights end, over the median of the absolute residuals: three standard deviations of Gaussian ones.
+REACH = 1.0  # distance over the cut-off beyond which the weight is neglected: 7e-7 of the central weight
+# Limit of Tukey's weights over the median absolute residual: three standard deviations of Gaussian residuals.
 TUKEY = 4.4478
 MOST_PASSES = 50
-SETTLED = 1e-4  # change of that median, relative to it, at which the robust filter has settled
-LEAST_PIXELS = 2  # the shortest cut-off, over the pixel size: what is shorter than two pixels is not in the map
-SPIKE_REACH = 2  # how many points far the neighbours of a spike reach: 24 of them
+SETTLED = 1e-4  # relative change of that median at which the robust filter has converged
+LEAST_PIXELS = 2  # shortest cut-off over the pixel size: a map has no waves shorter than two pixels
+SPIKE_REACH = 2  # half width of the neighbourhood of a spike in points: 24 neighbours
 ROWS_AT_ONCE = 64
 GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of Gaussian values
 
@@ -29,25 +29,25 @@ GAUSSIAN = 1.4826  # standard deviation over median absolute deviation, of Gauss
 def gaussian_mean(
     heights: Floats, pixel_size: tuple[float, float], cutoff: float, *, periodic: bool = False, robust: bool = False
 ) -> Floats:
-    """Return the mean surface (nx, ny) [m] of a Gaussian filter: the waves that are longer than a cut-off λ [m].
+    """Return the mean surface (nx, ny) [m] of a Gaussian filter: the waves longer than a cut-off λ [m].
 
-    At each point it is the height there of the plane that fits the heights around it best, each with the weight
-    exp(-π (x² + y²)/(α λ)²), α = √(ln 2/π). At borders and beside missing points (NaN), where the weighted mean alone
-    would bend, a plane stays a plane (regression of first order). The robust filter fits again with Tukey's biweight of
-    the residuals, (1 - (r/c)²)² within c = 4.4478 times the median of their absolute values, until that settles. A
-    cut-off shorter than two pixels, or longer than the surface, is an InputError.
+    At each point it is the height of the plane of least squares through the heights around it, with the weights
+    exp(-π (x² + y²)/(α λ)²), α = √(ln 2/π). At borders and next to missing points (NaN), where the weighted mean alone
+    would bend, a plane stays a plane (regression of first order). The robust filter repeats the fit with Tukey's
+    biweight of the residuals, (1 - (r/c)²)² within c = 4.4478 times their median absolute value, until that median
+    converges. InputError if the cut-off is shorter than two pixels or longer than the surface.
     """
     cutoff = scalar("cutoff", cutoff, above=0)
     lengths = [points * pixel for points, pixel in zip(heights.shape, pixel_size, strict=True) if points > 1]
     pixels = [pixel for points, pixel in zip(heights.shape, pixel_size, strict=True) if points > 1]
-    least, most = LEAST_PIXELS * max(pixels, default=0.0), min(lengths, default=0.0)
-    if not least * (1 - 1e-9) <= cutoff <= most:
+    shortest, longest = LEAST_PIXELS * max(pixels, default=0.0), min(lengths, default=0.0)
+    if not shortest * (1 - 1e-9) <= cutoff <= longest:
         raise InputError(
-            f"a cut-off of {cutoff:g} m; expected {least:g} m, two pixels, or more, and at most the shorter side, "
-            f"{most:g} m"
+            f"a cut-off of {cutoff:g} m; expected {shortest:g} m, two pixels, or more, and at most the shorter side, "
+            f"{longest:g} m"
         )
     present = np.isfinite(heights)
-    # numbers of the size of the roughness keep their digits in the sums
+    # without the mean height, the sums keep their digits
     level = float(heights[present].mean())
     z = np.where(present, heights - level, 0.0)
     weights = present.astype(np.float64)
@@ -55,7 +55,7 @@ def gaussian_mean(
         list(_kernels(points, pixel / cutoff, periodic))
         for points, pixel in zip(heights.shape, pixel_size, strict=True)
     ]
-    mean = _fitted(z, weights, kernels, periodic)
+    mean = _fit_local_planes(z, weights, kernels, periodic)
     scale = math.inf
     for _ in range(MOST_PASSES if robust else 0):
         residual = np.where(present, z - mean, 0.0)
@@ -65,12 +65,12 @@ def gaussian_mean(
         scale = median
         bound = TUKEY * scale
         tukey = (1 - (np.minimum(np.abs(residual), bound) / bound) ** 2) ** 2
-        mean = np.where(present, _fitted(z, weights * tukey, kernels, periodic, fallback=mean), mean)
+        mean = np.where(present, _fit_local_planes(z, weights * tukey, kernels, periodic, fallback=mean), mean)
     return np.where(present, mean + level, np.nan)
 
 
 def _kernels(points: int, pixel: float, periodic: bool) -> Iterator[Floats]:
-    """Give the weights along one axis, times the distance to the powers 0, 1, 2; the pixel is over the cut-off."""
+    """Yield the weights along one axis times the distance to the powers 0, 1, 2; ``pixel`` is over the cut-off."""
     reach = min(math.ceil(REACH / pixel), points - 1) if points > 1 else 0
     distance = np.arange(-reach, reach + 1) * pixel
     weight = np.exp(-math.pi * (distance / ALPHA) ** 2)
@@ -84,7 +84,7 @@ def _kernels(points: int, pixel: float, periodic: bool) -> Iterator[Floats]:
         yield kernel
 
 
-def _smeared(values: Floats, along_x: Floats, along_y: Floats, periodic: bool) -> Floats:
+def _convolve(values: Floats, along_x: Floats, along_y: Floats, periodic: bool) -> Floats:
     """Return the sums Σ w(x' - x) w(y' - y) z(x', y') over the points around each point."""
     if periodic:
         # a correlation: the conjugate of the kernel
@@ -95,76 +95,76 @@ def _smeared(values: Floats, along_x: Floats, along_y: Floats, periodic: bool) -
     result = oaconvolve(values, along_x[::-1, None], mode="full", axes=0)
     result = result[along_x.size // 2 :][: values.shape[0]]
     result = oaconvolve(result, along_y[None, ::-1], mode="full", axes=1)
-    smeared: Floats = result[:, along_y.size // 2 :][:, : values.shape[1]]
-    return smeared
+    cropped: Floats = result[:, along_y.size // 2 :][:, : values.shape[1]]
+    return cropped
 
 
-def _fitted(
+def _fit_local_planes(
     z: Floats, weights: Floats, kernels: list[list[Floats]], periodic: bool, fallback: Floats | None = None
 ) -> Floats:
-    """Return at each point the height of the best plane, by Cramer's rule; the weighted mean where there is none."""
+    """Return the height of the best plane at each point, by Cramer's rule; the weighted mean if there is no plane."""
 
     def moment(values: Floats, along_x: int, along_y: int) -> Floats:
-        return _smeared(values, kernels[0][along_x], kernels[1][along_y], periodic)
+        return _convolve(values, kernels[0][along_x], kernels[1][along_y], periodic)
 
-    one, x, y = moment(weights, 0, 0), moment(weights, 1, 0), moment(weights, 0, 1)
+    total, x, y = moment(weights, 0, 0), moment(weights, 1, 0), moment(weights, 0, 1)
     xx, xy, yy = moment(weights, 2, 0), moment(weights, 1, 1), moment(weights, 0, 2)
     weighted = weights * z
     z0, zx, zy = moment(weighted, 0, 0), moment(weighted, 1, 0), moment(weighted, 0, 1)
     narrow_x, narrow_y = kernels[0][0].size == 1, kernels[1][0].size == 1
     if narrow_x:
-        xx = np.ones_like(xx) * one
+        xx = np.ones_like(xx) * total
     if narrow_y:
-        yy = np.ones_like(yy) * one
+        yy = np.ones_like(yy) * total
     minor = xx * yy - xy**2
     cofactor_x, cofactor_y = xy * y - x * yy, x * xy - xx * y
-    determinant = one * minor + x * cofactor_x + y * cofactor_y
+    determinant = total * minor + x * cofactor_x + y * cofactor_y
     with np.errstate(divide="ignore", invalid="ignore"):
         plane = (z0 * minor + zx * cofactor_x + zy * cofactor_y) / determinant
-        mean = z0 / one
-    # of points on a line, or of one point alone, there is no plane
-    regular = determinant > 1e-9 * one * xx * yy
+        mean = z0 / total
+    # points on a line, or a single point, define no plane
+    regular = determinant > 1e-9 * total * xx * yy
     result = np.where(regular, plane, mean)
     if fallback is not None:
-        result = np.where(one > 1e-9, result, fallback)
+        result = np.where(total > 1e-9, result, fallback)
     return result
 
 
 def spikes(heights: Floats, threshold: float) -> Booleans:
-    """Return which points (nx, ny) stand off the median of the 24 around them by so many robust standard deviations."""
-    return _far_off(heights - _median_around(heights), threshold)
+    """Return the points (nx, ny) more than `threshold` robust standard deviations off the median of 24 neighbours."""
+    return _exceeds(heights - _neighbour_median(heights), threshold)
 
 
 def outliers(heights: Floats, threshold: float) -> Booleans:
-    """Return which points (nx, ny) are farther from the median height than so many robust standard deviations."""
-    return _far_off(heights - np.nanmedian(heights), threshold)
+    """Return the points (nx, ny) more than `threshold` robust standard deviations off the median height."""
+    return _exceeds(heights - np.nanmedian(heights), threshold)
 
 
-def _far_off(off: Floats, threshold: float) -> Booleans:
-    sizes = np.abs(off[np.isfinite(off)])
+def _exceeds(deviations: Floats, threshold: float) -> Booleans:
+    sizes = np.abs(deviations[np.isfinite(deviations)])
     median = float(np.median(sizes))
-    # the mean in place of a median of 0, where half of the points are level
+    # the mean replaces a median of 0, if half of the points are level
     deviation = GAUSSIAN * median if median > 0 else math.sqrt(math.pi / 2) * float(sizes.mean())
-    result: Booleans = np.abs(off) > threshold * deviation  # NaN is not
+    result: Booleans = np.abs(deviations) > threshold * deviation  # NaN is not
     return result
 
 
-def _median_around(heights: Floats) -> Floats:
-    """Return the median of the points around each point, itself left out; NaN where all are missing."""
+def _neighbour_median(heights: Floats) -> Floats:
+    """Return the median of the neighbours of each point, without the point; NaN where all are missing."""
     from numpy.lib.stride_tricks import sliding_window_view
 
     wide = 2 * SPIKE_REACH + 1
-    # mirrored through its edges, so that a slope goes on and its border is no spike
+    # odd reflection continues a slope, so that its border is not a spike
     padded = np.pad(heights, SPIKE_REACH, mode="reflect", reflect_type="odd")
     result = np.empty(heights.shape)
-    for first in range(0, heights.shape[0], ROWS_AT_ONCE):
-        rows = padded[first : first + ROWS_AT_ONCE + 2 * SPIKE_REACH]
+    for start in range(0, heights.shape[0], ROWS_AT_ONCE):
+        rows = padded[start : start + ROWS_AT_ONCE + 2 * SPIKE_REACH]
         around = sliding_window_view(rows, (wide, wide))
         around = np.delete(around.reshape(*around.shape[:2], wide * wide), wide * wide // 2, axis=-1)
         with warnings.catch_warnings():
-            # numpy warns where all of them are missing
+            # numpy warns if all neighbours are missing
             warnings.simplefilter("ignore", RuntimeWarning)
-            result[first : first + ROWS_AT_ONCE] = np.nanmedian(around, axis=-1)
+            result[start : start + ROWS_AT_ONCE] = np.nanmedian(around, axis=-1)
     return result
 
 
@@ -173,9 +173,9 @@ FORMS = (*_DEGREE, "sphere", "polynomial")
 
 HIGHEST_DEGREE = 12  # of a polynomial; higher ones follow the roughness
 
-# Curvature over height, both in half diagonals, below which a fitted sphere would be rounding of the heights.
+# Curvature over height, both in half diagonals, below which the curvature is a rounding error of the heights.
 NO_CURVATURE = 1e-12
-# Largest distance from the axis over the radius of the sphere that the search starts from; 1 is at the equator.
+# Largest distance from the axis over the radius of the initial sphere; 1 is the equator.
 STEEPEST = 0.9
 
 
@@ -185,7 +185,7 @@ class Form:
 
     kind: str  #: one of `FORMS`
     heights: Floats = attrs.field(repr=False)  #: (nx, ny) At all points, missing ones too [m]
-    #: Of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow.
+    #: Radius of a sphere [m]: positive for a ball, which is highest in the middle, negative for a hollow.
     radius: float | None = None
 
 
@@ -193,14 +193,14 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree
     """Return the form of a surface: least squares of the height over the points that are not missing.
 
     "quadratic" has all six terms up to second order, "polynomial" all up to its degree, 0 to 12; "sphere" has a free
-    centre and radius, so that a tilted ball needs no levelling first. Another form or degree, too few points, or a
-    surface that no sphere fits, are an InputError.
+    centre and radius, so that a tilted ball needs no levelling first. InputError for another form or degree, too few
+    points, or a surface that no sphere fits.
     """
     if kind not in FORMS:
         raise InputError(f"form is {kind!r}; expected one of {', '.join(FORMS)}")
     if (kind == "polynomial") != (degree is not None):
-        given = "no degree" if degree is None else f"degree {degree!r}"
-        raise InputError(f"{given} for the form {kind}; expected a degree of a polynomial, and of nothing else")
+        stated = "no degree" if degree is None else f"degree {degree!r}"
+        raise InputError(f"{stated} for the form {kind}; expected a degree for a polynomial and for no other form")
     if degree is None:
         degree = _DEGREE.get(kind, 0)
     elif isinstance(degree, bool) or not isinstance(degree, int) or not 0 <= degree <= HIGHEST_DEGREE:
@@ -217,46 +217,46 @@ def fit_form(heights: Floats, pixel_size: tuple[float, float], kind: str, degree
 
 
 def _polynomial(heights: Floats, degree: int) -> Floats:
-    """Return the polynomial of this total degree in x and y, in Legendre terms, which keep their digits."""
+    """Return the least-squares polynomial of this total degree in x and y; Legendre terms avoid cancellation."""
     from numpy.polynomial import legendre
 
     present = np.isfinite(heights)
     terms = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    (x, half_x), (y, half_y) = (_centred(present.any(axis=across)) for across in (1, 0))
+    (x, half_x), (y, half_y) = (_indices_from_centre(present.any(axis=across)) for across in (1, 0))
     columns_x = legendre.legvander(x / (half_x or 1), degree)[:, [i for i, _ in terms]]
     columns_y = legendre.legvander(y / (half_y or 1), degree)[:, [j for _, j in terms]]
-    # sums over all points of the products of two terms, without a column of all points for each term
+    # normal matrix, without storing one column of all points per term
     products = [
         ((columns_x * columns_x[:, [k]]).T @ present.astype(np.float64) * (columns_y * columns_y[:, [k]]).T).sum(axis=1)
         for k in range(len(terms))
     ]
-    # Legendre terms are nearly orthogonal, so that normal equations keep their digits
+    # Legendre terms are nearly orthogonal, so that the normal equations are well conditioned
     form = np.zeros(heights.shape)
-    # once more on what is left, so that a surface that is its own form leaves nothing but rounding
+    # a second pass on the remainder, so that only rounding remains of a surface that equals its form
     for _ in range(2):
-        left = np.where(present, heights - form, 0.0)
-        projections = ((columns_x.T @ left) * columns_y.T).sum(axis=1)
+        remainder = np.where(present, heights - form, 0.0)
+        projections = ((columns_x.T @ remainder) * columns_y.T).sum(axis=1)
         coefficients = np.linalg.lstsq(np.stack(products), projections, rcond=None)[0]
         form += (columns_x * coefficients) @ columns_y.T
     return form
 
 
-def _centred(present: ArrayLike) -> tuple[Floats, float]:
-    """Return the indices counted from the middle of the present ones, and how far these reach from it."""
-    first, last = np.flatnonzero(present)[[0, -1]]
-    return np.arange(np.size(present)) - (first + last) / 2, float(last - first) / 2
+def _indices_from_centre(present: ArrayLike) -> tuple[Floats, float]:
+    """Return the indices counted from the middle of the present points, and half the range of these points."""
+    lowest, highest = np.flatnonzero(present)[[0, -1]]
+    return np.arange(np.size(present)) - (lowest + highest) / 2, float(highest - lowest) / 2
 
 
 def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
     """Return the sphere z = z0 - (1 - √(1 - κ²ρ²))/κ, ρ² = (x-x0)² + (y-y0)², of least squares.
 
-    The unit of length is half the diagonal of the present points. The search starts from the paraboloid of least
-    squares; on a profile along x, y0 stays 0.
+    The unit of length is half the diagonal of the present points. The search starts from the least-squares paraboloid;
+    y0 is 0 for a profile along x.
     """
     from scipy.optimize import least_squares
 
     present = np.isfinite(heights)
-    indices, half = zip(*(_centred(present.any(axis=across)) for across in (1, 0)), strict=True)
+    indices, half = zip(*(_indices_from_centre(present.any(axis=across)) for across in (1, 0)), strict=True)
     length = math.hypot(half[0] * pixel_size[0], half[1] * pixel_size[1])
     x_all = indices[0][:, None] * (pixel_size[0] / length)
     y_all = indices[1][None, :] * (pixel_size[1] / length)
@@ -266,30 +266,30 @@ def _sphere(heights: Floats, pixel_size: tuple[float, float]) -> Form:
     terms = np.stack([np.ones_like(x), x, y, -(x**2 + y**2) / 2])
     (level, slope_x, slope_y, curvature), _, rank, _ = np.linalg.lstsq(terms @ terms.T, terms @ z, rcond=NO_CURVATURE)
     if rank < (3 if 1 in heights.shape else 4):
-        raise InputError("no sphere fits points on a line or a circle better than others do; expected points all over")
+        raise InputError("points on a line or a circle do not determine a sphere; expected points all over the map")
     rounding = NO_CURVATURE * np.abs(z).max(initial=0) + 8 * np.finfo(float).eps * abs(mean) / length
     if not abs(curvature) > rounding:
-        raise InputError("no sphere fits a surface that is not curved; expected a ball or a hollow, or the form plane")
+        raise InputError("no sphere fits a flat surface; expected a ball or a hollow, or the form plane")
     start = [slope_x / curvature, slope_y / curvature, level + (slope_x**2 + slope_y**2) / (2 * curvature)]
     steepest = STEEPEST / np.hypot(x - start[0], y - start[1]).max()
     start.append(np.clip(curvature, -steepest, steepest))
-    moving = [index for index in range(4) if not (index < 2 and heights.shape[index] == 1)]
+    free = [index for index in range(4) if not (index < 2 and heights.shape[index] == 1)]
 
-    def unknowns(moved: Floats) -> Floats:
+    def unknowns(free_values: Floats) -> Floats:
         values = np.array(start)
-        values[moving] = moved
+        values[free] = free_values
         return values
 
-    found = least_squares(
-        lambda moved: _cap(unknowns(moved), x, y)[0] - z,
-        np.array(start)[moving],
-        lambda moved: _cap(unknowns(moved), x, y)[1][moving].T,
+    solution = least_squares(
+        lambda free_values: _cap(unknowns(free_values), x, y)[0] - z,
+        np.array(start)[free],
+        lambda free_values: _cap(unknowns(free_values), x, y)[1][free].T,
         method="lm",
         xtol=1e-15,
         ftol=1e-15,
         gtol=1e-15,
     )
-    best = unknowns(found.x)
+    best = unknowns(solution.x)
     if not np.isfinite(best).all() or abs(best[3]) * np.hypot(x - best[0], y - best[1]).max() >= 1 or best[3] == 0:
         raise InputError("no sphere fits: the best one does not cover all points; expected a ball or a hollow")
     return Form("sphere", _cap(best, x_all, y_all)[0] * length + mean, float(length / best[3]))
@@ -299,7 +299,7 @@ def _cap(unknowns: Floats, x: Floats, y: Floats) -> tuple[Floats, Floats]:
     """Return the heights of a sphere, and their derivatives by x0, y0, z0 and κ."""
     x0, y0, z0, curvature = unknowns
     square = (x - x0) ** 2 + (y - y0) ** 2
-    # a step of the search may go beyond the equator, where there is no height; the best fit may not
+    # a step of the search may pass the equator, where no height is defined; the solution may not
     root = np.sqrt(np.maximum(1 - curvature**2 * square, 1e-12))
     slope = curvature / root
     gradient = np.stack([slope * (x - x0), slope * (y - y0), np.ones_like(square), -square / (root * (1 + root))])

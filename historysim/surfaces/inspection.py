@@ -1,4 +1,4 @@
-"""What a user should know of a height map: a summary, and what coarse steps do to its summits."""
+"""Summary of a height map, and a warning of height steps that are too coarse for the radii of summits."""
 
 import math
 
@@ -10,7 +10,7 @@ from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.summits import detached_summits
 
-# Steps that the median summit should rise over its neighbours, so that its radius is known to some 10 %.
+# Height of the median summit over its neighbours, in height steps, that gives its radius within some 10 %.
 LEAST_STEPS = 5
 
 
@@ -21,19 +21,19 @@ def summary(surface: Surface) -> list[tuple[str, str]]:
 
 
 def height_step(heights: ArrayLike) -> float:
-    """Return the step in which heights come [m]: the median one between neighbouring levels; 0 where all are one."""
+    """Return the quantisation step of heights [m]: the median step between neighbouring levels; 0 if all are equal."""
     values = np.asarray(heights, dtype=np.float64)
     levels = np.unique(values[np.isfinite(values)])
     steps = np.diff(levels)
-    # the same level with other last digits is no step
+    # levels that differ by rounding only are equal
     steps = steps[steps > 1e-9 * (levels[-1] - levels[0])] if steps.size else steps
     return float(np.median(steps)) if steps.size else 0.0
 
 
 def quantisation_notice(surface: Surface) -> str | None:
-    """Return that the heights, as they were measured, are too coarse for the radii of summits; None where they are not.
+    """Return a notice if the raw heights are too coarsely quantised for the radii of summits; otherwise None.
 
-    The surface is as it was read, before any filter or form.
+    The surface is the raw map, before any filter or removal of form.
     """
     step = height_step(surface.heights)
     summits = surface.summits(3 if 1 in surface.shape else 9)
@@ -52,21 +52,24 @@ def quantisation_notice(surface: Surface) -> str | None:
 
 
 def _height_lines(surface: Surface) -> list[tuple[str, str]]:
-    found = surface.statistics()
-    # a profile has nothing across
+    statistics = surface.statistics()
+    # a profile has no second axis
     axes = [axis for axis in (0, 1) if surface.shape[axis] > 1] or [0, 1]
     pixels = dict.fromkeys(_length(surface.pixel_size[axis]) for axis in axes)
     return [
         ("points", f"{' × '.join(f'{surface.shape[axis]:,}' for axis in axes)}, {' × '.join(pixels)} apart"),
         ("size", " × ".join(_length(surface.size[axis]) for axis in axes)),
-        ("missing", f"{100 * found.missing_fraction:.3g} % of the points" if found.missing_fraction else "none"),
-        ("rms height Rq", _length(found.rms_height)),
-        ("mean deviation Ra", _length(found.mean_deviation)),
-        ("height range Rz", _length(found.height_range)),
-        ("skewness, kurtosis", f"{_number(found.skewness)}, {_number(found.kurtosis)}"),
-        ("rms slope", _number(found.rms_slope)),
-        ("rms curvature", _number(found.rms_curvature, " 1/m")),
-        ("bandwidth ψ", _number(found.bandwidth)),
+        (
+            "missing",
+            f"{100 * statistics.missing_fraction:.3g} % of the points" if statistics.missing_fraction else "none",
+        ),
+        ("rms height Rq", _length(statistics.rms_height)),
+        ("mean deviation Ra", _length(statistics.mean_deviation)),
+        ("height range Rz", _length(statistics.height_range)),
+        ("skewness, kurtosis", f"{_number(statistics.skewness)}, {_number(statistics.kurtosis)}"),
+        ("rms slope", _number(statistics.rms_slope)),
+        ("rms curvature", _number(statistics.rms_curvature, " 1/m")),
+        ("bandwidth ψ", _number(statistics.bandwidth)),
     ]
 
 
@@ -109,10 +112,10 @@ def _outlier_lines(heights: Floats) -> list[tuple[str, str]]:
     if not count:
         return []
     heights = np.sort(heights)[::-1]
-    which = "1 summit stands" if count == 1 else f"{count} summits stand"
-    apart = _length(float(heights[count - 1] - heights[count]))
-    what = "and would carry the first load: see whether they are spikes or dirt"
-    return [("warning", f"{which} {apart} or more above all others {what}")]
+    summits = "1 summit is" if count == 1 else f"{count} summits are"
+    gap = _length(float(heights[count - 1] - heights[count]))
+    consequence = "and would carry the first load: see whether they are spikes or dirt"
+    return [("warning", f"{summits} {gap} or more above all others {consequence}")]
 
 
 def _length(value: float) -> str:

@@ -1,4 +1,4 @@
-"""What files of height maps hold, and how matrices of numbers are read: text, NPY and NPZ."""
+"""Contents of height-map files, and readers of matrices of numbers: text, NPY and NPZ."""
 
 import abc
 import csv
@@ -27,11 +27,11 @@ from historysim.tables.readers import READERS, Reader
 COORDINATES = "name it .xyz if its columns are x and z, or x, y and z; save it as .npy if it is a narrow map"
 
 _DELIMITERS = ";\t,"
-# what instruments write beside what any file of numbers may have in place of a missing value
+# placeholders that instruments write, in addition to the general ones of missing values
 _MISSING = re.compile(r"n/a|bad|[+-]?1\.#(?:qnan|snan|ind)|\*+|-+", re.IGNORECASE)
-# only after white space, since 1.#QNAN is how some programs write NaN
+# only after white space, since some programs write NaN as 1.#QNAN
 _COMMENT = re.compile(r"(?:^|(?<=\s))[#%]")
-# a comment that states a length or a unit, as "# Width: 10 µm" in any language, or of a program with its own units
+# a comment that states a length or a unit, as "# Width: 10 µm" in any language, or the header of a known program
 _STATES_UNIT = re.compile(
     r"[:=：]\s*(?:[+-]?[\d.]+(?:e[+-]?\d+)?\s*)?(?:[pnuµμmck]?m|Å)\s*$|\bFile Format\b|\bBit2nm\b|\b[xy]-length\b"
 )
@@ -39,7 +39,7 @@ _STATES_UNIT = re.compile(
 
 @attrs.frozen(eq=False)
 class RawMap:
-    """A height map as its file holds it, in its own units; None where the file does not say."""
+    """Raw content of a height-map file, in the units of the file; None where the file does not state a field."""
 
     heights: Floats  #: (nx, ny) or (n,), NaN where missing
     unit: str | None = None  #: of the heights
@@ -49,67 +49,67 @@ class RawMap:
 
 
 class MapReader(Reader):
-    """What reads a format of height maps."""
+    """Base class of height-map readers."""
 
     @abc.abstractmethod
     def read(self, path: Path, channel: int | str | None) -> RawMap:
-        """Read a file, and of it the channel that the user names; a damaged file or no such channel: InputError."""
+        """Read a channel of a file; InputError if the file is damaged or has no such channel."""
 
 
 def check_size(shape: Iterable[int]) -> None:
-    """Check that a map has no more points than `MOST_POINTS`; more are an InputError."""
+    """Raise InputError if a map has more points than `MOST_POINTS`."""
     points = math.prod(shape)
     if points > MOST_POINTS:
         raise InputError(f"has {points:,} points; expected {MOST_POINTS:,} or fewer: thin or cut it")
 
 
 @contextmanager
-def blamed(problem: str) -> Iterator[None]:
-    """Turn what a library raises inside into this InputError, but pass on an InputError; silence its warnings."""
+def library_errors_as(problem: str) -> Iterator[None]:
+    """Report exceptions of a library as an InputError with this problem, and silence its warnings."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             yield
     except InputError:
         raise
-    except Exception as error:  # readers of damaged files raise whatever they stumble over
+    except Exception as error:  # readers of damaged files raise any type of exception
         raise InputError(problem) from error
 
 
 def refuse_channel(channel: int | str | None) -> None:
-    """Refuse a channel of a file that has none."""
+    """Raise InputError if a channel is given for a file without channels."""
     if channel is not None:
         raise InputError(f"channel is {channel!r}, but a matrix has no channels; leave it out")
 
 
-def foreign_header(path: Path) -> str:
-    """Return the line before the first heights that only a reader of its format understands, or nothing."""
+def find_foreign_header(path: Path) -> str:
+    """Return the first header line that only a reader of its format understands; an empty string if there is none."""
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
         for line_number, line in enumerate(stream, 1):
-            shown = f"line {line_number}: {line.strip()[:60]!r}"
+            excerpt = f"line {line_number}: {line.strip()[:60]!r}"
             values, comment = _split_comment(line)
             if _STATES_UNIT.search(comment):
-                return shown
+                return excerpt
             if values.strip():
-                return "" if mostly_heights(re.findall(r'[^\s,;"]+', values)) else shown
+                return "" if are_mostly_heights(re.findall(r'[^\s,;"]+', values)) else excerpt
     return ""
 
 
-def mostly_heights(cells: list[str]) -> bool:
-    """Return whether half of some strings, or more, are numbers or stand for a missing height."""
-    return 2 * sum(_height(cell, ".") is not None for cell in cells) >= len(cells)
+def are_mostly_heights(cells: list[str]) -> bool:
+    """Return True if at least half of some strings are numbers or placeholders of missing heights."""
+    return 2 * sum(_parse_height(cell, ".") is not None for cell in cells) >= len(cells)
 
 
 def read_matrix(lines: Iterable[str]) -> Floats:
-    """Return the heights in lines along x, as (nx, ny), or (n,) of a text of one column; NaN where they are missing."""
+    """Parse lines of heights along x into (nx, ny), or (n,) for a single column; NaN where missing."""
     rows: list[Floats] = []
-    first, delimiter, decimal, blank_corner, ends_blank = 0, " ", "", False, True
-    for line_number, whole in enumerate(lines, 1):
-        line = _split_comment(whole)[0].strip("\r\n ")
+    first_line, delimiter, decimal, blank_corner, ends_blank = 0, " ", "", False, True
+    for line_number, raw_line in enumerate(lines, 1):
+        line = _split_comment(raw_line)[0].strip("\r\n ")
         if not line or not (line.strip() or delimiter == "\t"):
             continue
         if not rows:
-            first, delimiter = line_number, next((mark for mark in _DELIMITERS if mark in line), " ")
+            first_line, delimiter = line_number, next((mark for mark in _DELIMITERS if mark in line), " ")
             blank_corner = line[0] == delimiter
         if delimiter == ";":
             marks = decimal + "".join(mark for mark in ".," if mark in line)
@@ -118,21 +118,21 @@ def read_matrix(lines: Iterable[str]) -> Floats:
                     f"line {line_number}: a decimal point where another value has a comma; write them alike"
                 )
             decimal = marks[:1]
-        row = _row(line, delimiter, decimal or ".", line_number)
+        row = _parse_row(line, delimiter, decimal or ".", line_number)
         if rows and row.size != rows[0].size:
             raise InputError(
-                f"line {line_number}: {row.size} values where line {first} has {rows[0].size}; expected as many in "
-                "each line"
+                f"line {line_number}: {row.size} values where line {first_line} has {rows[0].size}; expected as many "
+                "in each line"
             )
         rows.append(row)
         check_size((len(rows), row.size))
         ends_blank = ends_blank and line[-1] == delimiter
     if not rows:
         raise InputError("has no line with heights")
-    # what stands behind the last delimiter of every line is no column
+    # a delimiter at the end of every line does not start a column
     matrix = np.array(rows)[:, : -1 if ends_blank else None]
     if blank_corner and _is_scale(matrix[0, 1:]) and _is_scale(matrix[1:, 0]):
-        raise InputError("has positions in its first line and first column; expected heights only: take them out")
+        raise InputError("has positions in its first line and first column; expected heights only: remove them")
     lines_read, columns = matrix.shape
     if 1 < columns <= 3 < lines_read:
         raise InputError(f"has {columns} columns in {lines_read:,} lines, which may be coordinates; {COORDINATES}")
@@ -144,7 +144,7 @@ def _split_comment(line: str) -> tuple[str, str]:
     return (line[: mark.start()], line[mark.start() :]) if mark else (line, "")
 
 
-def _row(line: str, delimiter: str, decimal: str, line_number: int) -> Floats:
+def _parse_row(line: str, delimiter: str, decimal: str, line_number: int) -> Floats:
     try:
         cells = split([line], delimiter)[0]
     except csv.Error as error:
@@ -152,7 +152,7 @@ def _row(line: str, delimiter: str, decimal: str, line_number: int) -> Floats:
     plain = plain_numbers(cells, decimal)
     if plain is not None:
         return plain
-    heights = [_height(cell, decimal) for cell in cells]
+    heights = [_parse_height(cell, decimal) for cell in cells]
     if None in heights:
         column = heights.index(None)
         cell = cells[column].strip()
@@ -163,8 +163,8 @@ def _row(line: str, delimiter: str, decimal: str, line_number: int) -> Floats:
     return np.array(heights, dtype=np.float64)
 
 
-def _height(cell: str, decimal: str) -> float | None:
-    """Return a height, NaN where it is missing, or None where there is something else."""
+def _parse_height(cell: str, decimal: str) -> float | None:
+    """Parse a height: NaN if it is missing, None if the cell is neither."""
     value = number(cell, decimal)
     return math.nan if value is None and _MISSING.fullmatch(cell.strip()) else value
 
@@ -181,7 +181,7 @@ _UNIT_OF_NAME = re.compile(r"[\[(]([^\])]*)[\])]\s*$|([^\s_/]+)\s*$")
 
 @attrs.frozen(eq=False)
 class Coordinates:
-    """A list of points in a text, x and z or x, y and z, with the units that its heading names."""
+    """Points listed in a text file, x and z or x, y and z, with the units of its heading."""
 
     points: Floats  #: (points, 2) or (points, 3)
     names: tuple[str, ...]  #: of the columns; empty without a heading
@@ -190,13 +190,13 @@ class Coordinates:
 
     @property
     def evident(self) -> bool:
-        """Whether the columns are lengths without doubt: a grid of x and y, or units or names that say so."""
+        """True if the columns are certainly lengths: a grid of x and y, or units or names that state it."""
         named = {name.strip().lower() for name in self.names}
         return self.points.shape[1] > 2 or self.height_unit is not None or named in ({"x", "z"}, {"x", "y"})
 
 
 def find_coordinates(path: Path) -> Coordinates | None:
-    """Return the list of points at the end of a text, below any header; None if its rows are none.
+    """Read the list of points at the end of a text file, below any header; None if it has no such list.
 
     The first of two columns has to increase or decrease; the first two of three columns have to form a full grid.
     """
@@ -226,35 +226,35 @@ def find_coordinates(path: Path) -> Coordinates | None:
     if not fits:
         return None
     names = tuple(heading) if len(heading) == points.shape[1] else ()
-    units = [_unit_of(name) for name in names] or [None]
+    units = [_trailing_unit(name) for name in names] or [None]
     return Coordinates(points, names, units[0], units[-1])
 
 
-def _unit_of(name: str) -> str | None:
-    """Return the unit of length that the name of a column ends with, as in "Lateral um" or "z [nm]"."""
+def _trailing_unit(name: str) -> str | None:
+    """Return the unit of length at the end of a column name, as in "Lateral um" or "z [nm]"; otherwise None."""
     match = _UNIT_OF_NAME.search(name)
     unit = (match[1] or match[2] or "").strip() if match else ""
-    for each in (unit, unit.lower()):
+    for candidate in (unit, unit.lower()):
         try:
-            conversion_factor(each, "m")
+            conversion_factor(candidate, "m")
         except InputError:
             continue
-        return each
+        return candidate
     return None
 
 
 @READERS.register
 class NetcdfMapReader(MapReader):
-    """A variable with heights of a netCDF file, with its coordinates and units (CF, or as SurfaceTopography writes)."""
+    """Heights of a netCDF file with coordinates and units, by CF or as written by SurfaceTopography."""
 
     kind, endings = "netcdf map", (".nc", ".nc4", ".cdf")
 
     def read(self, path: Path, channel: int | str | None) -> RawMap:
-        """Read the heights along x and y, which the names of the dimensions tell apart."""
+        """Read the heights along x and y, which are identified by the names of the dimensions."""
         import netCDF4
 
         check_contained(path)
-        with blamed("is damaged, or no netCDF file with heights"), netCDF4.Dataset(path) as file:
+        with library_errors_as("is damaged, or no netCDF file with heights"), netCDF4.Dataset(path) as file:
             variables = file.variables
             heights = variables[_height_variable(file, channel)]
             check_size(heights.shape)
@@ -268,12 +268,12 @@ class NetcdfMapReader(MapReader):
             if len(axes) == 2 and _is_y(heights.dimensions[0], axes[0]) and not _is_y(heights.dimensions[1], axes[1]):
                 values, axes = values.T, axes[::-1]
             steps = [_step(axis, points) for axis, points in zip(axes, values.shape, strict=True)]
-            units = [_text_of(axis, "units", "unit") for axis in axes]
+            units = [_read_attribute(axis, "units", "unit") for axis in axes]
             backwards = tuple(slice(None, None, -1 if step is not None and step < 0 else 1) for step in steps)
-            spacing, lateral_unit = _in_one_unit(steps, units)
+            spacing, lateral_unit = _unify_units(steps, units)
             return RawMap(
                 np.ascontiguousarray(values[backwards]),
-                unit=_text_of(heights, "units", "unit"),
+                unit=_read_attribute(heights, "units", "unit"),
                 spacing=spacing,
                 lateral_unit=lateral_unit,
                 periodic=axes[0] is not None and bool(getattr(axes[0], "periodic", 0)),
@@ -281,15 +281,15 @@ class NetcdfMapReader(MapReader):
 
 
 def _height_variable(file: Any, channel: int | str | None) -> str:
-    """Return the name of the variable with the heights: the channel, or the only one, or one called so."""
-    beside = {*file.dimensions, "mask", *(getattr(each, "bounds", "") for each in file.variables.values())}
+    """Return the name of the height variable: the channel, the only candidate, or a variable named height or z."""
+    auxiliary = {*file.dimensions, "mask", *(getattr(variable, "bounds", "") for variable in file.variables.values())}
     uneven = {"x"} if "n" in file.dimensions else set()
-    found = [
+    candidates = [
         name
-        for name, each in file.variables.items()
-        if name not in beside | uneven and each.ndim in {1, 2} and getattr(each.dtype, "kind", "") in "fiu"
+        for name, variable in file.variables.items()
+        if name not in auxiliary | uneven and variable.ndim in {1, 2} and getattr(variable.dtype, "kind", "") in "fiu"
     ]
-    maps: list[str] = [name for name in found if file.variables[name].ndim == 2] or found
+    maps: list[str] = [name for name in candidates if file.variables[name].ndim == 2] or candidates
     if not maps:
         raise InputError("holds no heights; expected a variable of numbers along x and y")
     listed = ", ".join(f"{index} {name!r}" for index, name in enumerate(maps))
@@ -298,8 +298,8 @@ def _height_variable(file: Any, channel: int | str | None) -> str:
     else:
         chosen = [name for name in maps if name.lower() in {"heights", "height", "z"}] or maps
     if len(chosen) != 1:
-        what = "channel" if channel is None else f"channel {channel!r}"
-        raise InputError(f"has {len(maps)} variables with points; give {what} as the name or index of one: {listed}")
+        request = "channel" if channel is None else f"channel {channel!r}"
+        raise InputError(f"has {len(maps)} variables with points; give {request} as the name or index of one: {listed}")
     return chosen[0]
 
 
@@ -307,15 +307,15 @@ def _is_y(dimension: str, axis: Any) -> bool:
     return dimension.lower() == "y" or str(getattr(axis, "axis", "")).upper() == "Y"
 
 
-def _text_of(variable: Any, *attributes: str) -> str | None:
-    """Return the first of some attributes of a variable; None if it has none of them."""
+def _read_attribute(variable: Any, *attributes: str) -> str | None:
+    """Return the first non-empty attribute of a variable, of those named; None if there is none."""
     texts = [str(getattr(variable, name)).strip() for name in attributes if hasattr(variable, name)]
     # SurfaceTopography writes Å in ASCII
     return next(("Å" if text == "A" else text for text in texts if text), None)
 
 
 def _step(axis: Any, points: int) -> float | None:
-    """Return the distance of the points along an axis, in its unit, negative if it decreases; None if unknown."""
+    """Return the spacing of the points along an axis, in its unit, negative if it decreases; None if unknown."""
     if axis is None:
         return None
     positions = np.ma.filled(np.ma.asarray(axis[...]).astype(np.float64), np.nan)
@@ -328,24 +328,26 @@ def _step(axis: Any, points: int) -> float | None:
     # positions with 32 bits are rounded
     steps = np.diff(positions) if positions.shape == (points,) else np.zeros(0)
     if steps.size and steps.any() and not np.allclose(steps, even, rtol=1e-2, atol=0):
-        raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+        raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
     return even if np.isfinite(even) and even else None
 
 
-def _in_one_unit(
+def _unify_units(
     steps: Sequence[float | None], units: Sequence[str | None]
 ) -> tuple[tuple[float, float] | None, str | None]:
-    """Return the distances of the points along x and y, and their unit, in m if the two axes have different ones."""
-    known = [abs(step) for step in steps if step is not None]
-    if len(known) != len(steps):
+    """Return the spacing of the points along x and y and its unit, which is m if the axes have different units."""
+    spacings = [abs(step) for step in steps if step is not None]
+    if len(spacings) != len(steps):
         return None, None
     if None in units and {*units} != {None}:
         raise InputError("names the unit of one of its coordinates only; add the attribute units to the other")
     unit = units[0]
     if len({*units}) > 1:
-        known = [step * conversion_factor(str(each), "m") for step, each in zip(known, units, strict=True)]
+        spacings = [
+            step * conversion_factor(str(axis_unit), "m") for step, axis_unit in zip(spacings, units, strict=True)
+        ]
         unit = "m"
-    return (known[0], known[-1]), unit
+    return (spacings[0], spacings[-1]), unit
 
 
 @READERS.register
@@ -357,8 +359,10 @@ class NpyReader(MapReader):
     def read(self, path: Path, channel: int | str | None) -> RawMap:
         """Read the array (nx, ny), or (n,) for a profile."""
         refuse_channel(channel)
-        with blamed("is damaged, or no NPY file of numbers; save it again with numpy.save and array.astype(float)"):
-            return RawMap(_heights_of(np.load(path, mmap_mode="r", allow_pickle=False)))
+        with library_errors_as(
+            "is damaged, or no NPY file of numbers; save it again with numpy.save and array.astype(float)"
+        ):
+            return RawMap(_check_array(np.load(path, mmap_mode="r", allow_pickle=False)))
 
 
 @READERS.register
@@ -368,9 +372,9 @@ class NpzReader(MapReader):
     kind, endings = "npz", (".npz",)
 
     def read(self, path: Path, channel: int | str | None) -> RawMap:
-        """Read the array that the channel names; a file of one array needs none."""
+        """Read the array named by the channel, which is optional for a file with one array."""
         problem = "is damaged, or no NPZ file of numbers; save it again with numpy.savez and array.astype(float)"
-        with blamed(problem), zipfile.ZipFile(path) as archive:
+        with library_errors_as(problem), zipfile.ZipFile(path) as archive:
             names = [name.removesuffix(".npy") for name in archive.namelist() if name.endswith(".npy")]
             if channel is None and len(names) != 1:
                 raise InputError(f"holds {len(names)} arrays; choose one with channel: {', '.join(names) or 'none'}")
@@ -379,10 +383,10 @@ class NpzReader(MapReader):
                 raise InputError(f"has no array {name!r}; expected channel to be one of {', '.join(names)}")
             check_unpacked(archive.getinfo(f"{name}.npy").file_size, path.stat().st_size)
             with archive.open(f"{name}.npy") as stream:
-                return RawMap(_heights_of(np.lib.format.read_array(stream, allow_pickle=False)))
+                return RawMap(_check_array(np.lib.format.read_array(stream, allow_pickle=False)))
 
 
-def _heights_of(array: Array) -> Floats:
+def _check_array(array: Array) -> Floats:
     if array.dtype.kind not in "fiu":
         raise InputError(f"holds an array of type {array.dtype}; expected numbers: save array.astype(float)")
     if array.ndim not in {1, 2} or not array.size:

@@ -1,4 +1,4 @@
-"""Whether the numbers of a height map are plausible: placeholders of missing points, and its lateral scale."""
+"""Plausibility of a height map: placeholders of missing points, and its lateral scale."""
 
 import numpy as np
 
@@ -7,8 +7,8 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.surfaces.heights import Surface
 
-# Numbers that programs write for missing points, and the distance from all other heights, over the range of the
-# middle 80 % of the levels, from which such a number, or any other one, is reported.
+# Numbers that programs write for missing points. Such a number, or any other, is reported if its distance from all
+# other heights, over the range of the middle 80 % of the levels, exceeds one of these two limits.
 PLACEHOLDERS = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
 FAR_IF_PLACEHOLDER, FAR = 5.0, 50.0
 FEWEST_LEVELS, MOST_PLACEHOLDERS = 20, 3
@@ -19,9 +19,9 @@ STEEPEST = 20.0  # median step between neighbours over their distance above whic
 
 
 def placeholder_notice(heights: Floats) -> str | None:
-    """Return that a few values, such as -9999, lie far from all others and may stand for missing points, or None.
+    """Return a notice if a few values, such as -9999, are far from all others and may be missing; otherwise None.
 
-    Heights are in the unit of the file, in which these values are round.
+    Heights are in the unit of the file, in which such placeholders are round numbers.
     """
     values = heights[np.isfinite(heights)]
     levels = np.unique(values)
@@ -29,24 +29,24 @@ def placeholder_notice(heights: Floats) -> str | None:
         return None
     low, high = np.quantile(levels, [0.1, 0.9])
     distance = np.maximum(low - levels, levels - high)
-    known = np.isclose(np.abs(levels)[:, np.newaxis], PLACEHOLDERS, rtol=1e-6, atol=0).any(axis=1)
-    far = levels[distance > np.where(known, FAR_IF_PLACEHOLDER, FAR) * (high - low)]
+    is_placeholder = np.isclose(np.abs(levels)[:, np.newaxis], PLACEHOLDERS, rtol=1e-6, atol=0).any(axis=1)
+    far = levels[distance > np.where(is_placeholder, FAR_IF_PLACEHOLDER, FAR) * (high - low)]
     # the flanks of a particle or a scratch have many levels
     if not 0 < far.size <= MOST_PLACEHOLDERS:
         return None
     count = int(np.isin(values, far).sum())
     rest = levels[~np.isin(levels, far)]
     listed = ", ".join(f"{value:.10g}" for value in far)
-    given = listed if far.size == 1 else f"[{listed}]"
+    argument = listed if far.size == 1 else f"[{listed}]"
     return (
         f"{counted(count, 'height is', 'heights are')} {listed}, all others are between {rest[0]:.4g} and "
-        f"{rest[-1]:.4g}; for missing points give missing = {given}, in the shell "
+        f"{rest[-1]:.4g}; for missing points give missing = {argument}, in the shell "
         f"{' '.join(f'--missing {value:.10g}' for value in far)}"
     )
 
 
 def scale_notice(surface: Surface) -> str | None:
-    """Return that the distance of the points is implausible beside the heights; None if it is not."""
+    """Return a notice if the spacing of the points is implausible compared with the heights; otherwise None."""
     heights = surface.heights
     height_range = float(np.nanmax(heights) - np.nanmin(heights))
     # a profile has no size along y

@@ -1,14 +1,14 @@
 """Random surfaces of prescribed rms height, autocorrelation, skewness and kurtosis.
 
-Heights of given skewness and kurtosis are Gaussian ones, translated. With y = z/δ of a standard normal z, and up to a
-scale and an origin, a translation is
+Heights of prescribed skewness and kurtosis are translated Gaussian heights. With y = z/δ of a standard normal z, up to
+a scale and an origin, a translation is
 
     bounded (SB):     (e^y - 1)/(1 + κ e^y)
-    log-normal (SL):  e^y - 1, where both others arrive at κ = 0
+    log-normal (SL):  e^y - 1, the limit of both others at κ = 0
     unbounded (SU):   (e^y - 1) - κ (e^-y - 1)
 
-with 0 ≤ κ ≤ 1: κ is e^(-γ/δ) for SB and e^(2γ/δ) for SU, in terms of Johnson's γ. These skew to the right; mirrored
-ones skew to the left. Every pair with kurtosis > skewness² + 1 belongs to exactly one translation.
+with 0 ≤ κ ≤ 1: κ is e^(-γ/δ) for SB and e^(2γ/δ) for SU, in terms of Johnson's γ. These skew to the right, mirrored
+translations to the left. Every pair with kurtosis > skewness² + 1 belongs to exactly one translation.
 
 Johnson, *Biometrika* 36 (1949) 149-176.
 """
@@ -29,24 +29,24 @@ from historysim.surfaces.distribution import generator
 from historysim.surfaces.heights import MOST_POINTS, Surface
 
 MOST_KURTOSIS = 100.0
-MOST_SHARPNESS = 10.0  # of bounded heights: with a larger 1/δ they are two levels with hardly a slope between
-HEAVIEST_SHARPNESS = 1.5  # where unbounded heights pass `MOST_KURTOSIS`, at any skewness
+MOST_SHARPNESS = 10.0  # of bounded heights: a larger 1/δ gives two levels with hardly a slope between them
+HEAVIEST_SHARPNESS = 1.5  # 1/δ at which unbounded heights exceed `MOST_KURTOSIS`, at any skewness
 LEAST_SHARPNESS = 1e-5  # below it the kurtosis differs from 3 by less than 4/δ² = 4e-10
-MOST_SHIFT = 40.0  # of -ln κ, beyond which κ is nothing
+MOST_SHIFT = 40.0  # of -ln κ, beyond which κ is negligible
 
-# The trapezoidal rule converges as exp(-2π²/(s h)) with s = 1/δ, for the poles of SB lie π/s off the axis; the range
-# holds the fourth powers of SU; their weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
+# The trapezoidal rule converges as exp(-2π²/(s h)) with s = 1/δ, since the poles of SB are π/s off the axis; the range
+# covers the fourth powers of SU; their weight z² /2 - 4 s z is least at z = 4 s ≤ 6.
 NODES = np.linspace(-16, 16, 1601)
 WEIGHTS = np.exp(-(NODES**2) / 2) / np.exp(-(NODES**2) / 2).sum()
 
-# The powers of SB fall as exp(-2 √n π/s), to 1e-14 within these terms; those of SU faster than any exponential.
+# The powers of SB decrease as exp(-2 √n π/s), to 1e-14 within these terms; the powers of SU faster than exponentially.
 HERMITE_REST, MOST_HERMITE_TERMS = 1e-14, 2600
 KNOTS = 8193  # of the splines of `Translation.correlations`, from a correlation of 0 to 1
 
 
 @attrs.frozen
 class Translation:
-    """An increasing function of standard normal numbers, up to a scale and an origin; see above for 1/δ and κ."""
+    """Increasing function of standard normal numbers, up to a scale and an origin; see above for 1/δ and κ."""
 
     bounded: bool  #: SB, otherwise SU
     sharpness: float  #: 1/δ [1], > 0
@@ -54,7 +54,7 @@ class Translation:
     mirrored: bool = False  #: skews to the left
 
     def __call__(self, normal: Floats) -> Floats:
-        """Return standard normal numbers, translated."""
+        """Translate standard normal numbers."""
         y = (-self.sharpness if self.mirrored else self.sharpness) * normal
         right = np.expm1(y)
         if self.bounded:
@@ -69,9 +69,9 @@ class Translation:
         return float(np.sum(WEIGHTS * translated**3)), float(np.sum(WEIGHTS * translated**4))
 
     def correlations(self) -> tuple[Callable[[Floats], Floats], Callable[[Floats], Floats]]:
-        """Return the correlation of two translated numbers as a function of that of the normal ones, and the inverse.
+        """Return the correlation of translated numbers as a function of the normal correlation ρ, and its inverse.
 
-        That is R(ρ) = Σ b_n² ρ^n from -1 to 1, with the coefficients b_n of the translation in normalised Hermite
+        R(ρ) = Σ b_n² ρ^n from -1 to 1, with the coefficients b_n of the translation in normalised Hermite
         polynomials (Mehler's formula; Grigoriu, *Applied Non-Gaussian Processes*, 1995); the inverse is from 0 to 1.
         """
         from scipy.interpolate import CubicSpline
@@ -84,7 +84,7 @@ class Translation:
                 total = (total + power) * correlation
             return total
 
-        # of a sine, for R rises to R(1) = 1 as a root where the translation is steep
+        # knots at a sine, since R approaches R(1) = 1 as a square root if the translation is steep
         normal = np.sin(np.linspace(-math.pi / 2, math.pi / 2, 2 * KNOTS - 1))
         translated = series(normal)
         return CubicSpline(normal, translated), CubicSpline(translated[KNOTS - 1 :], normal[KNOTS - 1 :])
@@ -94,12 +94,12 @@ class Translation:
         root = np.sqrt(WEIGHTS)
         translated = self._standard()
         powers: list[float] = []
-        before, now, left = np.zeros_like(root), root, 1.0
-        while left > HERMITE_REST and len(powers) < MOST_HERMITE_TERMS:
+        previous, current, remaining_power = np.zeros_like(root), root, 1.0
+        while remaining_power > HERMITE_REST and len(powers) < MOST_HERMITE_TERMS:
             n = len(powers) + 1
-            before, now = now, (NODES * now - math.sqrt(n - 1) * before) / math.sqrt(n)
-            powers.append(float(np.sum(translated * root * now)) ** 2)
-            left -= powers[-1]
+            previous, current = current, (NODES * current - math.sqrt(n - 1) * previous) / math.sqrt(n)
+            powers.append(float(np.sum(translated * root * current)) ** 2)
+            remaining_power -= powers[-1]
         return np.array(powers) / sum(powers)
 
     def _standard(self) -> Floats:
@@ -111,13 +111,13 @@ class Translation:
 
 
 def translation(skewness: float, kurtosis: float) -> Translation | None:
-    """Return Johnson's translation to a skewness and a kurtosis, met within 1e-9 of it; None for Gaussian heights.
+    """Return Johnson's translation to a skewness and a kurtosis, within 1e-9; None for Gaussian heights.
 
-    Raises InputError: a pair that no distribution has, or only one next to two-level, or a kurtosis > `MOST_KURTOSIS`.
+    InputError if no distribution has this pair, or only one close to two levels, or the kurtosis is > `MOST_KURTOSIS`.
     """
     if skewness == 0 and kurtosis == 3:
         return None
-    # most surfaces are Gaussian, and do without
+    # imported here, since most surfaces are Gaussian
     from scipy.optimize import brentq
 
     limit = skewness * skewness + 1
@@ -132,23 +132,23 @@ def translation(skewness: float, kurtosis: float) -> Translation | None:
             "of it: lower it"
         )
     target = abs(skewness)
-    least, line = _log_normal(target)
-    bounded = kurtosis < line
-    most = MOST_SHARPNESS if bounded else HEAVIEST_SHARPNESS
+    lowest, log_normal_kurtosis = _log_normal(target)
+    bounded = kurtosis < log_normal_kurtosis
+    highest = MOST_SHARPNESS if bounded else HEAVIEST_SHARPNESS
 
     def surplus(sharpness: float) -> float:
-        return _of_skewness(target, bounded, sharpness).moments()[1] - kurtosis
+        return _translation_to_skewness(target, bounded, sharpness).moments()[1] - kurtosis
 
-    least = max(least, LEAST_SHARPNESS)
-    if bounded and (over := surplus(most)) > 0:
+    lowest = max(lowest, LEAST_SHARPNESS)
+    if bounded and (over := surplus(highest)) > 0:
         raise InputError(
             f"kurtosis is {kurtosis:g} with a skewness of {skewness:g}, which leaves the heights next to two-level; "
             f"expected at least {kurtosis + over:.4g}: raise the kurtosis or bring the skewness closer to 0"
         )
-    # on the log-normal line itself rounding may leave both ends on one side
-    between = surplus(least) * surplus(most) < 0
-    sharpness = brentq(surplus, least, most, xtol=1e-14, rtol=1e-14) if between else least
-    return attrs.evolve(_of_skewness(target, bounded, sharpness), mirrored=skewness < 0)
+    # on the log-normal line, rounding may leave both ends on the same side
+    is_bracketed = surplus(lowest) * surplus(highest) < 0
+    sharpness = brentq(surplus, lowest, highest, xtol=1e-14, rtol=1e-14) if is_bracketed else lowest
+    return attrs.evolve(_translation_to_skewness(target, bounded, sharpness), mirrored=skewness < 0)
 
 
 def _log_normal(skewness: float) -> tuple[float, float]:
@@ -158,21 +158,21 @@ def _log_normal(skewness: float) -> tuple[float, float]:
     return math.sqrt(math.log1p(u)), 3 + u * (16 + u * (15 + u * (6 + u)))
 
 
-def _of_skewness(skewness: float, bounded: bool, sharpness: float) -> Translation:
-    """Return the translation of one family and sharpness with a skewness ≥ 0, which grows as κ falls from 1 to 0."""
+def _translation_to_skewness(skewness: float, bounded: bool, sharpness: float) -> Translation:
+    """Solve for κ, the translation of a family and sharpness to a skewness ≥ 0, which rises as κ falls from 1 to 0."""
     from scipy.optimize import brentq
 
-    def of_shift(shift: float) -> Translation:
+    def translation_at(shift: float) -> Translation:
         return Translation(bounded, sharpness, math.exp(-shift))
 
     def lack(shift: float) -> float:
-        return of_shift(shift).moments()[0] - skewness
+        return translation_at(shift).moments()[0] - skewness
 
     if lack(0.0) >= 0:
-        return of_shift(0.0)
+        return translation_at(0.0)
     if lack(MOST_SHIFT) <= 0:
-        return of_shift(MOST_SHIFT)
-    return of_shift(brentq(lack, 0.0, MOST_SHIFT, xtol=1e-13, rtol=1e-14))
+        return translation_at(MOST_SHIFT)
+    return translation_at(brentq(lack, 0.0, MOST_SHIFT, xtol=1e-13, rtol=1e-14))
 
 
 AUTOCORRELATIONS = ("exponential", "gaussian")
@@ -180,10 +180,10 @@ LEAST_PIXELS = 4
 MOST_DEVIATION = 0.01  # of a non-Gaussian surface's autocorrelation from the prescribed one
 STEEPEST = 10  # rms height over autocorrelation length, beyond that of any surface
 DECAY = 2.3  # ρ falls to 0.1 at the autocorrelation length
-# Images are summed up to this distance in autocorrelation lengths: each one beyond adds less than exp(-2.3 × 14) =
-# 1e-14, and on the shortest sides allowed, of two lengths, those within are 7 to either side.
+# Images are summed up to this distance in autocorrelation lengths: an image beyond adds less than exp(-2.3 × 14) =
+# 1e-14. The shortest side, two lengths, has 7 images within this distance on either side.
 REACH, MOST_IMAGES = 14.0, 7
-BLOCK = 2**16  # numbers that are worked on at a time, so that they stay in the cache
+BLOCK = 2**16  # numbers per block, so that a block fits into the cache
 
 
 def random_surface(
@@ -197,16 +197,16 @@ def random_surface(
     skewness: float = 0.0,
     kurtosis: float = 3.0,
 ) -> Surface:
-    """Return a random rough surface that is periodic, with mean height 0 and the rms height asked for.
+    """Generate a periodic random rough surface with mean height 0 and a prescribed rms height.
 
-    Autocorrelation, skewness and kurtosis are those of the ensemble of all seeds; one surface deviates from them, the
-    more the fewer autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics", says
-    how it is made.
+    Autocorrelation, skewness and kurtosis hold for the ensemble of all seeds; a single surface deviates from them, the
+    more the fewer autocorrelation lengths it spans. ``historysim/contact/README.md``, "Surfaces and statistics",
+    describes the method.
 
     Parameters
     ----------
     shape : int or (int, int)
-        Number of points along x and y, 4 to 2²⁸ in all; one number makes a square, (n, 1) or (1, n) a profile.
+        Number of points along x and y, 4 to 2²⁸ in all; one number gives a square, (n, 1) or (1, n) a profile.
     pixel_size : float or (float, float)
         Distance between neighbouring points along x and y [m], > 0.
     rms_height : float
@@ -214,10 +214,10 @@ def random_surface(
     autocorrelation_length : float or (float, float)
         β along x and y [m], where ρ has fallen to 0.1; from one pixel to half the side.
     seed : int
-        ≥ 0. One seed makes one surface, bit for bit, with one version of numpy and scipy on one kind of processor.
+        ≥ 0. A seed gives the same surface, bit for bit, with one version of numpy and scipy on one type of processor.
     autocorrelation : str
         ``"exponential"``: ρ = exp(-2.3 √((x/β_x)² + (y/β_y)²)), or ``"gaussian"``:
-        ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). That of the surface is ρ summed over all its periodic images.
+        ρ = exp(-2.3 ((x/β_x)² + (y/β_y)²)). The surface has ρ summed over all periodic images.
     skewness : float
         Third moment of the heights over Rq³ [1]; negative where valleys are deeper than peaks are high.
     kurtosis : float
@@ -226,13 +226,12 @@ def random_surface(
     Raises
     ------
     InputError
-        An argument out of its range; a skewness and a kurtosis that no heights have, or none with this
-        autocorrelation.
+        If an argument is out of range, or no heights have this skewness and kurtosis, or not with this autocorrelation.
 
     Warns
     -----
     UnlikelyValueWarning
-        An rms height of more than ten autocorrelation lengths, as where nanometres were meant.
+        If the rms height exceeds ten autocorrelation lengths, as if nanometres were meant.
 
     Examples
     --------
@@ -240,9 +239,9 @@ def random_surface(
     >>> print(f"{surface.statistics().rms_height * 1e9:.1f} nm, {len(surface.summits(rule=9))} summits")
     50.0 nm, 282 summits
     """
-    points = _points(shape)
+    points = _check_shape(shape)
     pixel = per_axis("pixel_size", pixel_size)
-    lengths = _in_pixels(points, pixel, autocorrelation_length)
+    lengths = _lengths_as_pixels(points, pixel, autocorrelation_length)
     rms = scalar("rms_height", rms_height, above=0)
     width = min(length * side for length, side, n in zip(lengths, pixel, points, strict=True) if n > 1)
     if rms > STEEPEST * width:
@@ -256,7 +255,7 @@ def random_surface(
         raise InputError(f"autocorrelation is {autocorrelation!r}; {nearest(str(autocorrelation), AUTOCORRELATIONS)}")
     translate = translation(scalar("skewness", skewness), scalar("kurtosis", kurtosis))
     spectrum = _spectrum(_periodic_autocorrelation(points, lengths, autocorrelation), points, translate)
-    heights = _filtered(noise.standard_normal(points), np.sqrt(spectrum))
+    heights = _apply_filter(noise.standard_normal(points), np.sqrt(spectrum))
     _standardise(heights)
     if translate is not None:
         row = heights.reshape(-1)
@@ -271,7 +270,7 @@ def _is_count(value: object) -> bool:
     return isinstance(value, int | np.integer) and not isinstance(value, bool) and bool(value >= 1)
 
 
-def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
+def _check_shape(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple[int, int]:
     sides = tuple(shape) if isinstance(shape, tuple | list) else (shape, shape)
     if len(sides) != 2 or not all(_is_count(side) for side in sides):
         raise InputError(
@@ -286,33 +285,33 @@ def _points(shape: SupportsIndex | tuple[SupportsIndex, SupportsIndex]) -> tuple
     return points
 
 
-def _in_pixels(
+def _lengths_as_pixels(
     points: tuple[int, int], pixel_size: tuple[float, float], autocorrelation_length: ArrayLike
 ) -> tuple[float, float]:
-    """Return β in pixels; 1 on a side of one pixel, where it does not matter."""
+    """Return β in pixels; 1 on a side of one pixel, where it has no effect."""
     lengths = per_axis("autocorrelation_length", autocorrelation_length)
     result = [1.0, 1.0]
     for i, (axis, n) in enumerate(zip("xy", points, strict=True)):
         if n == 1:
             continue
         result[i] = lengths[i] / pixel_size[i]
-        # β and the side are decimals: their quotient rounds
+        # tolerates rounding of the quotient of two decimal numbers
         if not 1 - 1e-12 <= result[i] <= n / 2 * (1 + 1e-12):
             remedy = "make the pixels smaller" if result[i] < 1 else "take more or larger pixels"
             raise InputError(
                 f"autocorrelation_length along {axis} is {lengths[i]:g} m on {n} pixels of {pixel_size[i]:g} m; "
                 f"expected from one pixel, {pixel_size[i]:g} m, to half the side, {n * pixel_size[i] / 2:g} m, on "
-                f"this surface that repeats: change it or {remedy}"
+                f"this periodic surface: change it or {remedy}"
             )
     return result[0], result[1]
 
 
-# The autocorrelation and the spectrum are even along x and y, so their quadrants x ≥ 0, y ≥ 0 hold all of them.
+# The autocorrelation and the spectrum are even along x and y, so the quadrant x ≥ 0, y ≥ 0 determines them.
 
 
 def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, float], kind: str) -> Floats:
-    """Return the quadrant of the autocorrelation, summed over all images and 1 at the origin."""
-    (x, images_x), (y, images_y) = map(_axis, points, lengths)
+    """Return a quadrant of the autocorrelation, summed over all images and 1 at the origin."""
+    (x, images_x), (y, images_y) = map(_axis_points_and_images, points, lengths)
     if kind == "gaussian":
         along, across = (
             np.exp(-DECAY * np.subtract.outer(at, images) ** 2).sum(axis=1)
@@ -324,15 +323,15 @@ def _periodic_autocorrelation(points: tuple[int, int], lengths: tuple[float, flo
     return np.asarray(total / total[0, 0])
 
 
-def _axis(n: int, length: float) -> tuple[Floats, Floats]:
+def _axis_points_and_images(n: int, length: float) -> tuple[Floats, Floats]:
     """Return the points of a quadrant and the images of the origin along an axis [β]."""
-    # a side of one pixel does not repeat, for along it the surface is constant
+    # no images along a side of one pixel, along which the surface is constant
     images = np.arange(-MOST_IMAGES, MOST_IMAGES + 1) * n if n > 1 else np.zeros(1)
     return np.arange(n // 2 + 1) / length, images / length
 
 
 def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> Floats:
-    """Return Σ exp(-2.3 r) over the distances r from all images that matter anywhere in the quadrant."""
+    """Return Σ exp(-2.3 r) over the distances r from all images with a contribution in the quadrant."""
     gap_x, gap_y = (
         np.maximum(0, np.maximum(images - along[-1], -images)) for along, images in ((x, images_x), (y, images_y))
     )
@@ -348,25 +347,25 @@ def _sum_of_cones(x: Floats, y: Floats, images_x: Floats, images_y: Floats) -> F
 
 
 def _cosine_sums(quadrant: Floats, points: tuple[int, int]) -> Floats:
-    """Return the quadrant of the discrete Fourier transform of what a quadrant stands for."""
+    """Return one quadrant of the discrete Fourier transform of an even array, given by one quadrant."""
     for axis in (1, 0):
         n = points[axis]
-        whole = quadrant.take(np.minimum(np.arange(n), n - np.arange(n)), axis)
-        # what is even has a real transform
-        quadrant = scipy.fft.rfft(whole, axis=axis).real
+        full_axis = quadrant.take(np.minimum(np.arange(n), n - np.arange(n)), axis)
+        # the transform of an even array is real
+        quadrant = scipy.fft.rfft(full_axis, axis=axis).real
     return quadrant
 
 
 def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Translation | None) -> Floats:
-    """Return the quadrant of the power spectrum of Gaussian heights that translate into ones of an autocorrelation."""
+    """Return a quadrant of the power spectrum of Gaussian heights whose translation has this autocorrelation."""
     if translate is None:
         return _without_rounding(_cosine_sums(autocorrelation, points))
     translated, normal = translate.correlations()
     spectrum = _cosine_sums(normal(autocorrelation), points)
     possible = _without_rounding(spectrum)
     if spectrum.min() < 0:
-        made = _cosine_sums(possible, points)
-        deviation = float(np.abs(translated(made / made[0, 0]) - autocorrelation).max())
+        realised = _cosine_sums(possible, points)
+        deviation = float(np.abs(translated(realised / realised[0, 0]) - autocorrelation).max())
         if deviation > MOST_DEVIATION:
             raise InputError(
                 f"heights of this skewness and kurtosis cannot have this autocorrelation: it would be off by "
@@ -377,19 +376,19 @@ def _spectrum(autocorrelation: Floats, points: tuple[int, int], translate: Trans
 
 
 def _without_rounding(spectrum: Floats) -> Floats:
-    """Return the spectrum with 0 where it is negative, or so small that it is a rounding error of the transform."""
-    # white noise at that level would hide the curvature of smooth surfaces
+    """Set the spectrum to 0 where it is negative or a rounding error of the transform."""
+    # white noise at the level of rounding would hide the curvature of smooth surfaces
     floor = 100 * np.finfo(float).eps * math.sqrt(np.mean(np.square(spectrum)))
     return np.where(spectrum > floor, spectrum, 0.0)
 
 
-def _filtered(noise: Floats, amplitude: Floats) -> Floats:
-    """Return noise filtered with an amplitude response, of which the quadrant is given."""
+def _apply_filter(noise: Floats, amplitude: Floats) -> Floats:
+    """Filter noise with an amplitude response, given by one quadrant."""
     points = noise.shape
     rows = amplitude.shape[0]
     transform = scipy.fft.rfft2(noise)
     transform[:rows] *= amplitude
-    # negative wavevectors stand behind the positive ones, in reverse
+    # negative wavevectors follow the positive ones, in reverse order
     transform[rows:] *= amplitude[1 : points[0] - rows + 1][::-1]
     filtered: Floats = scipy.fft.irfft2(transform, s=points, overwrite_x=True)
     return filtered

@@ -1,4 +1,4 @@
-"""Measured height maps → `Surface`: which reader a file needs, SurfaceTopography among them, its lengths and units."""
+"""Measured height maps → `Surface`: selects the reader of a file and resolves its lengths and units."""
 
 import importlib
 import io
@@ -20,15 +20,15 @@ from historysim.basics.units import conversion_factor
 from historysim.errors import InputError, UnlikelyValueWarning
 from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
-from historysim.surfaces.map_files import COORDINATES, Coordinates, MapReader, RawMap, blamed
+from historysim.surfaces.map_files import COORDINATES, Coordinates, MapReader, RawMap, library_errors_as
 from historysim.surfaces.plausibility import placeholder_notice, scale_notice
 from historysim.tables.readers import TEXT_ENDINGS, reader_of
 
 FEWEST_POINTS = 3
 
-# an error signal in nm is no height either
+# names of channels without heights; an error signal may have nm as its unit
 _NO_HEIGHTS = re.compile(r"phase|amplitude|deflection|friction|lateral|current|error", re.IGNORECASE)
-# formats that any file of a fitting length passes for
+# formats without a signature, which match any file of a suitable length
 _ONLY_BY_NAME = ("hgt", "nms")
 _UNKNOWN = "is damaged, or of no format that SurfaceTopography reads; expected a height map"
 
@@ -36,7 +36,7 @@ _POINTS = ".xyz"  # ending of lists of points
 _UNEVEN = "is no even grid or profile; expected points at even distances: interpolate it"
 
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
-# a number that someone typed may be rounded
+# relative tolerance for typed numbers, which may be rounded
 _TYPED = 1e-3
 
 
@@ -51,8 +51,8 @@ def read_surface(
 ) -> Surface:
     """Read a measured height map or an evenly spaced profile.
 
-    What the file says about its lengths and units is taken from it. An argument supplies what it leaves open, and must
-    not contradict it. README.md of this folder, "Look at a map", has the formats.
+    Lengths and units are taken from the file if it states them. Arguments supply missing ones and must not contradict
+    the file. README.md of this folder, "Look at a map", lists the formats.
 
     Parameters
     ----------
@@ -64,12 +64,11 @@ def read_surface(
     height_unit : str, optional
         Unit of the heights, such as ``"nm"``.
     lateral_unit : str, optional
-        Unit of x and y, where the file has distances but names no unit, as lists of coordinates (.xyz) do.
+        Unit of x and y, if the file has distances without a unit, such as lists of coordinates (.xyz).
     channel : int or str, optional
-        Which channel of the file, by its index from 0 or its name. By default the one that its format puts first,
-        among those with heights.
+        Index, from 0, or name of a channel of the file. Default: the first channel of its format that has heights.
     missing : float or sequence of floats, optional
-        Heights, as numbers of the file, that stand for missing points, such as ``-9999``.
+        Numbers in the file that represent missing points, such as ``-9999``.
 
     Returns
     -------
@@ -79,21 +78,21 @@ def read_surface(
     Raises
     ------
     InputError
-        A file that is missing, damaged, or of no known format, with line and column; a length or unit that is missing,
-        or contradicts the file; no such channel, or one without heights; infinite heights, or fewer than three points
-        with a height; more than 2²⁸ points; SurfaceTopography needed and not installed.
+        If the file is missing, damaged (with line and column) or of an unknown format; a length or unit is missing or
+        contradicts the file; the channel does not exist or has no heights; heights are infinite; fewer than three
+        points have a height; there are more than 2²⁸ points; SurfaceTopography is needed and not installed.
 
     Warns
     -----
     UnlikelyValueWarning
-        A few values far from all others, such as -9999, which may stand for missing points; or distances of the points
-        that are implausible beside the heights.
+        If a few values far from all others, such as -9999, may represent missing points, or the spacing of points is
+        implausible compared with the heights.
 
     Notes
     -----
     One line of a text runs along x and the next line is the next y: ``heights[i, j]`` is value i of line j. The first
-    index of a NPY array is x already. Values stand between semicolons, tabs, commas or white space, whichever of these
-    the first line has, in this order; ``#`` and ``%`` start a comment. A decimal comma is read between semicolons only.
+    index of a NPY array is x already. The delimiter is the first of semicolon, tab, comma and white space that appears
+    in the first line; ``#`` and ``%`` start a comment. A decimal comma is accepted between semicolons only.
 
     Examples
     --------
@@ -103,13 +102,13 @@ def read_surface(
     """
     path = as_path(path)
     try:
-        found = _read(path, channel, is_matrix=pixel_size is not None)
-        factor = _factor("height_unit", found.unit, height_unit, "heights")
-        spacing = _spacing(found, pixel_size, lateral_unit)
-        heights = _without_missing(found.heights, missing)
+        raw = _read(path, channel, is_matrix=pixel_size is not None)
+        factor = _conversion_factor("height_unit", raw.unit, height_unit, "heights")
+        spacing = _spacing(raw, pixel_size, lateral_unit)
+        heights = _without_missing(raw.heights, missing)
         _check_points(heights)
         with np.errstate(over="ignore"):
-            surface = Surface(heights * factor, spacing, periodic=found.periodic)
+            surface = Surface(heights * factor, spacing, periodic=raw.periodic)
     except InputError as error:
         raise InputError(f"{path.name}: {error}") from error
     except OSError as error:
@@ -122,23 +121,25 @@ def read_surface(
 
 
 def _without_missing(heights: Floats, missing: float | str | Sequence[float | str]) -> Floats:
-    """Return heights with NaN in place of the numbers that stand for missing points."""
-    given = missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
-    for each in given:
+    """Replace numbers that represent missing points by NaN."""
+    placeholders = missing if isinstance(missing, Sequence) and not isinstance(missing, str) else [missing]
+    for placeholder in placeholders:
         try:
-            value = float(each)
+            value = float(placeholder)
         except (TypeError, ValueError):
-            raise InputError(f"missing is {each!r}; expected a number of the file, such as -9999") from None
-        # heights of 32 bits have a rounded one
-        found = np.isclose(heights, value, rtol=1e-6, atol=0)
-        if not found.any():
-            raise InputError(f"missing is {value:g}, but no height is; expected a number of the file, or leave it out")
-        heights = np.where(found, np.nan, heights)
+            raise InputError(f"missing is {placeholder!r}; expected a number of the file, such as -9999") from None
+        # the number is rounded in heights of 32 bits
+        matches = np.isclose(heights, value, rtol=1e-6, atol=0)
+        if not matches.any():
+            raise InputError(
+                f"missing is {value:g}, but no height equals it; expected a number of the file, or omit it"
+            )
+        heights = np.where(matches, np.nan, heights)
     return heights
 
 
 def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
-    """Return what the file holds, by the reader that its ending and its first lines call for."""
+    """Read a file by the reader selected by its ending and its first lines."""
     if problem := what_is_there(path):
         expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
         raise InputError(f"{problem}{expected}")
@@ -154,8 +155,8 @@ def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
         return read_topography(path, channel)
     if start in _UTF16:
         raise InputError("is UTF-16 text; save it as UTF-8")
-    header = map_files.foreign_header(path)
-    # the library reads a list of points in a file of its own ending, but no heading that it does not know
+    header = map_files.find_foreign_header(path)
+    # SurfaceTopography reads .xyz files, but not with an unknown heading
     is_list = header or ending != _POINTS
     if is_list and not is_matrix and (points := map_files.find_coordinates(path)):
         map_files.refuse_channel(channel)
@@ -167,30 +168,31 @@ def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
         return RawMap(map_files.read_matrix(stream))
 
 
-def _factor(name: str, own: str | None, given: str | None, what: str) -> float:
-    if own is None:
-        if given is None:
+def _conversion_factor(name: str, file_unit: str | None, argument: str | None, quantity: str) -> float:
+    if file_unit is None:
+        if argument is None:
             raise InputError(
-                f"does not name the unit of its {what}; give {name}='nm', in the shell --{name.replace('_', '-')} nm"
+                f"does not name the unit of its {quantity}; give {name}='nm', in the shell "
+                f"--{name.replace('_', '-')} nm"
             )
-        return _metres(given, name)
-    factor = _metres(own, f"the unit of its {what}")
-    if given is not None and not math.isclose(_metres(given, name), factor, rel_tol=1e-9):
-        raise InputError(f"says that its {what} are in {own}, but {name} is {given!r}; leave {name} out")
+        return _metres(argument, name)
+    factor = _metres(file_unit, f"the unit of its {quantity}")
+    if argument is not None and not math.isclose(_metres(argument, name), factor, rel_tol=1e-9):
+        raise InputError(f"states that its {quantity} are in {file_unit}, but {name} is {argument!r}; omit {name}")
     return factor
 
 
-def _metres(unit: str, what: str) -> float:
-    """Return a unit of a length [m]."""
+def _metres(unit: str, source: str) -> float:
+    """Convert a unit of length to m."""
     try:
         return conversion_factor(unit, "m")
     except InputError as error:
-        raise InputError(f"{what}: {error}") from error
+        raise InputError(f"{source}: {error}") from error
 
 
-def _spacing(found: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[float, float]:
+def _spacing(raw: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[float, float]:
     stated = None if pixel_size is None else per_axis("pixel_size", pixel_size)
-    if found.spacing is None:
+    if raw.spacing is None:
         if lateral_unit is not None:
             raise InputError(
                 f"lateral_unit is {lateral_unit!r}, but the file has no distances; give pixel_size with its unit, as "
@@ -198,14 +200,14 @@ def _spacing(found: RawMap, pixel_size: Any, lateral_unit: str | None) -> tuple[
             )
         if stated is None:
             raise InputError(
-                "does not say how far apart its points are; give pixel_size in m, or as in pixel_size='0.5 µm'"
+                "does not state the distance between its points; give pixel_size in m, or as in pixel_size='0.5 µm'"
             )
         return stated
-    factor = _factor("lateral_unit", found.lateral_unit, lateral_unit, "distances")
-    x, y = found.spacing[0] * factor, found.spacing[1] * factor
+    factor = _conversion_factor("lateral_unit", raw.lateral_unit, lateral_unit, "distances")
+    x, y = raw.spacing[0] * factor, raw.spacing[1] * factor
     if stated and not (math.isclose(stated[0], x, rel_tol=_TYPED) and math.isclose(stated[1], y, rel_tol=_TYPED)):
         raise InputError(
-            f"says that its points are {x:g} m × {y:g} m apart, but pixel_size is {pixel_size!r}; leave pixel_size out"
+            f"states that its points are {x:g} m × {y:g} m apart, but pixel_size is {pixel_size!r}; omit pixel_size"
         )
     return x, y
 
@@ -222,16 +224,16 @@ def _check_points(heights: Floats) -> None:
 
 
 def read_topography(path: Path, channel: int | str | None, header: str = "") -> RawMap:
-    """Read one channel of a file by SurfaceTopography; ``header`` is the line of a text that it takes to understand."""
-    library = _library(header)
+    """Read one channel of a file by SurfaceTopography; ``header`` is the line of a text file that requires it."""
+    library = _import_library(header)
     ending = path.suffix.lower().removeprefix(".")
     without = f", without {header}" if header else ""
     for by_h5py in (False, True):
         check_contained(path, by_h5py=by_h5py)
-    with blamed(_UNKNOWN):
+    with library_errors_as(_UNKNOWN):
         check_archive(path, trusted=False)
     with (
-        blamed(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
+        library_errors_as(f"{_UNKNOWN}: export it again, or as a matrix (.txt, .npy){without}"),
         library.open_topography(str(path), format=ending if ending in _ONLY_BY_NAME else None) as reader,
     ):
         if reader.format() in _ONLY_BY_NAME and reader.format() != ending:
@@ -241,12 +243,12 @@ def read_topography(path: Path, channel: int | str | None, header: str = "") -> 
 
 def read_points(listed: Coordinates) -> RawMap:
     """Read a list of points, x and z or x, y and z, by SurfaceTopography."""
-    library = _library("")
+    library = _import_library("")
     rows = io.BytesIO("\n".join(" ".join(map(repr, row)) for row in listed.points.tolist()).encode())
-    with blamed(f"its list of points {_UNEVEN}"), library.open_topography(rows, format="xyz") as reader:
+    with library_errors_as(f"its list of points {_UNEVEN}"), library.open_topography(rows, format="xyz") as reader:
         chosen = reader.default_channel
         if chosen.is_uniform is False:
-            raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+            raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
         topography = chosen.topography()
         heights = np.ma.filled(np.ma.asarray(topography.heights(), dtype=np.float64), np.nan)
         if heights.size != len(listed.points):
@@ -260,14 +262,14 @@ def read_points(listed: Coordinates) -> RawMap:
     )
 
 
-def _library(header: str) -> Any:
+def _import_library(header: str) -> Any:
     try:
         with warnings.catch_warnings():
-            # it warns of the tools for parallel computers that it does not find
+            # it warns of missing packages for parallel computers
             warnings.simplefilter("ignore")
             return importlib.import_module("SurfaceTopography")
     except ImportError as error:
-        otherwise = f"; or take out {header}, and give pixel_size and height_unit" if header else ""
+        otherwise = f"; or remove {header}, and give pixel_size and height_unit" if header else ""
         raise InputError(
             f"needs SurfaceTopography, which cannot be imported ({error}): "
             f'pip install "historysim[surfaces]"{otherwise}'
@@ -276,9 +278,9 @@ def _library(header: str) -> Any:
 
 def _read_channel(path: Path, reader: Any, channel: int | str | None, header: str) -> RawMap:
     form = reader.format()
-    chosen = _channel(reader, channel)
+    chosen = _select_channel(reader, channel)
     if chosen.is_uniform is False:
-        raise InputError("is a profile with uneven distances between its points; interpolate it to even ones")
+        raise InputError("is a profile with uneven distances between its points; interpolate it to even distances")
     map_files.check_size(chosen.nb_grid_pts or ())
     check_unpacked(8 * math.prod(chosen.nb_grid_pts or ()), path.stat().st_size)
     has_sizes = chosen.physical_sizes is not None
@@ -291,9 +293,9 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
     if form in {"asc", "xyz"}:
         _check_lines(path, heights.size if form == "xyz" else None)
     x, *y = (float(size) / points for size, points in zip(topography.physical_sizes, heights.shape, strict=True))
-    # it takes steps that differ by less than 1e-6, of any unit, for even
+    # it accepts steps as even if they differ by less than 1e-6 in any unit
     if form == "xyz" and not y and x < 1e-3:
-        raise InputError("has steps too small to see whether they are even; write its coordinates in a smaller unit")
+        raise InputError("has steps too small to check that they are even; write its coordinates in a smaller unit")
     unit = topography.unit or None
     return RawMap(
         heights,
@@ -305,7 +307,7 @@ def _read_channel(path: Path, reader: Any, channel: int | str | None, header: st
 
 
 def _refuse_guess(channel: Any, header: str) -> None:
-    """Refuse a text that SurfaceTopography takes for a matrix although nothing in it says so."""
+    """Raise InputError if SurfaceTopography assumes that a text is a matrix without evidence in the file."""
     if channel.physical_sizes is None and channel.dim == 2 and channel.nb_grid_pts[0] <= 3:
         raise InputError(
             "is a list of coordinates with gaps, or a map of few columns; expected every point of a grid, with nan "
@@ -314,37 +316,41 @@ def _refuse_guess(channel: Any, header: str) -> None:
     if channel.physical_sizes is None and not channel.unit:
         raise InputError(
             f"has a header without a unit or size that SurfaceTopography understands{f', {header}' if header else ''}; "
-            "take these lines out, in a file named .txt, and give pixel_size and height_unit"
+            "remove these lines, in a file named .txt, and give pixel_size and height_unit"
         )
 
 
-def _channel(reader: Any, wanted: int | str | None) -> Any:
-    found = list(reader.channels)
-    marked = [f"{one.name!r}{'' if _holds_heights(one) else ' (no heights)'}" for one in found]
+def _select_channel(reader: Any, request: int | str | None) -> Any:
+    channels = list(reader.channels)
+    marked = [f"{channel.name!r}{'' if _holds_heights(channel) else ' (no heights)'}" for channel in channels]
     listed = ", ".join(f"{index} {name}" for index, name in enumerate(marked))
-    if not found:
+    if not channels:
         raise InputError(f"holds no heights, or {_UNKNOWN}")
-    if wanted is None:
-        usable = [one for one in found if _holds_heights(one)]
+    if request is None:
+        usable = [channel for channel in channels if _holds_heights(channel)]
         if not usable:
             raise InputError(f"has no channel with heights: {listed}")
         if len(usable) > 1 and not usable[0].unit:
-            raise InputError(f"has {len(usable)} arrays and does not say which are heights; give channel: {listed}")
+            raise InputError(f"has {len(usable)} arrays and does not state which are heights; give channel: {listed}")
         default = reader.default_channel
         return default if _holds_heights(default) else usable[0]
-    if isinstance(wanted, str):
-        matches = [one for one in found if wanted in {one.name, one.channel_id}]
+    if isinstance(request, str):
+        matches = [channel for channel in channels if request in {channel.name, channel.channel_id}]
     else:
-        matches = [one for index, one in enumerate(found) if index == wanted and not isinstance(wanted, bool)]
+        matches = [
+            channel for index, channel in enumerate(channels) if index == request and not isinstance(request, bool)
+        ]
     if len(matches) != 1:
-        raise InputError(f"has {len(matches) or 'no'} channels {wanted!r}; expected the name or index of one: {listed}")
+        raise InputError(
+            f"has {len(matches) or 'no'} channels {request!r}; expected the name or index of one: {listed}"
+        )
     if not _holds_heights(matches[0]):
-        raise InputError(f"channel {wanted!r} holds no heights; expected another of {listed}")
+        raise InputError(f"channel {request!r} holds no heights; expected another of {listed}")
     return matches[0]
 
 
 def _holds_heights(channel: Any) -> bool:
-    # with two units, the second is that of values that are no lengths
+    # a second unit belongs to values that are not lengths
     return bool(channel.is_height_channel) and not (isinstance(channel.unit, tuple) or _NO_HEIGHTS.search(channel.name))
 
 
@@ -357,7 +363,7 @@ def _lateral_unit(channel: Any) -> str | None:
 
 
 def _check_lines(path: Path, coordinates: int | None) -> None:
-    """Check that SurfaceTopography has passed over no line of heights, nor of a number of coordinates that it read."""
+    """Raise InputError if SurfaceTopography has skipped a line of heights, or of a known number of coordinates."""
     width = count = 0
     doubtful: list[tuple[int, int]] = []
     with path.open(encoding="utf-8-sig", errors="replace") as stream:
@@ -365,15 +371,15 @@ def _check_lines(path: Path, coordinates: int | None) -> None:
             cells = line.split() if coordinates is None else re.split(r"[\s,;]+", line.strip(" \t\r\n,;"))
             if cells and all(_is_number(cell) or cell.lower() == "bad" for cell in cells):
                 width, count = len(cells), count + 1
-            elif not line.startswith("#") and map_files.mostly_heights(cells):
+            elif not line.startswith("#") and map_files.are_mostly_heights(cells):
                 doubtful.append((number, len(cells)))
-    for number, cells_there in doubtful:
-        if cells_there == width:
-            raise InputError(f"line {number} holds something that is no number; mend it, or take it out")
+    for number, cell_count in doubtful:
+        if cell_count == width:
+            raise InputError(f"line {number} contains a value that is not a number; correct or remove it")
     if coordinates is not None and count != coordinates:
         raise InputError(
-            f"has {count:,} lines of numbers, of which SurfaceTopography reads {coordinates:,} as coordinates; take "
-            "out what stands between them"
+            f"has {count:,} lines of numbers, of which SurfaceTopography reads {coordinates:,} as coordinates; "
+            "remove the lines between them"
         )
 
 

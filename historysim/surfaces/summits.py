@@ -1,4 +1,4 @@
-"""Summits: the peaks of a height map, which become asperities."""
+"""Summits: peaks of a height map, which become asperities."""
 
 from collections.abc import Mapping
 from typing import Self
@@ -33,13 +33,13 @@ class Summits(FrozenArrays):
     height : array_like (summit)
         Height z over the datum of the surface [m].
     radius : array_like (summit)
-        Radius R of the sphere that touches the summit [m], > 0; one number stands for all.
+        Radius R of the sphere that touches the summit [m], > 0; one number applies to all.
     x, y : array_like (summit), optional
         Position [m].
     nominal_area : float, optional
-        Area of the surface that they were found on [m²], > 0; None where it is not known or it is a profile.
+        Area of the surface [m²], > 0; None if it is unknown or the surface is a profile.
     slope : array_like (summit), optional
-        Of summits that `meeting` has found: tan α of the contact plane along x; one number stands for all.
+        Of summits from `meeting`: tan α of the contact plane along x; one number applies to all.
     """
 
     height: Floats
@@ -74,45 +74,45 @@ class Summits(FrozenArrays):
         """Return the same summits at other heights [m]."""
         return type(self)(height, self.radius, self.x, self.y, nominal_area=self.nominal_area, slope=self.slope)
 
-    def on_area(self, nominal_area: float) -> Self:
+    def with_area(self, nominal_area: float) -> Self:
         """Return the same summits on another nominal area [m²]."""
         return type(self)(self.height, self.radius, self.x, self.y, nominal_area=nominal_area, slope=self.slope)
 
     def meeting(self, other: "Summits", *, shift: tuple[float, float] = (0.0, 0.0)) -> Self:
-        """Return where these summits meet those of a body that lies on them, as summits with slopes.
+        """Pair these summits with the summits of an opposite body, and return the contacts as summits with slopes.
 
         Summits are the spheres of their radii; README.md of `historysim.contact`, "Inclined asperities", has the
-        equations. Each chooses the one that it touches first as the bodies approach; those that have chosen each other
-        meet. The other body has heights from a datum of its own towards these, and is moved by ``shift`` along x and y
-        [m]. Summits without positions, or of which none meet, are an InputError.
+        equations. Each summit selects the one that it touches first as the bodies approach; two that select each other
+        meet. The heights of the other body count from its own datum towards these summits; it is shifted by
+        ``shift`` along x and y [m]. InputError if summits have no positions or none meet.
         """
         if self.x is None or self.y is None or other.x is None or other.y is None:
             raise InputError("summits without positions cannot meet others; expected x and y of both")
-        along, across = (scalar("shift", metres(each)) for each in shift)
+        along, across = (scalar("shift", metres(component)) for component in shift)
         x, y = other.x + along, other.y + across
-        chosen, most = np.zeros(len(self), dtype=np.int64), np.full(len(other), -np.inf)
+        chosen, highest_touch = np.zeros(len(self), dtype=np.int64), np.full(len(other), -np.inf)
         choosing = np.full(len(other), -1)
-        for one in range(len(self) if len(other) else 0):
-            reach = self.radius[one] + other.radius
-            square = reach**2 - (x - self.x[one]) ** 2 - (y - self.y[one]) ** 2
+        for index in range(len(self) if len(other) else 0):
+            reach = self.radius[index] + other.radius
+            square = reach**2 - (x - self.x[index]) ** 2 - (y - self.y[index]) ** 2
             upright = np.sqrt(np.maximum(square, 0.0))
-            touch = np.where(square > 0.0, self.height[one] + other.height - (reach - upright), -np.inf)
-            chosen[one] = np.argmax(touch)
-            first = touch > most
-            most[first], choosing[first] = touch[first], one
-        second = np.flatnonzero(choosing >= 0)
-        second = second[chosen[choosing[second]] == second]
-        if not second.size:
-            raise InputError("no summit meets one of the other body; expected maps that lie on each other")
-        first = choosing[second]
-        reach = self.radius[first] + other.radius[second]
-        along, across = x[second] - self.x[first], y[second] - self.y[first]
-        share = self.radius[first] / reach
+            touch = np.where(square > 0.0, self.height[index] + other.height - (reach - upright), -np.inf)
+            chosen[index] = np.argmax(touch)
+            own_index = touch > highest_touch
+            highest_touch[own_index], choosing[own_index] = touch[own_index], index
+        other_index = np.flatnonzero(choosing >= 0)
+        other_index = other_index[chosen[choosing[other_index]] == other_index]
+        if not other_index.size:
+            raise InputError("no summits of the two bodies meet; expected maps that overlap")
+        own_index = choosing[other_index]
+        reach = self.radius[own_index] + other.radius[other_index]
+        along, across = x[other_index] - self.x[own_index], y[other_index] - self.y[own_index]
+        fraction = self.radius[own_index] / reach
         return type(self)(
-            most[second],
-            share * other.radius[second],
-            self.x[first] + share * along,
-            self.y[first] + share * across,
+            highest_touch[other_index],
+            fraction * other.radius[other_index],
+            self.x[own_index] + fraction * along,
+            self.y[own_index] + fraction * across,
             nominal_area=self.nominal_area,
             slope=-along / np.sqrt(reach**2 - along**2 - across**2),
         )
@@ -132,14 +132,14 @@ class Summits(FrozenArrays):
 
     @property
     def density(self) -> float | None:
-        """Summits per nominal area [1/m²], or None where the area is not known."""
+        """Summits per nominal area [1/m²]; None if the area is unknown."""
         return None if self.nominal_area is None else len(self) / self.nominal_area
 
 
-HANDFUL = 10  # the most summits that are taken for outliers
-TAIL = 100  # summits below them that show how the heights go on
-CHANCE = 1e-6  # the chance of such a gap in heights that go on as the others do, below which summits stand apart
-WOLF = 0.05  # least prominence over the height range Rz where summits are pruned by default (Wolf pruning, ISO 25178-2)
+HANDFUL = 10  # the most summits that are reported as outliers
+TAIL = 100  # summits below them that define the tail of the heights
+CHANCE = 1e-6  # probability of such a gap in an exponential tail, below which summits are detached
+WOLF = 0.05  # default least prominence over the height range Rz for pruning (Wolf pruning, ISO 25178-2)
 
 _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
     3: ((1, 0), (-1, 0)),
@@ -151,14 +151,14 @@ _AROUND: Mapping[int, tuple[tuple[int, int], ...]] = {
 def find_summits(
     heights: Floats, pixel_size: tuple[float, float], rule: int = 9, *, periodic: bool = False, prominence: float = 0.0
 ) -> Summits:
-    """Return the summits of a height map (nx, ny) [m]: the points that are higher than all their neighbours.
+    """Find the summits of a height map (nx, ny) [m]: points that are higher than all their neighbours.
 
     The ``rule`` is 9 with the diagonal neighbours, 5 without, and 3 for profiles: the peaks of each along x, or along y
     where the map has only one point along x. R = 1/κ with κ = (κ_x + κ_y)/2 of the central differences
     κ_x = |z(x-1) - 2z + z(x+1)|/p_x² (Greenwood 1984; by the rule 3 κ = κ_x). A plateau with only lower points around
-    it is one summit, in the middle of its points and with the mean of their curvatures. Neither a border nor a missing
-    point (NaN) may be beside a summit; a ridge that runs around a periodic surface is none. Of a summit the
-    ``prominence`` is the height [m] over the highest saddle on the way to a higher point; see `prominences`.
+    it is one summit, in the middle of its points and with the mean of their curvatures. A point next to the border or a
+    missing point (NaN) is not a summit; nor is a ridge around a periodic surface. ``prominence`` is the least height
+    [m] over the highest saddle on a path to a higher point; see `prominences`.
     """
     prominence = scalar("prominence", prominence, least=0)
     if not isinstance(rule, int) or rule not in _AROUND:
@@ -168,26 +168,26 @@ def find_summits(
     if rule == 3 and heights.shape[0] == 1 < heights.shape[1]:
         turned = find_summits(heights.T, pixel_size[::-1], rule, periodic=periodic, prominence=prominence)
         return Summits(turned.height, turned.radius, turned.y, turned.x)
-    points, owner, places = _tops(heights, rule, periodic)
-    first = np.full(owner.max(initial=-1) + 1, heights.size)
-    np.minimum.at(first, owner, points)
+    points, owner, indices = _find_tops(heights, rule, periodic)
+    first_point = np.full(owner.max(initial=-1) + 1, heights.size)
+    np.minimum.at(first_point, owner, points)
     curvature = np.stack(
         [
-            _mean(owner, _drop(heights, points, axis, periodic) / pixel_size[axis] ** 2)
+            _mean(owner, _sum_drops(heights, points, axis, periodic) / pixel_size[axis] ** 2)
             for axis in ((0,) if rule == 3 else (0, 1))
         ]
     )
-    order = np.argsort(first)
+    order = np.argsort(first_point)
     # a plateau has the prominence of its first point
     if prominence > 0:
-        order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first[order]] >= prominence]
+        order = order[prominences(heights, _AROUND[rule], periodic=periodic).flat[first_point[order]] >= prominence]
     x, y = (
         (_mean(owner, index) % size)[order] * pixel
-        for index, size, pixel in zip(places, heights.shape, pixel_size, strict=True)
+        for index, size, pixel in zip(indices, heights.shape, pixel_size, strict=True)
     )
     area = heights.size * pixel_size[0] * pixel_size[1]
     return Summits(
-        heights.flat[first[order]],
+        heights.flat[first_point[order]],
         1 / curvature.mean(axis=0)[order],
         x,
         y,
@@ -195,23 +195,26 @@ def find_summits(
     )
 
 
-def _padded(values: Array, periodic: bool, nothing: float = np.nan) -> Array:
-    """Return values with one more point all around: the other side of a periodic surface, else nothing."""
+def _pad(values: Array, periodic: bool, nothing: float = np.nan) -> Array:
+    """Pad values by one point on all sides: periodic images, or else the value `nothing`."""
     return np.pad(values, 1, mode="wrap") if periodic else np.pad(values, 1, constant_values=nothing)
 
 
-def _beside(padded: Array, offset: tuple[int, int]) -> Array:
-    """Return the value beside each point that was padded."""
+def _neighbour_values(padded: Array, offset: tuple[int, int]) -> Array:
+    """Return the neighbour of each unpadded point at an offset."""
     nx, ny = padded.shape
     return padded[1 + offset[0] : nx - 1 + offset[0], 1 + offset[1] : ny - 1 + offset[1]]
 
 
-def _drop(heights: Floats, points: Integers, axis: int, periodic: bool) -> Floats:
+def _sum_drops(heights: Floats, points: Integers, axis: int, periodic: bool) -> Floats:
     """Return the sum of the drops from points to both neighbours along an axis."""
-    padded = _padded(heights, periodic)
+    padded = _pad(heights, periodic)
     offsets = (_AROUND[5][2 * axis], _AROUND[5][2 * axis + 1])
-    here, ahead, behind = heights.flat[points], *(_beside(padded, offset).flat[points] for offset in offsets)
-    fall: Floats = (here - ahead) + (here - behind)
+    height, ahead, behind = (
+        heights.flat[points],
+        *(_neighbour_values(padded, offset).flat[points] for offset in offsets),
+    )
+    fall: Floats = (height - ahead) + (height - behind)
     return fall
 
 
@@ -220,39 +223,39 @@ def _mean(owner: Integers, values: Array) -> Floats:
     return mean
 
 
-def _tops(heights: Floats, rule: int, periodic: bool) -> tuple[Integers, Integers, Array]:
-    """Return the points that are tops, the summit that each belongs to, and their indices (2, points) along x and y.
+def _find_tops(heights: Floats, rule: int, periodic: bool) -> tuple[Integers, Integers, Array]:
+    """Return the points of tops, the summit of each point, and their indices (2, points) along x and y.
 
-    Indices of a plateau that lies across the border of a periodic surface go on beyond it.
+    Indices of a plateau across the border of a periodic surface continue beyond it.
     """
-    padded = _padded(heights, periodic)
+    padded = _pad(heights, periodic)
     top, tied = np.ones(heights.shape, dtype=bool), np.zeros(heights.shape, dtype=bool)
     for offset in _AROUND[rule]:
         # a comparison with a missing neighbour, NaN, is false
-        top &= heights >= _beside(padded, offset)
-        tied |= heights == _beside(padded, offset)
+        top &= heights >= _neighbour_values(padded, offset)
+        tied |= heights == _neighbour_values(padded, offset)
     single = np.flatnonzero(top & ~tied)
-    places = np.stack(np.unravel_index(single, heights.shape))
+    indices = np.stack(np.unravel_index(single, heights.shape))
     tied &= top
     if not tied.any():
-        return single, np.arange(single.size), places
-    # a plateau that has a point of its height beside it which is no top goes on uphill from there
-    open_ended, tops = np.zeros_like(tied), _padded(top, periodic, nothing=False)
+        return single, np.arange(single.size), indices
+    # a plateau next to a point of equal height that is not a top continues uphill from there
+    open_ended, tops = np.zeros_like(tied), _pad(top, periodic, nothing=False)
     for offset in _AROUND[rule]:
-        open_ended |= tied & (heights == _beside(padded, offset)) & ~_beside(tops, offset)
-    shared, plateau = _plateaus(tied, open_ended, rule, periodic)
+        open_ended |= tied & (heights == _neighbour_values(padded, offset)) & ~_neighbour_values(tops, offset)
+    shared, plateau = _find_plateaus(tied, open_ended, rule, periodic)
     points = np.ravel_multi_index(tuple(shared), heights.shape, mode="wrap")
     owner = np.concatenate([np.arange(single.size), single.size + plateau])
-    return np.concatenate([single, points]), owner, np.concatenate([places, shared], axis=1)
+    return np.concatenate([single, points]), owner, np.concatenate([indices, shared], axis=1)
 
 
-def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -> tuple[Array, Integers]:
-    """Return the indices (2, points) of points on plateaus with only lower points around, and their plateau."""
+def _find_plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -> tuple[Array, Integers]:
+    """Return the indices (2, points) of points on plateaus with only lower neighbours, and the plateau of each."""
     from scipy import ndimage
 
     structure = np.zeros((3, 3), dtype=bool)
     structure[tuple(np.transpose([(0, 0), *_AROUND[rule]]) + 1)] = True
-    # on two periods along x and y each plateau is whole somewhere; a ridge without an end always meets the border
+    # two periods contain a complete copy of each plateau; an endless ridge always meets the border
     periods = [2 if periodic and size > 1 else 1 for size in tied.shape]
     labels, count = ndimage.label(np.tile(tied, periods), structure)
     wrong = np.zeros(count + 1, dtype=bool)
@@ -261,35 +264,35 @@ def _plateaus(tied: Booleans, open_ended: Booleans, rule: int, periodic: bool) -
         edges = [labels[[0, -1]]] * (periods[0] > 1) + [labels[:, [0, -1]]] * (periods[1] > 1)
         wrong[np.concatenate([edge.ravel() for edge in edges])] = True
     wrong[0] = True
-    places = np.stack(np.nonzero(~wrong[labels]))
-    label = labels[tuple(places)]
-    # of the copies of a plateau, which have one first point, the first one counts
-    first = np.full(count + 1, tied.size)
-    np.minimum.at(first, label, np.ravel_multi_index(tuple(places), tied.shape, mode="wrap"))
-    chosen = np.unique(first[label], return_index=True)[1]
-    kept = np.flatnonzero(np.isin(label, label[chosen]))
-    # in the order of the points on the map, in which means are taken
-    kept = kept[np.argsort(np.ravel_multi_index(tuple(places[:, kept]), tied.shape, mode="wrap"))]
-    places, plateau = places[:, kept], np.unique(label[kept], return_inverse=True)[1]
+    indices = np.stack(np.nonzero(~wrong[labels]))
+    label = labels[tuple(indices)]
+    # of the copies of a plateau, which share a first point, only the first is used
+    first_point = np.full(count + 1, tied.size)
+    np.minimum.at(first_point, label, np.ravel_multi_index(tuple(indices), tied.shape, mode="wrap"))
+    chosen = np.unique(first_point[label], return_index=True)[1]
+    selected = np.flatnonzero(np.isin(label, label[chosen]))
+    # in the order of the points on the map, so that means do not depend on the copy
+    selected = selected[np.argsort(np.ravel_multi_index(tuple(indices[:, selected]), tied.shape, mode="wrap"))]
+    indices, plateau = indices[:, selected], np.unique(label[selected], return_inverse=True)[1]
     # counted from the period in which a plateau begins
     for axis, size in enumerate(tied.shape):
-        begin = np.full(chosen.size, 1)
-        np.minimum.at(begin, plateau, places[axis] // size)
-        places[axis] -= begin[plateau] * size
-    return places, plateau
+        first_period = np.full(chosen.size, 1)
+        np.minimum.at(first_period, plateau, indices[axis] // size)
+        indices[axis] -= first_period[plateau] * size
+    return indices, plateau
 
 
 def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, periodic: bool = False) -> Floats:
     """Return the prominence of each local maximum (nx, ny) [m], at its first point; 0 at all other points.
 
-    It is the height over the highest saddle on the way to a higher point, infinite where no way leads higher. Points
-    are flooded from the highest down; where two hills meet, the lower one ends: Wolf pruning, the lowest hill first, is
-    the same.
+    It is the height over the highest saddle on a path to a higher point, infinite if no path leads to a higher point.
+    Points are flooded from the highest down; where two hills meet, the lower hill ends. The result equals Wolf pruning,
+    which removes the lowest hill first.
     """
     flat = np.ascontiguousarray(heights, dtype=np.float64).ravel()
     order = np.argsort(-flat, kind="stable")[: int(np.isfinite(flat).sum())]
     steps = np.array(offsets, dtype=np.int64)
-    found, parent = np.empty(flat.size), np.empty(flat.size, dtype=np.int64)
+    prominence, parent = np.empty(flat.size), np.empty(flat.size, dtype=np.int64)
     lib.hs_prominences(
         *heights.shape,
         pointer(flat),
@@ -298,18 +301,18 @@ def prominences(heights: Floats, offsets: tuple[tuple[int, int], ...], *, period
         len(offsets),
         pointer(steps),
         periodic,
-        pointer(found),
+        pointer(prominence),
         pointer(parent),
     )
-    return found.reshape(heights.shape)
+    return prominence.reshape(heights.shape)
 
 
 def detached_summits(height: ArrayLike) -> int:
-    """Return how many of the highest summits stand apart from all others, 0 where none do.
+    """Return the number of highest summits that are detached from all others, 0 if there are none.
 
-    The heights of the `TAIL` summits below a gap are taken as the tail of a distribution that falls exponentially with
-    the mean excess s; Gaussian tails fall faster. The gap between the k-th and the next highest of such heights is
-    exponential with mean s/k (Rényi), so that one of g or more has the chance exp(-k g/s). At most `HANDFUL` are found.
+    The heights of the `TAIL` summits below a gap are modelled as an exponential tail with the mean excess s; Gaussian
+    tails decrease faster. The gap between the k-th and the next highest of such heights is exponential with mean s/k
+    (Rényi), so that a gap of g or more has the probability exp(-k g/s). At most `HANDFUL` are reported.
     """
     heights = np.asarray(height, dtype=np.float64)
     if heights.size <= TAIL + HANDFUL:

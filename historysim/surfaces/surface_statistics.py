@@ -1,7 +1,7 @@
 """Statistics of a height map: heights, slopes and curvatures, autocorrelation.
 
-The functions take what a `Surface` has checked; its methods say what they return. A profile, (n, 1) or (1, n), has
-statistics along its long axis only.
+The functions expect the validated heights of a `Surface`, whose methods document the results. A profile, (n, 1) or
+(1, n), has statistics along its long axis only.
 """
 
 import math
@@ -42,14 +42,14 @@ class HeightStatistics:
     height_range: float
     skewness: float  #: third moment of the heights over Rq³ [1], 0 for a Gaussian surface; NaN where all are equal
     kurtosis: float  #: fourth moment of the heights over Rq⁴ [1], 3 for a Gaussian surface; NaN where all are equal
-    #: σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x; s = s_x on a profile. NaN where
-    #: there are no neighbours.
+    #: σ_s [1]: root mean square of s = (s_x + s_y)/2 with s_x = |z(x) - z(x+1)|/p_x; s = s_x on a profile. NaN if
+    #: no point has a neighbour.
     rms_slope: float
     #: σ_κ [1/m]: root mean square of κ = (κ_x + κ_y)/2 with κ_x = |z(x-1) - 2z + z(x+1)|/p_x², likewise κ_y; κ = κ_x on
-    #: a profile. NaN where there are no neighbours on both sides.
+    #: a profile. NaN if no point has neighbours on both sides.
     rms_curvature: float
     #: m0 = Rq², and m2 and m4 from the same differences with their sign: the mean of x and y of their mean squares.
-    #: Differences over a pixel miss what is shorter than a few pixels, so that they are lower limits.
+    #: Differences over a pixel miss waves shorter than a few pixels, so that they are lower limits.
     moments: SpectralMoments
     missing_fraction: float  #: missing points over all points [1]
 
@@ -74,18 +74,18 @@ class Autocorrelation:
     def length(self, axis: Axis, level: float = 0.1) -> float:
         """Return the autocorrelation length along an axis [m]: the first lag at which ρ falls to a level, -1 to 1.
 
-        Linear between the lags; NaN where ρ stays above the level. Another axis or level is an InputError.
+        Linear between the lags; NaN if ρ stays above the level. InputError for another axis or level.
         """
         if axis not in ("x", "y"):
             raise InputError(f"axis is {axis!r}; expected 'x' or 'y'")
         target = float(checked("level", level, least=-1))
         if target >= 1:
-            raise InputError(f"level is {target:g}; expected less than 1, where every surface starts at lag 0")
+            raise InputError(f"level is {target:g}; expected less than 1, the value at lag 0")
         zero_x, zero_y = self.lags_x.size // 2, self.lags_y.size // 2
         lags = (self.lags_x if axis == "x" else self.lags_y)[zero_x if axis == "x" else zero_y :]
         values = self.values[zero_x:, zero_y] if axis == "x" else self.values[zero_x, zero_y:]
-        known = ~np.isnan(values)
-        lags, values = lags[known], values[known]
+        present = ~np.isnan(values)
+        lags, values = lags[present], values[present]
         fallen = np.flatnonzero(values <= target)
         if fallen.size == 0:
             return math.nan
@@ -94,19 +94,19 @@ class Autocorrelation:
 
     @property
     def lay(self) -> float:
-        """γ [1]: autocorrelation length along x over that along y, at 0.1; NaN where there is none."""
+        """Lay γ [1]: ratio of the autocorrelation lengths along x and y, at 0.1; NaN if one is not reached."""
         return self.length("x") / self.length("y")
 
 
 def height_statistics(z: Floats, pixel_size: Pixel, *, periodic: bool) -> HeightStatistics:
     """Return the statistics of heights, slopes and curvatures; see `Surface.statistics`."""
     present = z[~np.isnan(z)]
-    mean, deviation = _centred(present)
+    mean, deviation = _split_mean(present)
     rms = math.sqrt(_mean_square(deviation))
     standard = deviation / rms if rms else np.full(1, np.nan)
     square = standard * standard
-    rms_slope, m2 = _differences(z, pixel_size, 1, periodic)
-    rms_curvature, m4 = _differences(z, pixel_size, 2, periodic)
+    rms_slope, m2 = _difference_moments(z, pixel_size, 1, periodic)
+    rms_curvature, m4 = _difference_moments(z, pixel_size, 2, periodic)
     return HeightStatistics(
         mean=mean,
         rms_height=rms,
@@ -127,34 +127,34 @@ def autocorrelation(z: Floats, pixel_size: Pixel, *, periodic: bool) -> Autocorr
 
     present = ~np.isnan(z)
     deviation = np.zeros(z.shape)
-    deviation[present] = _centred(z[present])[1]
+    deviation[present] = _split_mean(z[present])[1]
     greatest = np.abs(deviation).max()
     if greatest == 0:
         raise InputError("all heights are equal; expected a rough surface, since a flat one has no autocorrelation")
-    # squares of nanometres keep their digits
+    # scaled by the maximum, so that squares keep their digits
     deviation /= greatest
-    # half the length of zeros behind the map keeps the lags up to half the length apart from their mirror images
+    # zero padding by half the length separates lags up to half the length from their periodic images
     shape = z.shape if periodic else tuple(fft.next_fast_len(n + n // 2, real=True) for n in z.shape)
     steps = [np.arange(-(n // 2), n // 2 + 1) for n in z.shape]
-    # negative lags stand at the end of the transform, where negative indices point
-    pairs = np.rint(_products(present, shape)[np.ix_(*steps)])
-    values = _products(deviation, shape)[np.ix_(*steps)]
+    # negative lags are at the end of the transform, as negative indices
+    pairs = np.rint(_sum_products(present, shape)[np.ix_(*steps)])
+    values = _sum_products(deviation, shape)[np.ix_(*steps)]
     values /= np.where(pairs > 0, pairs, np.nan)
     values /= values[z.shape[0] // 2, z.shape[1] // 2]
     return Autocorrelation(steps[0] * pixel_size[0], steps[1] * pixel_size[1], values)
 
 
-def _ratio(part: float, whole: float) -> float:
-    return part / whole if whole else math.nan
+def _ratio(numerator: float, denominator: float) -> float:
+    return numerator / denominator if denominator else math.nan
 
 
-def _centred(values: Floats) -> tuple[float, Floats]:
-    """Return the mean, and the values less the mean: exactly 0 where all are equal, which rounding might prevent."""
-    first = values.flat[0]
-    deviation: Floats = values - first
+def _split_mean(values: Floats) -> tuple[float, Floats]:
+    """Return the mean and the deviations from it, which are exactly 0 if all values are equal."""
+    reference = values.flat[0]
+    deviation: Floats = values - reference
     above = float(np.mean(deviation))
     deviation -= above
-    return float(first + above), deviation
+    return float(reference + above), deviation
 
 
 def _mean_square(values: Floats) -> float:
@@ -162,26 +162,26 @@ def _mean_square(values: Floats) -> float:
     return float(np.mean(np.square(present))) if present.size else math.nan
 
 
-def _differences(z: Floats, pixel: Pixel, order: int, periodic: bool) -> tuple[float, float]:
-    """Return σ_s and m2 from the first differences of neighbours, or σ_κ and m4 from the second ones."""
+def _difference_moments(z: Floats, pixel: Pixel, order: int, periodic: bool) -> tuple[float, float]:
+    """Return σ_s and m2 from first differences of neighbours (order 1), or σ_κ and m4 from second differences."""
     axes = [axis for axis in (0, 1) if z.shape[axis] > 1]
     if not axes:
         return math.nan, math.nan
-    found = []
+    differences = []
     for axis in axes:
         border = [(order - 1, 1) if along == axis else (0, 0) for along in (0, 1)]
         around = np.pad(z, border, mode="wrap") if periodic else z
-        found.append(np.diff(around, n=order, axis=axis) / pixel[axis] ** order)
-    moment = sum(map(_mean_square, found)) / len(found)
+        differences.append(np.diff(around, n=order, axis=axis) / pixel[axis] ** order)
+    moment = sum(map(_mean_square, differences)) / len(differences)
     if len(axes) == 2 and not periodic:
-        # only where there is a difference along the other axis at the same point
-        found = [found[0][:, order - 1 : -1], found[1][order - 1 : -1, :]]
-    average = np.abs(found[0]) if len(found) == 1 else (np.abs(found[0]) + np.abs(found[1])) / 2
+        # only points that have a difference along both axes
+        differences = [differences[0][:, order - 1 : -1], differences[1][order - 1 : -1, :]]
+    average = np.abs(differences[0]) if len(differences) == 1 else (np.abs(differences[0]) + np.abs(differences[1])) / 2
     return math.sqrt(_mean_square(average)), moment
 
 
-def _products(values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> Floats:
-    """Return the sum over the products of values one lag apart, for all lags on a periodic grid of this shape."""
+def _sum_products(values: npt.NDArray[np.generic], shape: tuple[int, ...]) -> Floats:
+    """Return the sum of products of values at each lag, on a periodic grid of this shape."""
     from scipy import fft
 
     waves = fft.rfft2(values, shape)

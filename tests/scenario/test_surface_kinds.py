@@ -26,7 +26,7 @@ from historysim.errors import InputError
 from historysim.scenario import document, scenario, surface_kinds
 from historysim.studies.sweep_table import find_unit
 from historysim.surfaces.distribution import Gaussian, Tabulated, drawn_summits, quantile_summits, textured_summits
-from historysim.surfaces.preparation import keys_of, own_steps
+from historysim.surfaces.preparation import list_keys, registered_steps
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.summits import Summits
@@ -169,7 +169,7 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
         }
         # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
         # map is tested by itself
-        preparing = {key.name for key in keys_of(own_steps())} | {"prune", "ball_radius"}
+        preparing = {key.name for key in list_keys(registered_steps())} | {"prune", "ball_radius"}
         assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT | preparing
 
 

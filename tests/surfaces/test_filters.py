@@ -84,7 +84,7 @@ def test_the_median_around_a_point_is_that_of_its_neighbours():
     heights = rng.normal(size=(70, 9))
     heights[rng.random(heights.shape) < 0.4] = np.nan
     heights[10:20] = np.nan
-    found = module._median_around(heights)
+    found = module._neighbour_median(heights)
     for i, j in np.ndindex(heights.shape):
         if not (2 <= i < 68 and 2 <= j < 7):
             continue

@@ -170,7 +170,7 @@ def ramp(datum, along, across, shape):
     [(0, 0, 0), (0.1, 0, 0), (1e-9, 0, 0), (0, 1e-9, 2e-9), (1e-6, 1e-8, 1e-8), (1e-3, 1e-7, -1e-7), (0, 0.1, 3)],
 )
 def test_a_flat_surface_has_no_sphere(plane, shape):
-    with pytest.raises(InputError, match=r"no sphere fits a surface that is not curved; expected a ball or a hollow"):
+    with pytest.raises(InputError, match=r"no sphere fits a flat surface; expected a ball or a hollow"):
         fit_form(ramp(*plane, shape), PIXEL, "sphere")
 
 

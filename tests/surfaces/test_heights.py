@@ -283,7 +283,7 @@ def test_roughness_on_a_ball_is_the_sum_of_both():
             ("cropped", ends, "x")
             for ends in ((1e-6,), (2e-6, 1e-6), (-1e-6, 1e-6), (1.1e-6, 1.9e-6), (9.5e-6, 12e-6), "all")
         ),
-        ("scaled", 1e-6, "the surface has one height everywhere; expected a rough one to scale"),
+        ("scaled", 1e-6, "the surface has one height everywhere; expected a rough surface to scale"),
     ],
 )
 def test_what_a_surface_cannot_become_is_refused(method, argument, message):

@@ -116,8 +116,8 @@ def test_what_a_file_says_can_be_repeated_but_not_contradicted(library):  # noqa
     repeated = read_surface(path, height_unit="1e-9 m", lateral_unit="nm", pixel_size="19.53 nm")
     assert repeated.pixel_size == read_surface(path).pixel_size
     for wrong, message in [
-        ({"height_unit": "µm"}, "says that its heights are in nm, but height_unit is 'µm'; leave height_unit out"),
-        ({"lateral_unit": "µm"}, "says that its distances are in nm, but lateral_unit is 'µm'"),
+        ({"height_unit": "µm"}, "states that its heights are in nm, but height_unit is 'µm'; omit height_unit"),
+        ({"lateral_unit": "µm"}, "states that its distances are in nm, but lateral_unit is 'µm'"),
         ({"pixel_size": "19.6 nm"}, "its points are 1.95313e-08 m × 1.95313e-08 m apart, but pixel_size is '19.6 nm'"),
         ({"pixel_size": ("19.53125 nm", "19.6 nm")}, "apart, but pixel_size is"),
     ]:
@@ -195,7 +195,7 @@ def test_arrays_that_may_be_anything_have_to_be_chosen(library, tmp_path):  # no
     surface = read_surface(path, channel="z", pixel_size=(1.0, 2.0), height_unit="m")
     np.testing.assert_array_equal(surface.heights, np.arange(12.0).reshape(4, 3))
     assert surface.pixel_size == (1.0, 2.0)
-    with pytest.raises(InputError, match="does not say how far apart its points are; give pixel_size"):
+    with pytest.raises(InputError, match="does not state the distance between its points; give pixel_size"):
         read_surface(path, channel="z", height_unit="m")
 
 
@@ -244,7 +244,7 @@ def test_no_line_under_a_header_is_passed_over(library, tmp_path, broken, place)
     rows = ROWS.splitlines()
     rows.insert(place, broken)
     path = written(tmp_path / "map.txt", HEADER + "\n".join(rows) + "\n")
-    with pytest.raises(InputError, match=rf"line {place + 5} holds something that is no number|different|damaged"):
+    with pytest.raises(InputError, match=rf"line {place + 5} contains a value that is not a number|different|damaged"):
         read_surface(path)
 
 
@@ -267,7 +267,7 @@ def test_what_needs_the_extra_says_so(tmp_path, monkeypatch):
     with pytest.raises(InputError, match=f"map.spm: needs SurfaceTopography, .*{hint}$"):
         read_surface(tmp_path / "map.spm")
     path = written(tmp_path / "map.txt", HEADER + ROWS)
-    with pytest.raises(InputError, match=f"{hint}; or take out line 2: '# Breite: 8 µm', and give pixel_size"):
+    with pytest.raises(InputError, match=f"{hint}; or remove line 2: '# Breite: 8 µm', and give pixel_size"):
         read_surface(path, **PLAIN)
     assert read_surface(written(tmp_path / "plain.txt", ROWS), **PLAIN).shape == (4, 3)
     np.save(tmp_path / "map.npy", np.ones((3, 4)))
@@ -303,7 +303,7 @@ def test_coordinates_of_a_profile(library, tmp_path):  # noqa: ARG001 - skips wh
     with pytest.raises(InputError, match="uneven distances"):
         read_surface(written(tmp_path / "uneven.xyz", "0 1\n0.5 2\n1.1 4\n1.5 3\n"), **units)
     # uneven by a third, but by less than SurfaceTopography sees
-    with pytest.raises(InputError, match="steps too small to see whether they are even"):
+    with pytest.raises(InputError, match="steps too small to check that they are even"):
         read_surface(written(tmp_path / "small.xyz", "0 1\n1e-7 2\n2e-7 4\n3.3e-7 3\n"), **units)
 
 
@@ -621,8 +621,8 @@ def test_a_netcdf_map_states_its_units(tmp_path, units, dimensions, key):
         (("mm", "mm", None), {}, "does not name the unit of its heights; give height_unit"),
         ((None, None, "um"), {}, "does not name the unit of its distances; give lateral_unit"),
         (("mm", None, "um"), {}, "names the unit of one of its coordinates only"),
-        (("mm", "mm", "um"), {"height_unit": "nm"}, "says that its heights are in um, but height_unit is 'nm'"),
-        (("mm", "mm", "um"), {"pixel_size": "5 µm"}, "says that its points are 2e-06 m"),
+        (("mm", "mm", "um"), {"height_unit": "nm"}, "states that its heights are in um, but height_unit is 'nm'"),
+        (("mm", "mm", "um"), {"pixel_size": "5 µm"}, "states that its points are 2e-06 m"),
         (("mm", "mm", "um"), {"channel": "other"}, "has 1 variables with points; give channel 'other' .* 0 'heights'"),
     ],
 )
@@ -677,7 +677,7 @@ def test_placeholders_of_missing_points_are_reported(tmp_path, placeholders):
         read_surface(path, **options)
     surface = read_surface(path, **options, missing=placeholders)
     np.testing.assert_array_equal(surface.missing, np.isin(heights.T, placeholders))
-    with pytest.raises(InputError, match="missing is 7, but no height is"):
+    with pytest.raises(InputError, match="missing is 7, but no height equals it"):
         read_surface(path, **options, missing=7)
 
 

@@ -11,7 +11,7 @@ import historysim as hs
 from historysim.asperities.running_in import Pass, run_in
 from historysim.errors import InputError
 from historysim.surfaces.registration import KEPT, LOST
-from historysim.surfaces.resampling import resampled
+from historysim.surfaces.resampling import resample
 
 pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
 
@@ -93,7 +93,7 @@ def test_the_worn_volume_gives_the_law_back_that_wore_the_place():
     worn, _ = run_in(new, pair, [Pass(0.2, 0.01)], friction=0.2, wear=law)
     shift, rotation = np.array([2.3, -1.7]) * PIXEL, 0.007
     sizes = {"shape": worn.shape, "onto": worn.pixel_size, "periodic": False}
-    moved = resampled(worn.heights, worn.pixel_size, shift=-shift, rotation=-rotation, **sizes)
+    moved = resample(worn.heights, worn.pixel_size, shift=-shift, rotation=-rotation, **sizes)
     noise = 5e-10 * rng.standard_normal((2, *new.shape))
     found = hs.registered(hs.Surface(new.heights + noise[0], PIXEL), hs.Surface(moved + noise[1] + 1e-7, PIXEL))
     again = law.from_volume(found.worn_volume, normal_load="200 mN", sliding_distance="10 mm", hardness=law.hardness)
@@ -131,7 +131,7 @@ def test_missing_points_and_another_pixel_size_are_allowed():
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
 def test_maps_of_two_places_are_refused(seed):
-    with pytest.raises(InputError, match="do not show one place"):
+    with pytest.raises(InputError, match="do not show one area"):
         hs.registered(pair(seed, (0, 0), 0)[0], pair(seed + 10, (0, 0), 0)[0])
 
 

@@ -11,7 +11,7 @@ from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
 from historysim.surfaces.resampling import _by_waves as by_waves
-from historysim.surfaces.resampling import resampled
+from historysim.surfaces.resampling import resample
 
 EPS = np.finfo(float).eps
 PX, PY = 2e-6, 0.7e-6
@@ -20,10 +20,10 @@ PX, PY = 2e-6, 0.7e-6
 def onto_itself(heights, **how):
     how = {"pixel_size": (PX, PY), "periodic": False} | how
     pixel = how.pop("pixel_size")
-    return resampled(heights, pixel, **({"shape": heights.shape, "onto": pixel} | how))
+    return resample(heights, pixel, **({"shape": heights.shape, "onto": pixel} | how))
 
 
-def centred(shape, pixel=(PX, PY)):
+def centred_positions(shape, pixel=(PX, PY)):
     x, y = ((np.arange(n) - (n - 1) / 2) * p for n, p in zip(shape, pixel, strict=True))
     return x[:, None], y[None, :]
 
@@ -74,7 +74,7 @@ def test_a_periodic_map_is_the_periodic_bicubic_spline():
 
 
 def plane(shape, pixel=(1.0, 1.0)):
-    x, y = centred(shape, pixel)
+    x, y = centred_positions(shape, pixel)
     return 3 + x - 2 * y
 
 
@@ -90,7 +90,7 @@ def plane(shape, pixel=(1.0, 1.0)):
 )
 def test_a_plane_between_its_points_is_a_plane_up_to_the_border(how, shape):
     found = onto_itself(plane(shape), pixel_size=(1.0, 1.0), **how)
-    x, y = centred(shape, (1.0, 1.0))
+    x, y = centred_positions(shape, (1.0, 1.0))
     place = (x + 1j * y - complex(*how.get("shift", (0, 0)))) * np.exp(-1j * how.get("rotation", 0))
     wanted = 3 + place.real - 2 * place.imag
     here = np.isfinite(found)
@@ -136,7 +136,7 @@ def test_heights_are_missing_where_one_of_the_points_around_is(periodic):
     ],
 )
 def test_a_profile_is_not_turned_or_moved_aside(shape, how):
-    with pytest.raises(InputError, match="a profile was to be turned or moved aside; expected a shift along it"):
+    with pytest.raises(InputError, match="a profile cannot be rotated or shifted sideways; expected a shift along it"):
         onto_itself(np.zeros(shape), **how)
 
 

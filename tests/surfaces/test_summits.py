@@ -549,8 +549,8 @@ def test_summits_meet_that_have_chosen_each_other():
 @pytest.mark.parametrize(
     ("other", "message"),
     [
-        (Summits(0.0, 1e-6, 1.0, 0.0), "no summit meets one of the other body"),
-        (Summits([], [], [], []), "no summit meets one of the other body"),
+        (Summits(0.0, 1e-6, 1.0, 0.0), "no summits of the two bodies meet"),
+        (Summits([], [], [], []), "no summits of the two bodies meet"),
         (Summits(0.0, 1e-6), "expected x and y of both"),
     ],
 )

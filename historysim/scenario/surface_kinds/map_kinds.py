@@ -14,7 +14,7 @@ from historysim.basics.wording import Notify, shown, silent
 from historysim.errors import InputError, at, misfit
 from historysim.scenario.surface_kinds import SURFACES, BuiltSurface, SurfaceKind
 from historysim.surfaces.inspection import quantisation_notice
-from historysim.surfaces.preparation import PREPARATIONS, Preparation, keys_of, own_steps, steps_for
+from historysim.surfaces.preparation import PREPARATIONS, Preparation, list_keys, registered_steps, select_steps
 from historysim.surfaces.reading import read_surface
 from historysim.surfaces.summits import WOLF, Summits
 
@@ -37,7 +37,7 @@ def declared(kind: type, section: object) -> dict[str, Any]:
 def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs.Attribute[Any]]":
     """Give a kind of map the keys of the steps that prepare it, beside its own."""
     names = {field.name for field in fields}
-    keys = keys_of(steps_for(getattr(kind, "kind", None), kind.preparations))  # type: ignore[attr-defined] # of a HeightMap
+    keys = list_keys(select_steps(getattr(kind, "kind", None), kind.preparations))  # type: ignore[attr-defined] # of a HeightMap
     return [*fields, *(key for key in keys if key.name not in names)]
 
 
@@ -45,7 +45,7 @@ def _with_steps(kind: type, fields: "list[attrs.Attribute[Any]]") -> "list[attrs
 class HeightMap(SurfaceKind):
     """What every kind with a height map has."""
 
-    preparations: ClassVar[tuple[type[Preparation], ...]] = own_steps()
+    preparations: ClassVar[tuple[type[Preparation], ...]] = registered_steps()
 
     #: Which points are summits: higher than all 8 neighbours (9), than 4 (5), or, of a profile, than 2 (3).
     rule: int = 9
@@ -70,7 +70,7 @@ class HeightMap(SurfaceKind):
     def surface(self, folder: Path, notify: Notify = silent) -> "Surface":
         """Return the map, prepared."""
         surface = self.made(folder, notify)
-        for step in steps_for(self.kind, self.preparations):
+        for step in select_steps(self.kind, self.preparations):
             keys = {key: getattr(self, key) for key in attrs.fields_dict(step)}
             surface = step(**keys).prepare(surface, lambda notice: notify(f"{self.source}{notice}"))
         return surface
@@ -82,8 +82,8 @@ class HeightMap(SurfaceKind):
 
     def unprepared(self) -> "HeightMap | None":
         """Return the same kind with its map as it comes, and all its summits; None where this is that."""
-        steps = [step for step in steps_for(self.kind, self.preparations) if step.compared]
-        defaults: dict[str, Any] = {key.name: key.default for key in keys_of(steps)}
+        steps = [step for step in select_steps(self.kind, self.preparations) if step.compared]
+        defaults: dict[str, Any] = {key.name: key.default for key in list_keys(steps)}
         plain = attrs.evolve(self, **defaults, prune=None)
         return None if plain == self else plain
 

@@ -1,4 +1,4 @@
-"""Steps that prepare a height map before its summits are found: a class each; its fields are keys of ``[surface]``."""
+"""Steps that prepare a height map before the summit search; the fields of their classes are keys of ``[surface]``."""
 
 import abc
 from collections.abc import Callable, Iterable
@@ -32,24 +32,24 @@ class Preparation(abc.ABC):
     kind: ClassVar[str]  #: its name
     order: ClassVar[float]  #: steps act from the lowest to the highest
     maps: ClassVar[tuple[str, ...]] = ()  #: kinds of map that have its keys; all kinds, if empty
-    compared: ClassVar[bool] = True  #: whether `historysim show` compares the map with how it is without this step
+    compared: ClassVar[bool] = True  #: True if `historysim show` compares the map before and after this step
 
     @abc.abstractmethod
     def prepare(self, surface: Surface, notify: Notify) -> Surface:
-        """Return the map after this step, the same one where no key asks for it.
+        """Return the prepared map; the map itself if no key selects this step.
 
-        ``notify`` takes a sentence for the user.
+        ``notify`` reports a sentence to the user.
 
         Raises
         ------
         InputError
-            A key that does not fit the map; `historysim.errors.at` names the key.
+            If a key does not suit the map; `historysim.errors.at` names the key.
         """
 
     def after(self, key: str, method: Callable[..., Surface], surface: Surface, **options: Any) -> Surface:
-        """Return the map after a method of it that takes the value of a key; the same one where the key is not there.
+        """Apply a method of the map with the value of a key; return the map itself if the key is not set.
 
-        An error of the method names the key.
+        Errors of the method name the key.
         """
         value = getattr(self, key)
         if value is None:
@@ -58,42 +58,42 @@ class Preparation(abc.ABC):
             return method(surface, value, **options)
 
 
-def steps_for(map_kind: str | None, steps: Iterable[type["Preparation"]]) -> list[type["Preparation"]]:
-    """Return those of some steps that a kind of map has, in the order in which they act."""
+def select_steps(map_kind: str | None, steps: Iterable[type["Preparation"]]) -> list[type["Preparation"]]:
+    """Return the preparation steps that a map kind supports, in the order in which they act."""
     return sorted((step for step in steps if not step.maps or map_kind in step.maps), key=lambda step: step.order)
 
 
-def own_steps() -> tuple[type["Preparation"], ...]:
-    """Return the steps of this package, and those registered in this process."""
+def registered_steps() -> tuple[type["Preparation"], ...]:
+    """Return the steps of this package and the steps registered by this process."""
     PREPARATIONS.import_own()
     return tuple(PREPARATIONS.own().values())
 
 
-def keys_of(steps: Iterable[type["Preparation"]]) -> "list[attrs.Attribute[Any]]":
-    """Return the keys of some steps, with their types."""
+def list_keys(steps: Iterable[type["Preparation"]]) -> "list[attrs.Attribute[Any]]":
+    """Return the keys of preparation steps, with resolved types."""
     return [key for step in steps for key in attrs.fields(attrs.resolve_types(step))]
 
 
 def _without(
     surface: Surface, deviations: float, *, find: Callable[[Floats, float], Booleans], notify: Notify
 ) -> Surface:
-    """Return the map without the points that stand off by so many robust standard deviations."""
+    """Return the map without points that deviate by more than this number of robust standard deviations."""
     wrong = find(surface.heights, deviations)
-    notify(f"{counted(int(wrong.sum()), 'point', 'points')} taken off as {find.__name__}")
+    notify(f"{counted(int(wrong.sum()), 'point', 'points')} removed as {find.__name__}")
     return surface.without(wrong)
 
 
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class Crop(Preparation):
-    """Takes a part of the map; its heights stay as they are."""
+    """Crops the map; its heights are unchanged."""
 
     kind, order, maps = "crop", 10, ("random", "measured")
 
     crop_x: Lengths | None = None  #: The points between two positions along x; the first point is at 0.
     crop_y: Lengths | None = None  #: Likewise along y.
 
-    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - nothing to notice
+    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
         """Return the points between two positions."""
         surface = self.after("crop_x", Surface.cropped, surface)
         return self.after("crop_y", lambda map_, ends: map_.cropped(y=ends), surface)
@@ -102,7 +102,7 @@ class Crop(Preparation):
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class Spikes(Preparation):
-    """Takes off spikes of the instrument."""
+    """Removes spikes of the instrument."""
 
     kind, order, maps = "spikes", 20, ("measured",)
 
@@ -118,7 +118,7 @@ class Spikes(Preparation):
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class TakenForm(Preparation):
-    """Takes off the form of the map."""
+    """Removes the form of the map."""
 
     kind, order, maps, compared = "form", 30, ("measured",), False
 
@@ -126,7 +126,7 @@ class TakenForm(Preparation):
     form: str = "plane"
     degree: int | None = None  #: Of ``"polynomial"``, 0 to 12.
 
-    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - nothing to notice
+    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
         """Return the map without its form."""
         return self.after("form", Surface.detrended, surface, degree=self.degree)
 
@@ -134,7 +134,7 @@ class TakenForm(Preparation):
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class Outliers(Preparation):
-    """Takes off dirt and what else stands far above or below all other points."""
+    """Removes dirt and other points far above or below all others."""
 
     kind, order, maps = "outliers", 40, ("measured",)
 
@@ -149,7 +149,7 @@ class Outliers(Preparation):
 @PREPARATIONS.register
 @attrs.frozen(kw_only=True)
 class Filters(Preparation):
-    """Keeps waves of some lengths, and lays the map on other points."""
+    """Filters the map by wavelength and resamples it."""
 
     kind, order = "filters", 50
 
@@ -158,10 +158,10 @@ class Filters(Preparation):
     robust: bool = False  #: Both filters by ISO 16610-71.
     resolution: Lengths | None = None  #: Pixel size on which the map is laid after ``s_filter``, by splines.
 
-    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - nothing to notice
-        """Return the map after its S-filter, on the points of the resolution, after its L-filter."""
+    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
+        """Apply the S-filter, the resolution and the L-filter, in this order."""
         if self.robust and self.s_filter is None and self.l_filter is None:
-            raise misfit("there is no filter; expected s_filter or l_filter beside it", "robust")
+            raise misfit("no filter is given; expected s_filter or l_filter as well", "robust")
         surface = self.after("s_filter", Surface.smoothed, surface, robust=self.robust)
         surface = self.after("resolution", Surface.at_resolution, surface)
         return self.after("l_filter", Surface.roughness, surface, robust=self.robust)
@@ -177,7 +177,7 @@ class Scaled(Preparation):
     rms_height: Length | None = None  #: The heights are stretched to it, after the filters.
     mirrored: bool = False  #: ``true`` reverses x.
 
-    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - nothing to notice
-        """Return the map at another rms height, or seen from behind."""
+    def prepare(self, surface: Surface, notify: Notify) -> Surface:  # noqa: ARG002 - no notice
+        """Scale the map to an rms height and mirror it."""
         surface = self.after("rms_height", Surface.scaled, surface)
         return surface.mirrored() if self.mirrored else surface
