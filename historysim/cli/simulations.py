@@ -243,12 +243,12 @@ def reduce(
     from historysim.scenario.run import source_of
 
     source = source_of(scenario, values)
-    from historysim.exchange.reduced.model_texts import format_of
+    from historysim.exchange.reduced.model_texts import select_format
     from historysim.exchange.reduced.reduced_model import ReducedPicture
     from historysim.exchange.reduced.reducing import reduce as carry_out
 
     options.check_drawn(size, [picture])
-    written = [(path, format_of(path)) for path in outputs]
+    written = [(path, select_format(path)) for path in outputs]
     files = check_outputs(source.files, *written, (picture, PICTURE))
     model = carry_out(source, notify=notice, **choices)
     for path in outputs:

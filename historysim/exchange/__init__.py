@@ -1,4 +1,4 @@
-"""Contacts for other programs: a unit of co-simulation (FMU), and models of few springs that slide, with a bound."""
+"""Contacts for other programs: co-simulation units (FMU), and reduced models of few sliding springs with a bound."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -16,7 +16,7 @@ Exportable = Scenario | Source | Replay | str | Path  # A scenario or its file, 
 
 
 class Exported(NamedTuple):
-    """A replay, what it is called, and the files that it was read from."""
+    """Replay to export, with its name, its title and the files it was read from."""
 
     replay: Replay
     name: str
@@ -24,15 +24,15 @@ class Exported(NamedTuple):
     files: tuple[Path, ...]
 
 
-def exported(given: Exportable, notify: Notify = silent) -> Exported:
-    """Return what is exported; InputError where it cannot be used as it is."""
-    if isinstance(given, Replay):
-        found = Exported(given, "contact", "", ())
+def resolve_export(origin: Exportable, notify: Notify = silent) -> Exported:
+    """Resolve a source to a replay for export; InputError if it cannot be exported."""
+    if isinstance(origin, Replay):
+        export = Exported(origin, "contact", "", ())
     else:
-        source = source_of(given)
+        source = source_of(origin)
         header, events, _ = source.content(notify)
         title = str(header.settings.get("title", ""))
-        found = Exported(header.replay(events), source.files[0].stem, title, source.files)
-    if found.replay.ensemble.slope is not None:
-        raise InputError("the asperities are inclined, which no export follows; expected level ones")
-    return found
+        export = Exported(header.replay(events), source.files[0].stem, title, source.files)
+    if export.replay.ensemble.slope is not None:
+        raise InputError("the asperities are inclined, which exports do not support; expected level asperities")
+    return export

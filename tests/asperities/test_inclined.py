@@ -316,7 +316,7 @@ def test_questions_to_a_history_of_slopes():
     with pytest.raises(hs.InputError, match="expected slopes"):
         hs.replay(ensemble, events, record=[0]).contact.slope_load()
     assert dict(history.contact.summary())["preliminary displacement"] == "not available: the asperities are inclined"
-    with pytest.raises(hs.InputError, match="inclined, which no export follows"):
+    with pytest.raises(hs.InputError, match="inclined, which exports do not support"):
         hs.reduce(hs.Replay(ensemble, events), elements=4)
     assert not history.contact.validity()
     far = hs.replay(ensemble, [*events, hs.TangentialDisplacement(3.0, 2e-6)], record="totals")

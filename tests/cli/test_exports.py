@@ -48,7 +48,7 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
     notes = []
     hs.write_fmu(tmp_path / "out.nc", tmp_path / "late.fmu", at="1 h", notify=notes.append)
     assert [re.sub(r"at \S+ s", "at … s", note) for note in notes] == [
-        "out: its last event is at … s; the unit starts from the state that it left"
+        "out: its last event is at … s; the unit starts from the state after it"
     ]
 
 
@@ -56,7 +56,7 @@ def test_fmu_starts_from_a_state_of_a_log(tmp_path, monkeypatch):
     ("words", "message"),
     [
         (["fmu", SCENARIO, "-o", "a.zip"], "expected .fmu"),
-        (["fmu", SCENARIO, "--platforms", "amiga"], "platform 'amiga' is not known"),
+        (["fmu", SCENARIO, "--platforms", "amiga"], "platform 'amiga' is unknown"),
         (["fmu", SCENARIO, "--at", "noon"], "--at"),
         (["reduce", SCENARIO, "-o", "a.xyz"], "expected one of .json"),
         (["reduce", SCENARIO, "--normal-load", "-1 mN"], "normal_load"),

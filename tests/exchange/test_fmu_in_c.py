@@ -85,7 +85,7 @@ def test_units_of_variables_are_declared(tmp_path):
     [
         ({"fmi": 1}, "fmi is 1; expected 2 or 3"),
         ({"normal": "weight"}, "normal is 'weight'; expected 'load' or 'displacement'"),
-        ({"platforms": ["amiga"]}, "platform 'amiga' is not known; expected x86_64-linux"),
+        ({"platforms": ["amiga"]}, "platform 'amiga' is unknown; expected x86_64-linux"),
         ({"at": float("nan")}, "at is nan"),
         ({"directions": 3}, "directions is 3; expected 1 or 2"),
     ],
@@ -100,7 +100,7 @@ def test_two_directions_are_refused_where_there_is_one(tmp_path):
     plane = hs.Replay(CONTACTS["one"](), [hs.TangentialDisplacement(0.0, (0.0, 0.0))])
     with pytest.raises(hs.InputError, match="directions is 1, and "):
         hs.write_fmu(plane, tmp_path / "a.fmu", directions=1)
-    with pytest.raises(hs.InputError, match="springs that slide have one tangential direction"):
+    with pytest.raises(hs.InputError, match="sliding springs have one tangential direction"):
         hs.reduce(plane)
     assert not list(tmp_path.iterdir())
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from reduced_contacts import CONTACTS, LOAD, PAIR, ball, job, rough, worst_history
 
 import historysim as hs
-from historysim.exchange.reduced.reducing import VirginCurve, _springs, placed
+from historysim.exchange.reduced.reducing import VirginCurve, _springs, place_nodes
 
 
 def difference(model, curve, way):
@@ -22,7 +22,7 @@ def difference(model, curve, way):
 @pytest.mark.parametrize(("elements", "bound"), [(8, 0.0410), (16, 0.0207), (32, 0.0104)])
 def test_the_bound_of_a_ball_is_the_closed_form_s(elements, bound):
     curve = VirginCurve(ball(), LOAD)
-    found = placed(curve, elements)
+    found = place_nodes(curve, elements)
     assert found.bound / found.load[-1] == pytest.approx(bound, abs=5e-5)
     # T = μN (1 - (1 - u)^1.5) by Cattaneo and Mindlin, whose slope is a chord's at u = 1 - (2 chord/3)²
     node = np.append(0.0, found.node / curve.end)
@@ -42,7 +42,7 @@ def test_an_adversary_reaches_the_bound(kind, elements):
     model = hs.reduce(job(ensemble), elements=elements)
     curve = VirginCurve(ensemble, LOAD)
     way = worst_history(curve, model.slip_displacement)
-    limit = float(curve.at(curve.end)[0])
+    limit = float(curve.evaluate(curve.end)[0])
     # the springs' nodes are quotients, and the spiral has twice as many reversals as there are springs
     assert difference(model, curve, way) == pytest.approx(model.bound * limit, abs=1e-8 * limit)
     assert difference(model, curve, -way) == pytest.approx(-model.bound * limit, abs=1e-8 * limit)
@@ -59,7 +59,7 @@ def test_an_adversary_reaches_the_bound(kind, elements):
 def test_no_history_goes_beyond_the_bound(kind, elements, seed, fall):
     ensemble = CONTACTS[kind]()
     curve = VirginCurve(ensemble, LOAD)
-    found = placed(curve, elements)
+    found = place_nodes(curve, elements)
     stiffness, limit = _springs(found.node, found.load)
     rng = np.random.default_rng(seed)
     # spirals inward and walks anywhere
@@ -98,7 +98,7 @@ def test_where_the_normal_load_varies_more_springs_are_nearer():
     model = hs.reduce(job(rough(), varies=True), elements=8)
     for load in (LOAD, 0.3 * LOAD, 1e-3 * LOAD):
         curve = VirginCurve(rough(), load)
-        stiffness, limit = model.scaling.at(np.array([load]))
+        stiffness, limit = model.scaling.interpolate(np.array([load]))
         # the table is straight between its rows
         assert limit.sum() == pytest.approx(0.2 * load, rel=1e-9)
         assert stiffness.sum() == pytest.approx(curve.rest.stiffness(1), rel=0.3)
@@ -140,7 +140,7 @@ def test_contacts_that_cannot_be_reduced_are_told():
     with pytest.raises(hs.InputError, match="single normal load"):
         model.force([1e-9], [LOAD])
     model = hs.reduce(job(ball(), varies=True), elements=4)
-    with pytest.raises(hs.InputError, match="the table of the model ends"):
+    with pytest.raises(hs.InputError, match="the end of the table of the model"):
         model.force([1e-9], [2 * LOAD])
     with pytest.raises(hs.InputError, match="has shape"):
         model.force([1e-9], [LOAD, LOAD])

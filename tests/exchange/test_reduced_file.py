@@ -84,8 +84,8 @@ def without(key):
         (lambda told: told | {"stiffness_N_per_m": ["a"] * 6}, "stiffness_N_per_m is"),
         (lambda told: told | {"normal_load_N": -1}, "normal_load_N is -1; expected a finite number greater than 0"),
         (lambda told: told | {"with_normal_load": {"normal_load_N": [0, 1]}}, "'stiffness_N_per_m'"),
-        (lambda told: told | {"errors_found_over_friction_limit": 3}, "make it again"),
-        (lambda told: told | {"format": "historysim reduced model 1"}, "make it again"),
+        (lambda told: told | {"errors_found_over_friction_limit": 3}, "create it again"),
+        (lambda told: told | {"format": "historysim reduced model 1"}, "create it again"),
     ],
 )
 def test_damaged_files_are_told(path, change, said):

@@ -3,7 +3,7 @@
 import numpy as np
 
 import historysim as hs
-from historysim.exchange.reduced.reducing import VirginCurve, _chords, _tops
+from historysim.exchange.reduced.reducing import VirginCurve, _chords, _find_tops
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=7e10, shear_modulus=2e10)
 LOAD = 0.05
@@ -48,7 +48,7 @@ def worst_history(curve, node):
     rises and -1 where it falls.
     """
     ends, _, chord = _chords(curve, node)
-    turns = np.sort(np.concatenate([node, _tops(curve, ends, chord)]))[::-1]
+    turns = np.sort(np.concatenate([node, _find_tops(curve, ends, chord)]))[::-1]
     # E_r falls with r below the outermost turn: the spring that is nearest to sliding has slid back
     place, side, reached = -turns[0], 1.0, [-turns[0]]
     for turn in turns[1:]:

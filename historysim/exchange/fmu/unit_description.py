@@ -1,4 +1,4 @@
-"""The variables of a unit of co-simulation, and `modelDescription.xml` by FMI 2.0 and 3.0, which lists them."""
+"""Variables of a co-simulation unit, and its `modelDescription.xml` by FMI 2.0 and 3.0."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
@@ -40,15 +40,15 @@ ABILITIES = {
 
 @attrs.frozen
 class UnitVariable:
-    """One variable; its place in the table is its value reference; causality and variability are as in the standard."""
+    """Variable of a unit; its index in the table is its value reference; causality and variability as in FMI."""
 
     name: str
-    unit: str  #: empty for a number without one
+    unit: str  #: empty for a number without a unit
     text: str
     causality: str = "output"
     variability: str = "continuous"
     kind: str = "real"  #: or "integer", "boolean"
-    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)  #: what C calls it, after ``V_``
+    key: str = attrs.Factory(lambda self: self.name.upper(), takes_self=True)  #: its C macro is ``V_`` and this key
 
 
 _END = "at the end of the next step"
@@ -86,45 +86,49 @@ OUTPUTS = (
 def variables(
     normal: str, tangential: str, *, driven: bool, areas: bool, directions: int = 1
 ) -> tuple[UnitVariable, ...]:
-    """Return all variables of a unit by how its channels are controlled, and how many tangential directions it has.
+    """Return all variables of a unit, by the control of its channels and its number of tangential directions.
 
-    An instrument in series makes it ``driven``; the share that slips is there where contact areas are known.
+    A unit with an instrument in series is ``driven``; the slipping fraction exists if contact areas are known.
     """
-    moved = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
+    tangential_input = DRIVEN if driven and tangential == "displacement" else TANGENTIAL[tangential]
     table = (
         UnitVariable(*NORMAL[normal], "input", key="PRESCRIBED_NORMAL"),
-        UnitVariable(*moved, "input", key="PRESCRIBED_TANGENTIAL"),
+        UnitVariable(*tangential_input, "input", key="PRESCRIBED_TANGENTIAL"),
         UnitVariable(*FACTOR, "parameter", "tunable"),
-        *(each for each in OUTPUTS if areas or each.name != "slipping_share"),
+        *(variable for variable in OUTPUTS if areas or variable.name != "slipping_share"),
         UnitVariable("time", "s", "time", "independent"),
     )
-    return table if directions == 1 else tuple(each for one in table for each in _in_plane(one))
+    return (
+        table if directions == 1 else tuple(component for entry in table for component in _split_into_components(entry))
+    )
 
 
-def _in_plane(one: UnitVariable) -> Iterator[UnitVariable]:
-    """Yield what a variable is in two tangential directions: itself, its components, or nothing."""
-    if one.name == "tangential_stiffness":
-        for ends, what in (("xx", "dTx/dUx"), ("xy", "dTx/dUy, which is dTy/dUx,"), ("yy", "dTy/dUy")):
-            key = one.key if ends == "xx" else f"{one.key}_{ends.upper()}"
-            yield attrs.evolve(one, name=f"{one.name}_{ends}", key=key, text=one.text.replace("dT/dU", what))
-    elif "tangential" in one.name or "drive" in one.name:
-        yield attrs.evolve(one, name=f"{one.name}_x", text=f"{one.text}; in x")
-        yield attrs.evolve(one, name=f"{one.name}_y", key=f"{one.key}_Y", text=f"{one.text}; in y")
-    elif one.name != "coupling_stiffness":
-        yield one
+def _split_into_components(variable: UnitVariable) -> Iterator[UnitVariable]:
+    """Yield the variables that replace a variable in two tangential directions: itself, components, or none."""
+    if variable.name == "tangential_stiffness":
+        for suffix, derivative in (("xx", "dTx/dUx"), ("xy", "dTx/dUy, which is dTy/dUx,"), ("yy", "dTy/dUy")):
+            key = variable.key if suffix == "xx" else f"{variable.key}_{suffix.upper()}"
+            yield attrs.evolve(
+                variable, name=f"{variable.name}_{suffix}", key=key, text=variable.text.replace("dT/dU", derivative)
+            )
+    elif "tangential" in variable.name or "drive" in variable.name:
+        yield attrs.evolve(variable, name=f"{variable.name}_x", text=f"{variable.text}; in x")
+        yield attrs.evolve(variable, name=f"{variable.name}_y", key=f"{variable.key}_Y", text=f"{variable.text}; in y")
+    elif variable.name != "coupling_stiffness":
+        yield variable
 
 
 class Unit(NamedTuple):
-    """What a description is made from."""
+    """Contents of a unit description."""
 
-    identifier: str  #: of C, and name of the binaries
+    identifier: str  #: identifier in C, and name of the binaries
     name: str
     text: str
-    token: str  #: which has to be the same in description and binary
+    token: str  #: has to be equal in description and binary
     variables: Sequence[UnitVariable]
-    starts: Mapping[str, float]  #: of inputs and parameters, by name
+    starts: Mapping[str, float]  #: start values of inputs and parameters, by name
     sources: Sequence[str]  #: C files to compile
-    directions: int = 1  #: tangential ones
+    directions: int = 1  #: number of tangential directions
 
 
 def model_description(unit: Unit, version: int) -> bytes:
@@ -138,65 +142,69 @@ def model_description(unit: Unit, version: int) -> bytes:
         "variableNamingConvention": "flat",
     }
     root = ET.Element("fmiModelDescription", head)
-    able = {
+    capabilities = {
         name: value
         for name, value in ABILITIES[version].items()
         if unit.directions == 1 or not name.startswith("providesDirectional")
     }
-    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **able})
+    interface = ET.SubElement(root, "CoSimulation", {"modelIdentifier": unit.identifier, **capabilities})
     if version == 2:
         files = ET.SubElement(interface, "SourceFiles")
         for name in unit.sources:
             ET.SubElement(files, "File", name=name)
     units = ET.SubElement(root, "UnitDefinitions")
     for symbol, powers in DIMENSIONS.items():
-        one = ET.SubElement(units, "Unit", name=symbol)
-        ET.SubElement(one, "BaseUnit", {name: str(power) for name, power in powers.items()})
+        definition = ET.SubElement(units, "Unit", name=symbol)
+        ET.SubElement(definition, "BaseUnit", {name: str(power) for name, power in powers.items()})
     categories = ET.SubElement(root, "LogCategories")
     for name in ("logStatusDiscard", "logStatusError", "logStatusFatal"):
         ET.SubElement(categories, "Category", name=name)
     _list_variables(root, unit, version)
-    return _written(root)
+    return _serialise(root)
 
 
 def build_description(unit: Unit) -> bytes:
-    """Return ``sources/buildDescription.xml``, which FMI 3.0 asks for."""
+    """Return ``sources/buildDescription.xml``, which FMI 3.0 requires."""
     root = ET.Element("fmiBuildDescription", fmiVersion="3.0")
-    one = ET.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
-    options = " ".join(SAME_BITS[1:])  # but for the language
-    files = ET.SubElement(one, "SourceFileSet", language="C11", compilerOptions=options)
+    configuration = ET.SubElement(root, "BuildConfiguration", modelIdentifier=unit.identifier)
+    options = " ".join(SAME_BITS[1:])  # without the language
+    files = ET.SubElement(configuration, "SourceFileSet", language="C11", compilerOptions=options)
     for name in unit.sources:
         ET.SubElement(files, "SourceFile", name=name)
-    return _written(root)
+    return _serialise(root)
 
 
 def _list_variables(root: ET.Element, unit: Unit, version: int) -> None:
-    """List the variables, and which outputs depend on which inputs."""
-    shown, structure = (ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure"))
-    # version 2 counts variables from 1, and has none of the time, which is the last
-    listed = [each for each in unit.variables if version == 3 or each.causality != "independent"]
-    number = {each.name: str(place) for place, each in enumerate(listed, start=1 if version == 2 else 0)}
+    """Add the variables and the dependencies of outputs on inputs."""
+    declarations, structure = (ET.SubElement(root, name) for name in ("ModelVariables", "ModelStructure"))
+    # version 2 counts variables from 1 and does not list the time, which is last
+    listed = [
+        unit_variable for unit_variable in unit.variables if version == 3 or unit_variable.causality != "independent"
+    ]
+    number = {
+        unit_variable.name: str(index) for index, unit_variable in enumerate(listed, start=1 if version == 2 else 0)
+    }
     for reference, variable in enumerate(listed):
         attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.text}
         attributes |= {"causality": variable.causality, "variability": variable.variability}
-        # an input or parameter is exact by itself
+        # the initial value of an input or parameter is exact by default
         typed = {"start": repr(float(unit.starts[variable.name]))} if variable.name in unit.starts else {}
         typed |= {"min": "0"} if variable.name in {"friction_factor", "prescribed_normal_load"} else {}
         typed |= {"unit": variable.unit} if variable.unit else {}
         if version == 2:
-            ET.SubElement(ET.SubElement(shown, "ScalarVariable", attributes), TYPES[2][variable.kind], typed)
+            ET.SubElement(ET.SubElement(declarations, "ScalarVariable", attributes), TYPES[2][variable.kind], typed)
         else:
-            ET.SubElement(shown, TYPES[3][variable.kind], attributes | typed)
+            ET.SubElement(declarations, TYPES[3][variable.kind], attributes | typed)
     inputs, outputs = (
         [number[v.name] for v in listed if v.causality == causality] for causality in ("input", "output")
     )
-    for tag, needed in (("Output", " ".join(inputs)), ("InitialUnknown", number["friction_factor"])):
+    for tag, dependencies in (("Output", " ".join(inputs)), ("InitialUnknown", number["friction_factor"])):
         parent = ET.SubElement(structure, f"{tag}s") if version == 2 else structure
-        name, of = ("Unknown", "index") if version == 2 else (tag, "valueReference")
+        name, index_name = ("Unknown", "index") if version == 2 else (tag, "valueReference")
         for output in outputs:
-            ET.SubElement(parent, name, {of: output, "dependencies": needed})
+            ET.SubElement(parent, name, {index_name: output, "dependencies": dependencies})
 
 
-def _written(root: ET.Element) -> bytes:
+def _serialise(root: ET.Element) -> bytes:
     ET.indent(root)
     return bytes(ET.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"

@@ -1,4 +1,4 @@
-"""`write_fmu`: the contact of a scenario as a file that other simulators step."""
+"""`write_fmu`: export of a contact as a co-simulation unit (FMU) for other simulators."""
 
 import hashlib
 import math
@@ -26,7 +26,7 @@ from historysim.basics.targets import Output, check_outputs, marked
 from historysim.basics.units import duration_text, seconds
 from historysim.basics.wording import Notify, listed, progress_bar, silent
 from historysim.errors import InputError, InstallationError
-from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, exported
+from historysim.exchange import CONSTANT, EVOLVES, Exportable, Exported, resolve_export
 from historysim.exchange.fmu.unit_description import OUTPUTS, Unit, build_description, model_description, variables
 from historysim.loads.event_sequence import is_planar
 from historysim.memory import get_include
@@ -35,7 +35,7 @@ from historysim.replaying import Replay
 FMU = marked("a unit of historysim", ".fmu")
 HERE = Path(__file__).parent
 
-# What zig calls the platforms, which are named as in FMI 3.0.
+# Names of the platforms in zig, by their names in FMI 3.0.
 TARGETS = {
     "x86_64-linux": "x86_64-linux-gnu.2.17",
     "aarch64-linux": "aarch64-linux-gnu.2.17",
@@ -43,7 +43,7 @@ TARGETS = {
     "x86_64-darwin": "x86_64-macos-none",
     "aarch64-darwin": "aarch64-macos-none",
 }
-# What FMI 2.0 calls them; it has no name for ARM, for which that of 3.0 is taken.
+# Names in FMI 2.0, which has none for ARM: the name of FMI 3.0 is used there.
 FOLDERS_OF_2 = {"x86_64-linux": "linux64", "x86_64-windows": "win64", "x86_64-darwin": "darwin64"}
 ENDINGS = {"linux": ".so", "windows": ".dll", "darwin": ".dylib"}
 
@@ -54,16 +54,23 @@ PREFACE = """/* In a unit of co-simulation nothing of the memory is seen from ou
 #pragma STDC FP_CONTRACT OFF
 #endif
 """
-LONG_AGO = (1980, 1, 1, 0, 0, 0)  # time of all files in the archive, so that the same contact gives the same bytes
+LONG_AGO = (
+    1980,
+    1,
+    1,
+    0,
+    0,
+    0,
+)  # time stamp of all files in the archive, so that a contact always gives the same bytes
 
 
 class Controls(NamedTuple):
-    """How a unit is driven, and whether it holds a load beyond the friction limit there."""
+    """Control of the channels of a unit, and whether loads beyond the friction limit are held at the limit."""
 
     normal: str  #: "load" or "displacement"
     tangential: str  #: "load" or "displacement"
     saturate: bool
-    directions: int  #: tangential ones
+    directions: int  #: number of tangential directions
 
 
 def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
@@ -81,11 +88,11 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     progress: bool = False,
     notify: Notify = silent,
 ) -> None:
-    """Write a contact as a unit of co-simulation (FMU): plain C with its exact memory, which needs no Python.
+    """Write a contact as a co-simulation unit (FMU): plain C with the exact memory, independent of Python.
 
-    Each ``doStep`` carries the contact straight from where it is to its inputs, in one exact update, whatever the
-    length of the step; where two tangential directions turn, it is of the accuracy that ``rings`` says. States can be
-    saved, restored and serialised, bit for bit.
+    Each ``doStep`` moves the contact along a straight path from its state to the inputs, in one exact update for any
+    step size; if the path turns in two tangential directions, the accuracy is set by ``rings``. States can be saved,
+    restored and serialised, bit for bit.
 
     Parameters
     ----------
@@ -94,13 +101,13 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     output : path
         The file (.fmu).
     at : float, optional
-        Start from the state at this time [s]; by default nothing has touched yet.
+        Start from the state at this time [s]; by default without contact.
     normal, tangential : {"load", "displacement"}
-        What the inputs are. The normal displacement is the approach from first touch; with an instrument the tangential
-        displacement is that of its drive.
+        Type of the inputs. The normal displacement is the approach from first touch; with an instrument the tangential
+        displacement is the displacement of its drive.
     saturate : bool, optional
-        Hold a tangential load beyond the friction limit at the limit; by default what the scenario says. Otherwise such
-        a step is discarded, with a message, and nothing is changed.
+        Hold a tangential load beyond the friction limit at the limit; by default as in the scenario. Otherwise such a
+        step is discarded with a message, and the state is unchanged.
     directions : {1, 2}, optional
         Tangential directions; by default as many as the events have. With two, inputs and outputs of the tangential
         channel end in ``_x`` and ``_y``, and there are no directional derivatives.
@@ -110,22 +117,22 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
         Platforms to compile for, by the names of FMI 3.0, such as ``"x86_64-windows"``; for those other than this one
         the package ``ziglang`` has to be installed. By default this one.
     force : bool
-        Replace a file that is no earlier unit, too.
+        Also replace a file that is not a unit of historysim.
     progress : bool
-        Show on standard error, where that is a terminal, which platform is compiled for.
+        Show the platform being compiled on standard error, if it is a terminal.
     notify : callable, optional
-        Takes notices for the user.
+        Receives notices for the user.
 
     Raises
     ------
     InputError
-        The source cannot be used, or its asperities evolve; or an argument has none of the values above.
+        If the source cannot be used, its asperities evolve, or an argument is invalid.
     LoadError
-        A load before the time ``at`` that the contact cannot carry.
+        If the contact cannot support a load before the time ``at``.
     InstallationError
-        There is no compiler.
+        If no compiler is available.
     OSError
-        The file cannot be written.
+        If the file cannot be written.
     """
     output = Path(output)
     if fmi not in {2, 3} or isinstance(fmi, bool):
@@ -133,32 +140,34 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
     for name, control in (("normal", normal), ("tangential", tangential)):
         if control not in {"load", "displacement"}:
             raise InputError(f"{name} is {control!r}; expected 'load' or 'displacement'")
-    chosen = _checked_platforms(platforms)
-    found = exported(source, notify)
-    check_outputs([Output(output, (FMU,))], found.files, force=force)
+    chosen = _check_platforms(platforms)
+    resolved = resolve_export(source, notify)
+    check_outputs([Output(output, (FMU,))], resolved.files, force=force)
     at = None if at is None else scalar("at", seconds(at))
-    events = found.replay.events
+    events = resolved.replay.events
     if at is not None and len(events) and at > events[-1].time:
-        last = duration_text(events[-1].time)
-        notify(f"{found.name}: its last event is at {last}; the unit starts from the state that it left")
-    saturate = found.replay.saturate if saturate is None else saturate
-    controls = Controls(normal, tangential, saturate, _directions(found.replay, directions))
-    files = unit_files(found, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
+        last_time = duration_text(events[-1].time)
+        notify(f"{resolved.name}: its last event is at {last_time}; the unit starts from the state after it")
+    saturate = resolved.replay.saturate if saturate is None else saturate
+    controls = Controls(normal, tangential, saturate, _resolve_directions(resolved.replay, directions))
+    files = unit_files(resolved, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
     with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in sorted(files.items()):
             archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
 
 
-def _directions(job: Replay, given: int | None) -> int:
-    """Return how many tangential directions a unit has; InputError where the contact does not go with that."""
+def _resolve_directions(job: Replay, requested: int | None) -> int:
+    """Return the number of tangential directions of a unit; InputError if the contact does not support it."""
     planar = is_planar(job.events)
-    if given not in {None, 1, 2} or isinstance(given, bool):
-        raise InputError(f"directions is {given!r}; expected 1 or 2, or nothing for as many as the events have")
-    if given == 1 and planar:
-        raise InputError("directions is 1, and the events move in two tangential directions; expected 2, or nothing")
-    if given == 2 and job.ensemble.confined:
-        raise InputError(f"directions is 2, and {job.ensemble.confined} goes with one tangential direction; expected 1")
-    return given or 1 + planar
+    if requested not in {None, 1, 2} or isinstance(requested, bool):
+        raise InputError(f"directions is {requested!r}; expected 1 or 2, or None for the number in the events")
+    if requested == 1 and planar:
+        raise InputError("directions is 1, and the events move in two tangential directions; expected 2, or None")
+    if requested == 2 and job.ensemble.confined:
+        raise InputError(
+            f"directions is 2, and {job.ensemble.confined} supports one tangential direction only; expected 1"
+        )
+    return requested or 1 + planar
 
 
 def unit_files(
@@ -170,7 +179,7 @@ def unit_files(
     platforms: Sequence[str],
     progress: bool = False,
 ) -> dict[str, bytes]:
-    """Return all files of a unit by their names; parameters and errors as for `write_fmu`."""
+    """Return the contents of all files of a unit by name; parameters and errors as for `write_fmu`."""
     job = source.replay
     if job.instrument.parallel_stiffness:
         raise InputError(
@@ -181,9 +190,9 @@ def unit_files(
     if controls.directions == 2:
         state = job.ensemble.in_plane(state)
     elif state.memory.evolved:
-        raise InputError(f"{EVOLVES}, which a unit of co-simulation does not follow; {CONSTANT}")
+        raise InputError(f"{EVOLVES}, which a co-simulation unit does not support; {CONSTANT}")
     curves = job.ensemble.curves
-    resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _curve(curves)})
+    resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _serialise_curve(curves)})
     identifier = re.sub(r"\W", "_", source.name, flags=re.ASCII)
     identifier = identifier if identifier[:1].isalpha() else f"contact_{identifier}"
     table = variables(
@@ -193,14 +202,14 @@ def unit_files(
         areas=curves is None or curves.area is not None,
         directions=controls.directions,
     )
-    keys = {each.key for each in table}
-    inputs = [each.name for each in table if each.causality == "input"]
-    code = {path.name: path.read_text("utf-8") for path in _sources(fmi)}
+    keys = {variable.key for variable in table}
+    inputs = [variable.name for variable in table if variable.causality == "input"]
+    code = {path.name: path.read_text("utf-8") for path in _list_sources(fmi)}
     code["historysim.h"] = PREFACE + code["historysim.h"]
-    absent = [each for each in OUTPUTS if each.key not in keys]
+    absent = [variable for variable in OUTPUTS if variable.key not in keys]
     numbered = [*enumerate(table), *enumerate(absent, start=1000)]
     settings = _settings(job, controls, curves) | {f"V_{variable.key}": str(number) for number, variable in numbered}
-    token = _token({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
+    token = _digest({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
     defines = "".join(f"#define {name} {value}\n" for name, value in {**settings, "MODEL_TOKEN": f'"{token}"'}.items())
     code["model.h"] = f"/* What is particular to this contact. */\n{defines}"
     unit = Unit(
@@ -209,51 +218,51 @@ def unit_files(
         text=source.title or "a rough frictional contact with its exact memory",
         token=token,
         variables=table,
-        starts=dict(zip((*inputs, "friction_factor"), (*_starts(job, state, controls), 1.0), strict=True)),
+        starts=dict(zip((*inputs, "friction_factor"), (*_start_values(job, state, controls), 1.0), strict=True)),
         sources=sorted(name for name in code if name.endswith(".c")),
         directions=controls.directions,
     )
     files = {f"resources/{name}": content for name, content in resources.items()}
     files |= {f"sources/{name}": text.encode() for name, text in code.items()}
     files["modelDescription.xml"] = model_description(unit, fmi)
-    files["documentation/index.html"] = _page(unit, controls, at)
+    files["documentation/index.html"] = _render_page(unit, controls, at)
     if fmi == 3:
         files["sources/buildDescription.xml"] = build_description(unit)
-    with progress_bar(progress, "platform", len(platforms), desc="compiling", leave=False) as done:
+    with progress_bar(progress, "platform", len(platforms), desc="compiling", leave=False) as advance:
         for name in platforms:
             folder = FOLDERS_OF_2.get(name, name) if fmi == 2 else name
             ending = ENDINGS[name.partition("-")[2]]
-            files[f"binaries/{folder}/{identifier}{ending}"] = compiled(code, name)
-            done()
+            files[f"binaries/{folder}/{identifier}{ending}"] = compile_unit(code, name)
+            advance()
     return files
 
 
 def this_platform() -> str:
-    """Return the name of the platform that this program runs on, as FMI 3.0 has it."""
+    """Return the name of the current platform in FMI 3.0."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
     return f"{machine}-{ {'win32': 'windows', 'darwin': 'darwin'}.get(sys.platform, 'linux') }"
 
 
-def _checked_platforms(platforms: Sequence[str] | None) -> list[str]:
-    here = this_platform()
+def _check_platforms(platforms: Sequence[str] | None) -> list[str]:
+    native = this_platform()
     if platforms is None:
-        return [here]
+        return [native]
     chosen = [platforms] if isinstance(platforms, str) else list(platforms)
     for name in chosen:
-        if name not in TARGETS and name != here:
-            raise InputError(f"platform {name!r} is not known; expected {listed(TARGETS)}")
+        if name not in TARGETS and name != native:
+            raise InputError(f"platform {name!r} is unknown; expected {listed(TARGETS)}")
     return list(dict.fromkeys(chosen))
 
 
-def compiled(code: Mapping[str, str], target: str) -> bytes:
-    """Return the shared library of C files for a platform; InstallationError without a compiler, or if it fails."""
-    here = target == this_platform()
-    found = compiler() if here else []
-    command = found or [*ZIG, "-target", TARGETS.get(target, target)]
-    if not found and find_spec("ziglang") is None:
-        own = "cc, gcc or clang, or " if here else ""
+def compile_unit(code: Mapping[str, str], target: str) -> bytes:
+    """Compile C files to a shared library for a platform; InstallationError if there is no compiler or it fails."""
+    is_native = target == this_platform()
+    native_compiler = compiler() if is_native else []
+    command = native_compiler or [*ZIG, "-target", TARGETS.get(target, target)]
+    if not native_compiler and find_spec("ziglang") is None:
+        alternatives = "cc, gcc or clang, or " if is_native else ""
         raise InstallationError(
-            f"no compiler of C for {target} is found; expected {own}the package ziglang, which brings one: "
+            f"no C compiler for {target} is available; expected {alternatives}the package ziglang, which contains one: "
             "pip install ziglang"
         )
     with tempfile.TemporaryDirectory() as folder:
@@ -264,22 +273,28 @@ def compiled(code: Mapping[str, str], target: str) -> bytes:
         try:
             compile_shared([*command, *options()], sources, library, windows=target.endswith("windows"))
         except RuntimeError as error:
-            raise InstallationError(f"the unit is not compiled for {target}: {error}") from None
+            raise InstallationError(f"the unit cannot be compiled for {target}: {error}") from None
         return library.read_bytes()
 
 
-def _sources(fmi: int) -> list[Path]:
-    """Return the C that a unit is made of."""
+def _list_sources(fmi: int) -> list[Path]:
+    """List the C files of a unit."""
     memory = Path(get_include())
-    own = [HERE / "unit.c", HERE / "unit.h", HERE / "calls.h", HERE / f"fmi{fmi}.c", *sorted(HERE.glob(f"fmi{fmi}*.h"))]
-    return [*sorted(memory.glob("*.[ch]")), *own]
+    unit_sources = [
+        HERE / "unit.c",
+        HERE / "unit.h",
+        HERE / "calls.h",
+        HERE / f"fmi{fmi}.c",
+        *sorted(HERE.glob(f"fmi{fmi}*.h")),
+    ]
+    return [*sorted(memory.glob("*.[ch]")), *unit_sources]
 
 
 def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> dict[str, str]:
-    """Return what is particular to a contact, as its C has it."""
+    """Return the macro definitions of a contact for its C code."""
     kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
-    last = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
-    ends = [(end * (1.0 + ROUNDING)).hex() for end in last] or ["HUGE_VAL", "HUGE_VAL"]
+    limits = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
+    largest = [(limit * (1.0 + ROUNDING)).hex() for limit in limits] or ["HUGE_VAL", "HUGE_VAL"]
     planar = controls.directions == 2
     x, y = job.instrument.compliances if planar else (1.0 / job.instrument.stiffness, 0.0)
     return {
@@ -290,44 +305,44 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
         "TOLERANCE": job.ensemble.tolerance.hex(),
         "SATURATE": str(int(controls.saturate)),
         "LARGEST_SIZE": LARGEST.hex(),
-        "LARGEST_LOAD": ends[0],
-        "LARGEST_APPROACH": ends[1],
+        "LARGEST_LOAD": largest[0],
+        "LARGEST_APPROACH": largest[1],
         "PATCHES": str(int(curves is not None)),
     }
 
 
-def _token(parts: Mapping[str, str | bytes]) -> str:
-    """Return what is the same for the same contact, in description and binary."""
+def _digest(contents: Mapping[str, str | bytes]) -> str:
+    """Return the identifier of a contact, equal in description and binary: a digest of its contents."""
     digest = hashlib.sha256()
-    for name, content in sorted(parts.items()):
+    for name, content in sorted(contents.items()):
         digest.update(f"{name}\0".encode())
         digest.update(content if isinstance(content, bytes) else content.encode())
     return f"{{{uuid.UUID(bytes=digest.digest()[:16], version=4)}}}"
 
 
-def _curve(curves: NormalCurves) -> bytes:
-    """Return ``resources/curve.bin``; see `unit.c`."""
+def _serialise_curve(curves: NormalCurves) -> bytes:
+    """Serialise a normal curve as ``resources/curve.bin``; see `unit.c`."""
     area = np.zeros(curves.approach.size) if curves.area is None else curves.area.sum(axis=1)
-    first = np.sort(curves.first_touch)
-    parts = [[curves.approach.size, first.size], [0.0], curves.approach, [0.0], area, first]
-    return np.concatenate([np.asarray(part, dtype="<f8") for part in parts]).tobytes()
+    first_touch = np.sort(curves.first_touch)
+    arrays = [[curves.approach.size, first_touch.size], [0.0], curves.approach, [0.0], area, first_touch]
+    return np.concatenate([np.asarray(array, dtype="<f8") for array in arrays]).tobytes()
 
 
-def _starts(job: Replay, state: EnsembleState | PlanarState, controls: Controls) -> list[float]:
-    """Return where the inputs stand at the start: the normal one, and the tangential one or two."""
+def _start_values(job: Replay, state: EnsembleState | PlanarState, controls: Controls) -> list[float]:
+    """Return the start values of the normal input and of the one or two tangential inputs."""
     normal = state.normal_load if controls.normal == "load" else state.approach
-    found: Any = state.tangential_load
+    tangential: Any = state.tangential_load
     if controls.tangential == "displacement":
-        found = job.instrument.drive_displacement(state.tangential_displacement, found)
-    return [normal, *np.atleast_1d(found)]
+        tangential = job.instrument.drive_displacement(state.tangential_displacement, tangential)
+    return [normal, *np.atleast_1d(tangential)]
 
 
-def _page(unit: Unit, controls: Controls, at: float | None) -> bytes:
+def _render_page(unit: Unit, controls: Controls, at: float | None) -> bytes:
     """Return the documentation of a unit (HTML)."""
     rows = "".join(
-        f"<tr><td>{escape(each.name)}</td><td>{each.causality}</td><td>{escape(each.unit)}</td>"
-        f"<td>{escape(each.text)}</td></tr>"
-        for each in unit.variables
+        f"<tr><td>{escape(variable.name)}</td><td>{variable.causality}</td><td>{escape(variable.unit)}</td>"
+        f"<td>{escape(variable.text)}</td></tr>"
+        for variable in unit.variables
     )
     beyond = "is held at the limit: output <code>saturated</code>" if controls.saturate else "discards the step"
     start = "nothing has touched yet" if at is None or math.isinf(-at) else f"the state at t = {at:g} s"

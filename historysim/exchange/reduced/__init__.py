@@ -1,1 +1,1 @@
-"""Reduced models: few springs that slide, in parallel, in place of a contact, with a bound of their error."""
+"""Reduced models: few sliding springs in parallel that replace a contact, with an error bound."""

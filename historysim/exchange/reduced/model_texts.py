@@ -1,4 +1,4 @@
-"""Reduced models as texts for other programs: the springs, in the language of each."""
+"""Files of reduced models for other programs: the springs in the language of each program."""
 
 import json
 from collections.abc import Callable
@@ -11,12 +11,12 @@ from historysim.basics.targets import OutputFormat, check_place, marked
 from historysim.basics.wording import listed
 from historysim.errors import InputError
 
-# a reduced model imports this module: a text knows it by its fields
+# reduced_model imports this module, so the type is not imported here
 ReducedModel = Any
 
 
-def format_of(output: Path) -> OutputFormat:
-    """Return the format of an output by its extension; InputError for an unknown one."""
+def select_format(output: Path) -> OutputFormat:
+    """Return the format of an output by its extension; InputError for an unknown extension."""
     extension = output.suffix.lower()
     if extension not in FORMATS:
         check_place(output)
@@ -25,7 +25,7 @@ def format_of(output: Path) -> OutputFormat:
 
 
 def _head(model: ReducedModel, comment: str) -> str:
-    """Return lines that say what a file holds."""
+    """Return the comment lines at the head of a file."""
     lines = [
         f"Reduced model of a rough frictional contact, made by historysim {__version__}.",
         f"{model.title}",
@@ -45,7 +45,7 @@ def _json(model: ReducedModel, _: str) -> str:
 
 
 def _rows(*columns: Floats) -> list[tuple[float, ...]]:
-    """Return the rows of columns (spring)."""
+    """Transpose columns (spring) into rows."""
     return [*zip(*(column.tolist() for column in columns), strict=True)]
 
 
@@ -78,8 +78,8 @@ def contact(ops, tag):
 
 def _modelica(model: ReducedModel, name: str) -> str:
     if not name.isidentifier() or not name.isascii():
-        raise InputError(f"{name} is not a name of a Modelica model; expected a file called by letters, digits and _")
-    stiffness, limit = ("{" + ", ".join(map(repr, each.tolist())) + "}" for each in (model.stiffness, model.limit))
+        raise InputError(f"{name} is not a name of a Modelica model; expected a file name of letters, digits and _")
+    stiffness, limit = ("{" + ", ".join(map(repr, values.tolist())) + "}" for values in (model.stiffness, model.limit))
     return f"""{_head(model, "//")}\
 model {name} "Springs in parallel that slide, in place of a rough frictional contact"
   extends Modelica.Mechanics.Translational.Interfaces.PartialCompliantWithRelativeStates;
