@@ -12,7 +12,7 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import Integers
 from historysim.basics.files import path_of_numbers, replacing
-from historysim.basics.system import threads_of
+from historysim.basics.system import resolve_threads
 from historysim.basics.units import seconds
 from historysim.basics.wording import brief, html_table, progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
@@ -70,7 +70,7 @@ class Replay:
     saturate: bool = attrs.field(default=False, kw_only=True)
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
-    threads: int = attrs.field(default=None, kw_only=True, converter=threads_of, repr=False)
+    threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
 
     def _repr_html_(self) -> str:
         fields = (field for field in attrs.fields(type(self)) if field.repr)

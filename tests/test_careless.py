@@ -81,7 +81,7 @@ def said(*words):
             "validate m.toml --set loading.file=bare.csv",
             "say header = 0, and name columns by position",
         ),
-        ("validate m.toml --set loading.columns.normal_load.unit=V", "what 1 V stands for, as '2.5 mN'"),
+        ("validate m.toml --set loading.columns.normal_load.unit=V", "the value of 1 V, as '2.5 mN'"),
         ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which stands in the header"),
         (
             'validate m.toml --set loading.columns.normal_load="50 mN"',

@@ -123,7 +123,7 @@ class ContactBatch:
     def save(self) -> Self:
         """Return an independent copy, such as before a trial."""
         saved = type(self).__new__(type(self))
-        saved.__dict__.update(self.__dict__ | {"_place": self._place.another()} | self._copied())
+        saved.__dict__.update(self.__dict__ | {"_place": self._place.copy_guard()} | self._copied())
         return saved
 
     def restore(self, saved: Self) -> None:

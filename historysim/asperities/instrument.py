@@ -7,7 +7,7 @@ import attrs
 
 from historysim.basics.fields import Force, Length, Stiffness, Stiffnesses, at_least
 from historysim.basics.limits import LARGEST, SMALLEST, is_workable
-from historysim.basics.units import each_of, is_number, metres, newtons, newtons_per_metre
+from historysim.basics.units import convert_each, is_number, metres, newtons, newtons_per_metre
 from historysim.errors import InputError
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def _workable_or_zero(_: object, attribute: "attrs.Attribute[Any]", value: float
 
 
 def _newtons_per_metre(value: "float | Sequence[float]") -> Any:
-    return each_of(newtons_per_metre, value)
+    return convert_each(newtons_per_metre, value)
 
 
 @attrs.frozen

@@ -208,7 +208,7 @@ class Stepper(WholeContact):
         try:
             del free[0]
         except IndexError:
-            raise self._place.taken() from None
+            raise self._place.lock_error() from None
         try:
             if memory.evolved or self._how["instrument"].parallel_stiffness:
                 path = path_to((normal, end), (tangential, goal))

@@ -1,1 +1,1 @@
-"""What every room needs and no user sees: units at the boundary, argument checks, safe files."""
+"""Shared foundations: units at the boundary, argument checks, limits, messages and safe files."""

@@ -1,4 +1,4 @@
-"""Types of arrays, and arguments of functions that take numbers in SI, checked, with messages that name them."""
+"""Array types, and checks of numeric arguments in SI with messages that name the argument."""
 
 import math
 from collections.abc import Iterator
@@ -25,8 +25,8 @@ DIRECTION = "direction"  # the last dimension of a load or displacement in two t
 class FrozenArrays:
     """A frozen attrs class with slots and read-only arrays, also after pickling and copying.
 
-    numpy forgets on the way that an array is read-only. The class is made with ``getstate_setstate=False``, since attrs
-    would else put its own method in the place of this one.
+    numpy does not preserve the read-only flag when it pickles an array. The class needs ``getstate_setstate=False``,
+    since attrs would otherwise replace this method.
     """
 
     __slots__ = ()
@@ -38,20 +38,20 @@ class FrozenArrays:
             object.__setattr__(self, name, value)
 
 
-NUMBERS = "iufO"  # kinds of arrays that may hold numbers; of objects, fractions and the like
+NUMBERS = "iufO"  # kinds of dtypes that may contain numbers; objects may be fractions or decimals
 
 
 def _has_boolean(values: Any) -> bool:
-    """Whether a boolean stands among the numbers of a list, where numpy takes it for 0 or 1."""
+    """Return True if a list contains a boolean, which numpy would convert to 0 or 1."""
     if isinstance(values, list | tuple):
         return any(map(_has_boolean, values))
     return isinstance(values, bool | np.bool_)
 
 
 def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> Floats:
-    """Return an argument as finite floats above a number, and of a least one; anything else is an InputError.
+    """Convert an argument to finite floats greater than ``above`` and not less than ``least``; otherwise InputError.
 
-    Strings with units and quantities of pint are converted, where `UNIT_OF` has the name.
+    Strings with units and pint quantities are converted if `UNIT_OF` contains the name.
     """
     if name in UNIT_OF or has_unit(values):
         try:
@@ -59,10 +59,10 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
         except InputError as error:
             raise InputError(f"{name}: {error}") from None
     try:
-        given = np.asarray(values)
+        array = np.asarray(values)
         # strings, booleans and complex numbers would become floats, too
-        is_none = given.dtype.kind == "O" and any(each is None for each in given.ravel())
-        result = None if is_none or given.dtype.kind not in NUMBERS else given.astype(np.float64, copy=False)
+        is_none = array.dtype.kind == "O" and any(element is None for element in array.ravel())
+        result = None if is_none or array.dtype.kind not in NUMBERS else array.astype(np.float64, copy=False)
     except (TypeError, ValueError):
         result = None
     if result is None or _has_boolean(values):
@@ -73,17 +73,17 @@ def checked(name: str, values: ArrayLike, *, above: float = -math.inf, least: fl
     if not good.all():
         lowest = f" of {least:g} or more" if least > -math.inf else ""
         bound = f" greater than {above:g}" if above > -math.inf else lowest
-        raise InputError(f"{name}{_first(~good)} is {result[~good][0]:g}; expected a finite number{bound}, in SI")
+        raise InputError(f"{name}{_first_index(~good)} is {result[~good][0]:g}; expected a finite number{bound}, in SI")
     return result
 
 
-def _first(wrong: Booleans) -> str:
-    """Return the place of the first value that is wrong: ``"[2, 3]"``; empty of a single number."""
+def _first_index(wrong: Booleans) -> str:
+    """Return the index of the first wrong value: ``"[2, 3]"``; empty for a single number."""
     return f"[{', '.join(map(str, np.argwhere(wrong)[0]))}]" if wrong.ndim else ""
 
 
 def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: float = -math.inf) -> float:
-    """Return an argument that is one number, as a float. Parameters and errors as in `checked`."""
+    """Convert an argument to one float. Parameters and errors as in `checked`."""
     number = checked(name, value, above=above, least=least)
     if number.ndim:
         raise InputError(f"{name} is a list of shape {number.shape}; expected one number, in SI")
@@ -91,7 +91,7 @@ def scalar(name: str, value: ArrayLike, *, above: float = -math.inf, least: floa
 
 
 def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
-    """Return an argument that is a positive number along x and one along y; one number stands for both."""
+    """Convert an argument to two positive numbers, along x and y; one number sets both."""
     numbers = checked(name, values, above=0)
     if numbers.shape not in {(), (1,), (2,)}:
         raise InputError(f"{name} has shape {numbers.shape}; expected one number, or one for x and one for y")
@@ -102,38 +102,38 @@ def per_axis(name: str, values: ArrayLike) -> tuple[float, float]:
 def one_per(
     one: str, several: str, name: str, values: ArrayLike, count: int | None = None, *, above: float = -math.inf
 ) -> Floats:
-    """Return an argument with one value for each of several things, as a read-only array; one number stands for all.
+    """Convert an argument to a read-only array with one value per item; one number applies to all items.
 
-    ``one`` and ``several`` name the things in messages; without ``count`` there are as many as values.
+    ``one`` and ``several`` are the noun of an item in messages; without ``count`` the number of values defines it.
     """
     array = np.atleast_1d(checked(name, values, above=above))
     if array.ndim > 1:
         raise InputError(f"{name} has shape {array.shape}; expected one number, or a list with one per {one}")
     if count is not None and array.size not in {1, count}:
-        found = counted(array.size, "value", "values")
-        raise InputError(f"{name} has {found} for {counted(count, one, several)}; expected one, or one per {one}")
+        size = counted(array.size, "value", "values")
+        raise InputError(f"{name} has {size} for {counted(count, one, several)}; expected one, or one per {one}")
     array = np.array(array if count is None else np.broadcast_to(array, count))
     array.flags.writeable = False
     return array
 
 
 def workable(name: str, values: ArrayLike, *, smallest: float = 0.0) -> Floats:
-    """Return floats that are small enough, and at least ``smallest``, for their powers to be floats, too."""
+    """Return floats whose powers can be represented: at most `LARGEST` and at least ``smallest`` in size."""
     numbers: Floats = np.asarray(values)
     sizes = np.abs(numbers)
     wrong = (sizes > LARGEST) | (sizes < smallest)
     if wrong.any():
-        least = f", and at least {smallest:g}" if smallest else ""
+        lower_limit = f", and at least {smallest:g}" if smallest else ""
         raise InputError(
-            f"{name}{_first(wrong)} is {numbers[wrong][0]:g}; expected {SIZE}{least}, in SI: powers of others are "
-            "beyond what floats hold"
+            f"{name}{_first_index(wrong)} is {numbers[wrong][0]:g}; expected {SIZE}{lower_limit}, in SI: powers of "
+            "others are beyond the range of floats"
         )
     return numbers
 
 
 @contextmanager
 def representable() -> Iterator[None]:
-    """Check that floats can hold what is computed inside: no overflow, no division by 0; else it is an InputError."""
+    """Turn floating-point overflow and division by 0 inside the block into an InputError."""
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield

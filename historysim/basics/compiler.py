@@ -1,6 +1,6 @@
-"""Which compiler of C there is, and the options by which all of them give the same bits.
+"""C compiler of the system, and the options for bit-identical results of all compilers.
 
-The build reads this file by itself, before the package is there: it imports the standard library alone.
+The build executes this file before the package is installed, so it imports the standard library only.
 """
 
 import os
@@ -14,43 +14,45 @@ from collections.abc import Sequence
 from pathlib import Path
 
 SAME_BITS = ["-std=c11", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"]
-# gcc also has a library that was linked with one of these round small numbers to 0 in the whole process
+# a library that gcc has linked with one of these flushes subnormal numbers to 0 in the whole process
 OTHER_BITS = re.compile("-Ofast|-f(fast|associative|reciprocal)-math|-funsafe-math-optimizations|-ffinite-math-only")
-# by itself zig compiles for the processor that it runs on, and traps what is undefined
+# by default zig compiles for the processor that it runs on, and traps undefined behaviour
 ZIG = [sys.executable, "-m", "ziglang", "cc", "-mcpu=baseline", "-fno-sanitize=undefined"]
 
 
 def compiler() -> list[str]:
-    """Return the command that compiles C: the environment's ``CC``, or the first that can; empty where none can."""
+    """Return the command of the C compiler: ``CC`` of the environment, or the first that works; empty if none does."""
     chosen = shlex.split(os.environ.get("CC", ""))
     return chosen or next(([name] for name in ("cc", "gcc", "clang") if _compiles(name)), [])
 
 
 def _compiles(name: str) -> bool:
-    """Whether a compiler is there with the headers of the C library, which come by themselves in some distributions."""
+    """Return True if a compiler exists and finds the headers of the C library, a separate package on some systems."""
     command = shutil.which(name)
     if command is None:
         return False
-    asked = [command, "-fsyntax-only", "-x", "c", "-"]
-    return subprocess.run(asked, input=b"#include <math.h>\n", capture_output=True, check=False).returncode == 0
+    check = [command, "-fsyntax-only", "-x", "c", "-"]
+    return subprocess.run(check, input=b"#include <math.h>\n", capture_output=True, check=False).returncode == 0
 
 
 def options() -> list[str]:
-    """Return the environment's ``CFLAGS`` and ``LDFLAGS``, without what would change the bits of results, and -O3."""
-    given = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
-    level = [] if "-O0" in given else ["-O3"]
-    return [option for option in given if not OTHER_BITS.fullmatch(option)] + level
+    """Return ``CFLAGS`` and ``LDFLAGS`` of the environment, without options that change result bits, and -O3."""
+    flags = shlex.split(os.environ.get("CFLAGS", "") + " " + os.environ.get("LDFLAGS", ""))
+    level = [] if "-O0" in flags else ["-O3"]
+    return [option for option in flags if not OTHER_BITS.fullmatch(option)] + level
 
 
 def compile_shared(command: Sequence[str], sources: Sequence[str], library: Path, *, windows: bool) -> None:
-    """Compile sources into one shared library, in one call of a compiler; a RuntimeError has its message."""
+    """Compile sources into one shared library by one call of a compiler; RuntimeError with its message if it fails."""
     shared = ["-shared", "-fvisibility=hidden", *([] if windows else ["-fPIC", "-pthread"])]
-    whole = [*command, *SAME_BITS, *shared, *sources, "-lm", "-o", str(library)]
+    full_command = [*command, *SAME_BITS, *shared, *sources, "-lm", "-o", str(library)]
     with tempfile.TemporaryDirectory() as cache:
-        kept = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
+        cache_folders = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
         try:
-            done = subprocess.run(whole, env=kept | os.environ, capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                full_command, env=cache_folders | os.environ, capture_output=True, text=True, check=False
+            )
         except OSError as error:
-            raise RuntimeError(f"{shlex.join(whole)}\n{error}") from error
+            raise RuntimeError(f"{shlex.join(full_command)}\n{error}") from error
     if done.returncode:
-        raise RuntimeError(f"{shlex.join(whole)}\n{done.stderr}")
+        raise RuntimeError(f"{shlex.join(full_command)}\n{done.stderr}")

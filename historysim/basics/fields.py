@@ -1,4 +1,4 @@
-"""Fields of classes that scenarios name: their units and limits, declared in the class."""
+"""Fields of classes that are selected in scenarios: units and limits, declared in the class."""
 
 import inspect
 import math
@@ -16,10 +16,10 @@ from historysim.errors import InputError, misfit
 
 @attrs.frozen
 class Quantity:
-    """Marks a field as a number in this SI unit, or a string with a unit that converts to it.
+    """Marks a field as a number in this SI unit, or a string with a compatible unit.
 
-    Of an array, ``alone`` says that one number may stand for an array of one; ``components`` are the keys of a table
-    that may stand for an array with a number for some of them.
+    For an array, ``alone`` allows one number in place of an array with one element; ``components`` are the keys of a
+    table that may replace an array, with a number for some of them.
     """
 
     unit: str
@@ -44,7 +44,7 @@ SurfaceEnergy = Annotated[float, Quantity("J m-2")]
 
 @attrs.frozen
 class AtLeast:
-    """Validator of a finite number that is at least, or above, another."""
+    """Validator of a finite number: at least, or above, a bound."""
 
     least: float
     above: bool = attrs.field(default=False, kw_only=True)
@@ -54,21 +54,21 @@ class AtLeast:
         smallest = SMALLEST if self.above and self.least == 0 else 0.0
         fits = is_number(value) and is_workable(value, smallest)
         if not (fits and (value > self.least if self.above else value >= self.least)):
-            least = "finite" if self.least == -math.inf else f"of {self.least:g} or more"
+            bound = "finite" if self.least == -math.inf else f"of {self.least:g} or more"
             raise InputError(
                 f"{type(of).__name__}: {attribute.name} is {value!r}; expected a number "
-                f"{f'above {self.least:g}' if self.above else least}, and of at most {LARGEST:g} in size"
+                f"{f'above {self.least:g}' if self.above else bound}, and of at most {LARGEST:g} in size"
             )
 
     @property
     def text(self) -> str:
-        """The limit in brief."""
+        """Short form of the limit."""
         return "" if self.least == -math.inf else f"{'>' if self.above else '≥'} {self.least:g}"
 
 
 @attrs.frozen
 class OneOf:
-    """Validator of a word."""
+    """Validator of one of several words."""
 
     words: tuple[str, ...]
 
@@ -80,13 +80,13 @@ class OneOf:
 
     @property
     def text(self) -> str:
-        """The limit in brief."""
+        """Short form of the limit."""
         return " or ".join(f'"{word}"' for word in self.words)
 
 
 @attrs.frozen
 class Key:
-    """Validator of a key of a scenario: its error belongs to the place of the key, and None is fine."""
+    """Validator of a key of a scenario, whose errors name the key; None is valid."""
 
     fits: Callable[[Any], bool]
     expected: str
@@ -94,25 +94,25 @@ class Key:
     def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         """Check a value."""
         if value is not None and not self.fits(value):
-            given = f"{value:g}" if isinstance(value, float) else shown(value)
-            raise misfit(f"{given}; expected {self.expected}", attribute.name)
+            value_text = f"{value:g}" if isinstance(value, float) else shown(value)
+            raise misfit(f"{value_text}; expected {self.expected}", attribute.name)
 
 
 @attrs.frozen
 class KeyLimit:
-    """Validator of a key that is one number, or several, of 0 or more, or above 0; None is fine."""
+    """Validator of a key with one or several numbers that are ≥ 0, or > 0; None is valid."""
 
     text: str
 
     def __call__(self, _: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         """Check a value."""
-        unit = unit_in(attribute.type).replace("m2", "m²").removeprefix("1")
+        unit = field_unit(attribute.type).replace("m2", "m²").removeprefix("1")
         of_unit = f" {unit}" if unit else ""
         above = self.text == "> 0"
-        for each in value if isinstance(value, tuple) else (value,):
-            if each is not None and not (each > 0 if above else each >= 0):
+        for number in value if isinstance(value, tuple) else (value,):
+            if number is not None and not (number > 0 if above else number >= 0):
                 expected = f"more than 0{of_unit}" if above else f"0{of_unit} or more"
-                raise misfit(f"{each:g}{of_unit}; expected {expected}", attribute.name)
+                raise misfit(f"{number:g}{of_unit}; expected {expected}", attribute.name)
 
 
 at_least = AtLeast
@@ -120,23 +120,23 @@ NOT_NEGATIVE, POSITIVE = KeyLimit("≥ 0"), KeyLimit("> 0")
 
 
 def one_of(*words: str) -> OneOf:
-    """Return a validator of a word."""
+    """Return a validator of one of several words."""
     return OneOf(words)
 
 
 @attrs.frozen
 class Field:
-    """A field of a class, as its users see it."""
+    """Field of a class, as documented to users."""
 
     name: str
-    unit: str  #: the SI unit; "1" of a plain number, empty of what is no number
+    unit: str  #: SI unit; "1" for a plain number, empty for other types
     needed: bool
     default: Any
-    limits: str  #: what its values have to be, as ``"> 0"``
+    limits: str  #: condition of valid values, as ``"> 0"``
 
     @property
     def text(self) -> str:
-        """Itself in a few words: ``"reference_load [N] > 0"``."""
+        """Short description: ``"reference_load [N] > 0"``."""
         unit = f" [{self.unit}]" if self.unit not in {"", "1"} else ""
         words = ":" if self.limits.startswith('"') else ""
         limits = f"{words} {self.limits}" if self.limits else ""
@@ -144,44 +144,46 @@ class Field:
         return f"{self.name}{unit}{limits}{default}"
 
 
-def fields_of(kind: type) -> Iterator[Field]:
-    """Yield the fields of a class in their order, those that are needed first; none of what is no attrs class."""
+def list_fields(kind: type) -> Iterator[Field]:
+    """Yield the fields of an attrs class, required ones first; nothing for other classes."""
     if not attrs.has(kind):
         return
     attrs.resolve_types(kind)
-    found = [
+    fields = [
         Field(
-            each.name,
-            unit_in(each.type),
-            each.default is attrs.NOTHING,
-            None if isinstance(each.default, attrs.Factory) else each.default,  # type: ignore[arg-type]
-            _limits(each.validator),
+            attribute.name,
+            field_unit(attribute.type),
+            attribute.default is attrs.NOTHING,
+            None if isinstance(attribute.default, attrs.Factory) else attribute.default,  # type: ignore[arg-type]
+            _limits(attribute.validator),
         )
-        for each in attrs.fields(kind)
-        if each.init
+        for attribute in attrs.fields(kind)
+        if attribute.init
     ]
-    yield from sorted(found, key=lambda field: not field.needed)
+    yield from sorted(fields, key=lambda field: not field.needed)
 
 
 def about(kind: type) -> str:
-    """Return the first paragraph of the docstring of a class, in one line."""
+    """Return the first paragraph of the docstring of a class as one line."""
     return " ".join((inspect.getdoc(kind) or "").split("\n\n")[0].split())
 
 
 def markdown(kinds: Mapping[str, type], heading: str) -> str:
-    """Return a table of kinds with their keys, as it stands in the documentation."""
+    """Return the Markdown table of classes and their keys for the documentation."""
     rows = [f"| {heading} | keys | |", "| --- | --- | --- |"]
     for name, kind in kinds.items():
-        keys = "; ".join(f"`{field.name}`{field.text.removeprefix(field.name)}" for field in fields_of(kind))
+        keys = "; ".join(f"`{field.name}`{field.text.removeprefix(field.name)}" for field in list_fields(kind))
         rows.append(f'| `"{name}"` | {keys} | {about(kind).replace("|", chr(92) + "|")} |')
     return "\n".join(rows)
 
 
-def unit_in(kind: Any) -> str:
-    """Return the unit that a field is declared with, empty where it has none."""
+def field_unit(kind: Any) -> str:
+    """Return the declared unit of a field, empty if it has none."""
     if get_origin(kind) is Annotated:
-        return next((each.unit for each in get_args(kind)[1:] if isinstance(each, Quantity)), "")
-    return next((unit for each in get_args(kind) if each is not NoneType and (unit := unit_in(each))), "")
+        return next((argument.unit for argument in get_args(kind)[1:] if isinstance(argument, Quantity)), "")
+    return next(
+        (unit for argument in get_args(kind) if argument is not NoneType and (unit := field_unit(argument))), ""
+    )
 
 
 def _limits(validator: Any) -> str:

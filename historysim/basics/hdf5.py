@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from historysim.basics.files import is_netcdf
-from historysim.basics.limits import at_most, check_unpacked, most, raised_by
+from historysim.basics.limits import at_most, check_unpacked, describe_variable, most
 from historysim.basics.system import ends_well
 from historysim.errors import InputError
 
@@ -37,7 +37,8 @@ def check_contained(path: Path, *, by_h5py: bool = False) -> None:
     if not _ends_well(path.absolute(), by_h5py, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns):
         raise InputError(
             "is damaged: a process that reads it ends by a signal, or not within "
-            f"{_seconds(found.st_size)} s ({raised_by('HDF5_SECONDS')}); make it again, or restore it from a copy"
+            f"{_seconds(found.st_size)} s ({describe_variable('HDF5_SECONDS')}); make it again, or restore it from a "
+            "copy"
         )
     visit = _visit_by_h5py if by_h5py else _visit_by_netcdf4
     try:

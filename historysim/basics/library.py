@@ -1,4 +1,4 @@
-"""The package's C, compiled at installation: one library for all rooms, and what one caller at a time may use of it."""
+"""The compiled C library of the package, and a guard for objects that one caller may use at a time."""
 
 from pathlib import Path
 from typing import Any
@@ -24,15 +24,15 @@ _ROWS = {np.dtype(name): pointed for name, pointed in _NAMES.items()}
 
 
 def pointer(array: npt.NDArray[Any]) -> Any:
-    """Return the memory of an array for C, which is contiguous (else a ValueError) and has to outlive the call."""
+    """Return a C pointer to a contiguous array, which has to outlive the call; ValueError if it is not contiguous."""
     return ffi.from_buffer(_ROWS[array.dtype], array)
 
 
 class OneAtATime:
-    """The one place at an object that is changed in place; ``with`` takes it, and gives it back.
+    """Non-blocking guard of an object that is modified in place; ``with`` acquires and releases it.
 
-    It costs a third of a lock. Where that counts, ``del place.free[0]`` takes it (an IndexError: it is taken), and
-    ``place.free.append(None)`` gives it back, which no thread comes between. `what` is "the stepper: how to have two".
+    It costs a third of a lock. In tight loops ``del guard.free[0]`` acquires it (IndexError if it is in use), and
+    ``guard.free.append(None)`` releases it; both are atomic. `what` is "the stepper: remedy".
     """
 
     __slots__ = ("_what", "free")
@@ -41,20 +41,20 @@ class OneAtATime:
         self._what = what
         self.free = [None]
 
-    def taken(self) -> InputError:
-        """Return the error of whoever comes second."""
-        what, mend = self._what.split(": ", 1)
-        return InputError(f"{what} is in use, by another thread or by a law that it asks; expected {mend}")
+    def lock_error(self) -> InputError:
+        """Return the error raised for a second caller."""
+        subject, mend = self._what.split(": ", 1)
+        return InputError(f"{subject} is in use, by another thread or by a law that it calls; expected {mend}")
 
     def __enter__(self) -> None:
         try:
             del self.free[0]
         except IndexError:
-            raise self.taken() from None
+            raise self.lock_error() from None
 
     def __exit__(self, *_: object) -> None:
         self.free.append(None)
 
-    def another(self) -> "OneAtATime":
-        """Return that of a copy of the object."""
+    def copy_guard(self) -> "OneAtATime":
+        """Return the guard of a copy of the object."""
         return OneAtATime(self._what)

@@ -1,4 +1,4 @@
-"""How much is taken: limits far beyond what is measured, below what fills the memory; the environment raises them."""
+"""Limits of inputs, far above measured data and below the memory of a computer; the environment changes them."""
 
 import os
 from pathlib import Path
@@ -6,11 +6,11 @@ from typing import IO
 
 from historysim.errors import InputError
 
-# The largest size of a number that is computed with, and the smallest of what gives others their scale, in SI.
+# Largest magnitude of numbers in computations, and smallest magnitude of numbers that scale others, in SI.
 LARGEST, SMALLEST = 1e60, 1e-60
-# The largest coefficient of friction: HS_MOST_FRICTION of the C library, which says why.
+# Largest coefficient of friction: HS_MOST_FRICTION of the C library, which gives the reason.
 MOST_FRICTION = 1e4
-SIZE = f"a number of at most {LARGEST:g} in size"  # what a message expects of a number that is larger
+SIZE = f"a number of at most {LARGEST:g} in size"  # expected value in messages about larger numbers
 
 LIMITS = {
     "STEPS": 100_000_000,  # rows of a history
@@ -28,12 +28,12 @@ LIMITS = {
 
 
 def is_workable(number: float, smallest: float = 0.0) -> bool:
-    """Return whether powers of a number, and its products with others, are numbers; no NaN is."""
+    """Return True if powers of a number and its products with others can be represented; False for NaN."""
     return smallest <= abs(number) <= LARGEST
 
 
 def most(name: str) -> int:
-    """Return a limit, as the environment raises or lowers it."""
+    """Return a limit, which the environment may raise or lower."""
     try:
         return int(float(os.environ.get(f"HISTORYSIM_MOST_{name}", "")))
     except (ValueError, OverflowError):
@@ -41,31 +41,31 @@ def most(name: str) -> int:
 
 
 def at_most(name: str) -> str:
-    """Return what a message says of a limit: how much is expected at most, and what raises it."""
-    return f"expected {most(name):,} at most ({raised_by(name)})"
+    """Describe a limit in a message: the largest value, and the variable that raises it."""
+    return f"expected {most(name):,} at most ({describe_variable(name)})"
 
 
-def raised_by(name: str) -> str:
-    """Return what a message says of how a limit is raised."""
+def describe_variable(name: str) -> str:
+    """Describe the environment variable that raises a limit."""
     return f"the environment variable HISTORYSIM_MOST_{name} raises it"
 
 
 def check_unpacked(unpacked: int, packed: int) -> None:
-    """Check how many bytes a file of so many unpacks to; more than the limit, or 100 times that, is an InputError."""
+    """Raise InputError if a file unpacks to more bytes than the limit and than 100 times its size."""
     limit = max(most("UNPACKED_BYTES"), 100 * packed)
     if unpacked > limit:
         raise InputError(
             f"has {packed:,} bytes, which unpack to {unpacked:,} or more; expected {limit:,} at most "
-            f"({raised_by('UNPACKED_BYTES')}): export it again without compression, or thin it"
+            f"({describe_variable('UNPACKED_BYTES')}): export it again without compression, or thin it"
         )
 
 
 def check_archive(file: Path | IO[bytes], *, trusted: bool = True) -> None:
-    """Check that a ZIP archive unpacks to no more than it may; anything else is left to its reader.
+    """Raise InputError if a ZIP archive unpacks to more bytes than allowed; other files are not checked.
 
-    What is `trusted` has a reader that takes no more of a member than the archive says; else each is unpacked.
+    `trusted` if the reader of the archive reads no more of a member than the stated size; otherwise each is unpacked.
     """
-    # most commands have no archives
+    # imported here, since most commands do not read archives
     import zipfile
 
     if not zipfile.is_zipfile(file):
@@ -76,7 +76,7 @@ def check_archive(file: Path | IO[bytes], *, trusted: bool = True) -> None:
         unpacked = sum(member.file_size for member in members)
         check_unpacked(unpacked, packed)
         for member in () if trusted else members:
-            # the size that it claims may be wrong
+            # the stated size may be wrong
             unpacked -= member.file_size
             member.file_size = 1 << 62
             with archive.open(member) as stream:

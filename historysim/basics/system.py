@@ -1,7 +1,7 @@
-"""What systems do differently, in one place: locks, links, syncing a folder, replacing open files, copies of processes.
+"""Differences between operating systems: locks, links, syncing a folder, replacing open files, copies of processes.
 
-Windows has no ``flock`` (a byte far beyond the end is locked in its place), no ``fork``, no limit of processor time,
-and does not replace open files. Any system releases locks and closes files however a process ends.
+Windows has no ``flock`` (a byte far beyond the end is locked instead), no ``fork`` and no limit of processor time, and
+does not replace open files. All systems release locks and close files whenever a process ends.
 """
 
 import contextlib
@@ -29,21 +29,21 @@ try:
 except ImportError:
     fcntl = resource = None
 
-# Flags to open a file as bytes, and for this process alone.
+# Flags to open a file in binary mode, without inheritance by child processes.
 OWN = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_BINARY", 0)
-NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)  # flags to open a file so, and under its very name
-# Whether a process can be copied (``fork``) whatever its libraries have done; those of macOS may refuse to go on.
+NO_LINK = OWN | getattr(os, "O_NOFOLLOW", 0)  # the same flags, without following links
+# True if a process can be copied (``fork``) regardless of its libraries; libraries of macOS may abort in the copy.
 COPIES_PROCESSES = sys.platform == "linux"
-NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # A flag to open what may be a FIFO, which would wait for a writer otherwise
-REPLACES_OPEN_FILES = os.name == "posix"  # whether a file can be renamed and replaced while it is open
+NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # flag to open a possible FIFO without waiting for a writer
+REPLACES_OPEN_FILES = os.name == "posix"  # True if a file can be renamed and replaced while it is open
 
-_FAR = 1 << 43  # A byte beyond the end of any file, within what disks can address
+_FAR = 1 << 43  # offset beyond the end of any file, within the addressable range of disks
 _HELD = {errno.EAGAIN, errno.EACCES, errno.EDEADLK}
 _NO_LOCKS = {errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOTSUP}
 
 
 def lock_file(handle: int) -> bool:
-    """Lock an open file for one writer; False where another has it."""
+    """Lock an open file for one writer; return False if another process holds the lock."""
     if fcntl is None:
         return _lock_on_windows(handle, _FAR, wait=False)
     try:
@@ -54,7 +54,7 @@ def lock_file(handle: int) -> bool:
 
 
 def lock_byte(handle: int, byte: int, *, wait: bool) -> bool:
-    """Lock one byte of an open file; False where another process has it. Disks without locks give it to everybody."""
+    """Lock one byte of an open file; return False if another process holds it. Disks without locks always grant it."""
     try:
         if fcntl is None:
             return _lock_on_windows(handle, byte, wait=wait)
@@ -77,14 +77,14 @@ def _lock_on_windows(handle: int, byte: int, *, wait: bool) -> bool:
                 raise
             if not wait:
                 return False
-            # its own waiting ends with an error after ten seconds
+            # the waiting mode of msvcrt fails after ten seconds
             time.sleep(0.05)
         else:
             return True
 
 
 def sync_folder(path: Path) -> None:
-    """Write the names in a folder to the disk, where the system does not do so by itself."""
+    """Flush the directory entries of a folder to disk, if the system does not do so itself."""
     if not hasattr(os, "O_DIRECTORY"):
         if not path.is_dir():
             raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path))
@@ -96,27 +96,27 @@ def sync_folder(path: Path) -> None:
         os.close(handle)
 
 
-def user(found: os.stat_result) -> int:
-    """Return the number of the user who runs this process; of whom owns a file, where users have none."""
-    return os.geteuid() if hasattr(os, "geteuid") else found.st_uid
+def user(status: os.stat_result) -> int:
+    """Return the user ID of this process; the owner of a file if the system has no user IDs."""
+    return os.geteuid() if hasattr(os, "geteuid") else status.st_uid
 
 
 @functools.cache
 def host() -> str:
-    """Return eight digits of this machine and its process namespace: others may share its disks."""
+    """Return an eight-digit identifier of this machine and its process namespace, since machines may share disks."""
     import hashlib
     import platform
 
     name = platform.node()
     with contextlib.suppress(OSError):
-        name += str(os.stat("/proc/self/ns/pid").st_ino)  # noqa: PTH116 - no file of anybody's
+        name += str(os.stat("/proc/self/ns/pid").st_ino)  # noqa: PTH116 - not a user's file
     return hashlib.sha256(name.encode("utf-8", "surrogateescape")).hexdigest()[:8]
 
 
 def is_running(process: int) -> bool:
-    """Return whether there is a process of a number; False where the system guards open files by itself."""
+    """Return True if a process with this ID is running; always False on systems that protect open files."""
     if os.name != "posix":
-        # a signal would end it there, and what it holds open is not removed anyway
+        # a signal would end the process there, and its open files cannot be removed anyway
         return False
     try:
         os.kill(process, 0)
@@ -128,9 +128,9 @@ def is_running(process: int) -> bool:
 
 
 def open_standard_streams() -> None:
-    """Give standard streams that are closed to the null device, or a file opened later would get what libraries print.
+    """Open closed standard streams on the null device, so that no file opened later receives printed output.
 
-    Python's own streams stay as they are.
+    The stream objects of Python are unchanged.
     """
     with contextlib.suppress(OSError):
         handle = os.open(os.devnull, os.O_RDWR)
@@ -145,34 +145,33 @@ def processors() -> int:
 
 
 def limit_processor_time(seconds: int) -> None:
-    """Let the system end this process, without a picture of its memory, after so much time of a processor."""
+    """Limit the processor time of this process [s], without a core dump when the system ends it."""
     if resource is not None:
         _lower_limit(resource.RLIMIT_CPU, seconds)
         _lower_limit(resource.RLIMIT_CORE, 0)
 
 
 def limit_memory(more: int) -> None:
-    """Let this process take so many bytes more, where the system counts them; it gets no others."""
+    """Limit the memory of this process to its present size plus a number of bytes, if the system supports it."""
     with contextlib.suppress(OSError):
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         _lower_limit(resource.RLIMIT_AS, pages * resource.getpagesize() + more)
 
 
-def _lower_limit(kind: int, wanted: int) -> None:
-    """Lower a limit of this process, unless it is lower already; a system without this limit is left alone."""
+def _lower_limit(kind: int, limit: int) -> None:
+    """Lower a resource limit of this process, unless it is lower already or the system does not have it."""
     soft, hard = resource.getrlimit(kind)
-    limits = [each for each in (wanted, soft, hard) if each != resource.RLIM_INFINITY]
+    limits = [value for value in (limit, soft, hard) if value != resource.RLIM_INFINITY]
     with contextlib.suppress(OSError, ValueError):
         resource.setrlimit(kind, (min(limits), hard))
 
 
-# Bytes by which a process that reads a file reports how far it got. Exit codes do not tell: where the signal of ended
-# children is ignored, the system keeps none.
+# Bytes by which a process that reads a file reports its progress. Exit codes are lost if the parent ignores SIGCHLD.
 _BEGUN, _DONE = b"b", b"d"
 
 
 def copy_ends_well(read: Callable[[], None], seconds: float) -> bool | None:
-    """Return whether a copy of this process ends a task within a time on the wall; None if it could not begin."""
+    """Return True if a copy of this process completes a task within a wall-clock time; None if it could not start."""
     receiver, sender = os.pipe()
     try:
         with warnings.catch_warnings():
@@ -181,79 +180,79 @@ def copy_ends_well(read: Callable[[], None], seconds: float) -> bool | None:
             process = os.fork()
         if not process:
             try:
-                # the system ends it, whatever library it is in
+                # the default action of the signal ends the process within any library
                 signal.signal(signal.SIGALRM, signal.SIG_DFL)
                 signal.setitimer(signal.ITIMER_REAL, seconds)
-                # where standard streams are closed, the pipe may have their numbers
-                apart = fcntl.fcntl(sender, fcntl.F_DUPFD, 3)
-                carry_out(read, lambda report: os.write(apart, report))
+                # the pipe may have the number of a closed standard stream
+                pipe = fcntl.fcntl(sender, fcntl.F_DUPFD, 3)
+                carry_out(read, lambda report: os.write(pipe, report))
             finally:
                 os._exit(1)
         os.close(sender)
         sender = -1
-        # another thread may have copied this process meanwhile, and the end of the pipe with it
-        told, last = b"", time.monotonic() + seconds + 1
-        while not told.endswith(_DONE) and select.select([receiver], [], [], max(last - time.monotonic(), 0))[0]:
+        # another thread may have forked meanwhile and inherited the end of the pipe
+        reports, deadline = b"", time.monotonic() + seconds + 1
+        while not reports.endswith(_DONE) and select.select([receiver], [], [], max(deadline - time.monotonic(), 0))[0]:
             report = os.read(receiver, 1)
             if not report:
                 break
-            told += report
-        # nobody may have waited for it yet, or the system itself has
+            reports += report
+        # the child may have been reaped already
         with contextlib.suppress(ChildProcessError):
             os.waitpid(process, 0)
     finally:
         for handle in (receiver, sender):
             if handle >= 0:
                 os.close(handle)
-    return _judged(told)
+    return _interpret_reports(reports)
 
 
-def _judged(told: bytes) -> bool | None:
-    return told.endswith(_DONE) if told.startswith(_BEGUN) else None
+def _interpret_reports(reports: bytes) -> bool | None:
+    return reports.endswith(_DONE) if reports.startswith(_BEGUN) else None
 
 
-# Threads by default, at most: one thread, which walks the history, takes a quarter of the time of a replay.
+# Largest default number of threads: the single thread that integrates the history needs a quarter of a replay.
 MOST_THREADS = 4
 
 
-def threads_of(given: int | None) -> int:
-    """Return the number of threads; by default one for each processor, up to `MOST_THREADS`."""
-    if given is None:
+def resolve_threads(requested: int | None) -> int:
+    """Return the number of threads; by default one per processor, up to `MOST_THREADS`."""
+    if requested is None:
         return min(processors(), MOST_THREADS)
-    if isinstance(given, bool) or not isinstance(given, int) or given < 1:
-        raise InputError(f"threads is {given!r}; expected a whole number of 1 or more")
-    return given
+    if isinstance(requested, bool) or not isinstance(requested, int) or requested < 1:
+        raise InputError(f"threads is {requested!r}; expected a whole number of 1 or more")
+    return requested
 
 
-_SLOWER = 3  # seconds on the wall for each of a processor, which others use, too
+_SLOWER = 3  # wall-clock over processor time, since other processes use the processor as well
 _STARTED = """
 import functools, importlib, json, os, pathlib, sys
 sys.path[:], module, name, path, seconds = json.loads(sys.argv[1])
 from historysim.basics import system
 sender = os.dup(1)
 read = functools.partial(getattr(importlib.import_module(module), name), pathlib.Path(path))
-system.carry_out(system.limited(read, seconds), lambda report: os.write(sender, report))
+system.carry_out(system.limit_task(read, seconds), lambda report: os.write(sender, report))
 """
 
 
 def ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool:
-    """Return whether a process that reads a file with a function of a module ends by itself, in this processor time.
+    """Return True if a process that reads a file by a function of a module ends normally within this processor time.
 
-    A library may read a damaged file without end, or end the process. True, too, where the system starts no process:
-    the file is then read without this precaution.
+    A library may loop on a damaged file, or abort the process. Also True if the system starts no process: the file is
+    then read without this precaution.
     """
     well = None
     if COPIES_PROCESSES:
-        # a copy of this process has all libraries, but waits for ever for locks that other threads hold
+        # a copy of this process has all libraries loaded, but deadlocks on locks of other threads
         with contextlib.suppress(OSError):
-            well = copy_ends_well(limited(functools.partial(read, path), seconds), _SLOWER * seconds)
+            well = copy_ends_well(limit_task(functools.partial(read, path), seconds), _SLOWER * seconds)
     if well is None or (not well and threading.active_count() > 1):
         well = _started_ends_well(read, path, seconds)
     return well is not False
 
 
-def limited(read: Callable[[], None], seconds: int) -> Callable[[], None]:
-    """Return a task that reads within a time of a processor."""
+def limit_task(read: Callable[[], None], seconds: int) -> Callable[[], None]:
+    """Return a task that reads within a limit of processor time."""
 
     def task() -> None:
         limit_processor_time(seconds)
@@ -263,7 +262,7 @@ def limited(read: Callable[[], None], seconds: int) -> Callable[[], None]:
 
 
 def carry_out(task: Callable[[], None], report: Callable[[bytes], object]) -> None:
-    """Carry out a task in this process, which has nothing else to do, prints nothing, reports, and ends here."""
+    """Run a task in this dedicated process without output, report its start and end, and exit."""
     import faulthandler
 
     with contextlib.suppress(BaseException):
@@ -279,13 +278,13 @@ def carry_out(task: Callable[[], None], report: Callable[[bytes], object]) -> No
 
 
 def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -> bool | None:
-    """Do as `copy_ends_well` in a fresh Python; None, too, where there is no interpreter to start."""
+    """Run the check of `copy_ends_well` in a new interpreter; also None if no interpreter can be started."""
     import json
     import subprocess
 
     task = json.dumps([sys.path, read.__module__, read.__name__, str(path.absolute()), seconds])
     try:
-        done = subprocess.run(  # noqa: S603 - this Python, as it is
+        done = subprocess.run(  # noqa: S603 - the current interpreter
             [sys.executable, "-c", _STARTED, task],
             check=False,
             timeout=_SLOWER * seconds,
@@ -294,8 +293,8 @@ def _started_ends_well(read: Callable[[Path], None], path: Path, seconds: int) -
             stderr=subprocess.DEVNULL,
         )
     except subprocess.TimeoutExpired as error:
-        return _judged(error.stdout or b"")
+        return _interpret_reports(error.stdout or b"")
     except OSError:
         # a program that embeds Python, a full process table
         return None
-    return _judged(done.stdout)
+    return _interpret_reports(done.stdout)

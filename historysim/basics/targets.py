@@ -1,7 +1,7 @@
-"""What may be written where.
+"""Rules for output files, and the formats by which existing outputs are recognised.
 
-An output is never a file that the command reads. It is replaced only if it is of the kind that the command writes, or
-with force. It is never a folder, link, device, FIFO or socket.
+An output is never a file that the command reads. An existing file is replaced only if it has the format that the
+command writes, or with force. An output is never a folder, link, device, FIFO or socket.
 """
 
 from collections.abc import Callable, Iterable
@@ -12,57 +12,57 @@ from typing import NamedTuple
 from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf
 from historysim.errors import InputError
 
-LOOKED_AT = 1 << 16  # bytes at either end of a file in which it says who made it
+LOOKED_AT = 1 << 16  # bytes at either end of a file that are searched for the mark of this program
 MARK = b"historysim"
 
 
 class OutputFormat(NamedTuple):
-    """A kind of file that is written."""
+    """Format of an output file."""
 
-    name: str  #: as messages call it: ``"a result of historysim"``
+    name: str  #: name in messages: ``"a result of historysim"``
     endings: tuple[str, ...]
-    is_own: Callable[[Path], bool]  #: whether this program has written a file that is there
+    is_own: Callable[[Path], bool]  #: returns True if this program has written an existing file
 
 
 class Output(NamedTuple):
-    """A file that is to be written; its ending decides which of the forms it has."""
+    """Output file; its ending selects one of the formats."""
 
     path: Path
     forms: tuple[OutputFormat, ...]
 
     @property
     def form(self) -> OutputFormat:
-        """The form of its ending; another ending is an InputError."""
+        """Format selected by the ending; InputError for an unknown ending."""
         ending = self.path.suffix
         for form in self.forms:
             if ending.lower() in form.endings:
                 return form
-        known = " or ".join(each for form in self.forms for each in form.endings)
-        raise InputError(f"{self.path}: {ending or 'no'} ending; expected {known}, by which it is written")
+        endings = " or ".join(known_ending for form in self.forms for known_ending in form.endings)
+        raise InputError(f"{self.path}: {ending or 'no'} ending; expected {endings}, by which it is written")
 
 
 def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bool = False) -> None:
-    """Check that outputs break no rule, with the files that the command reads; else it is an InputError.
+    """Raise InputError if an output violates the rules, given the files that the command reads.
 
-    ``force`` also replaces files of other kinds, never one that is read.
+    ``force`` also replaces files of other formats, but never a file that is read.
     """
     used = list(reads)
     for output in outputs:
         path = output.path
         check_place(path)
-        if any(is_same(path, other) for other in used):
-            raise InputError(f"{path}: would overwrite what it is made from; choose another name (-o)")
+        if any(is_same(path, read_path) for read_path in used):
+            raise InputError(f"{path}: would overwrite an input of the command; choose another name (-o)")
         form = output.form
         if not force and is_file(path) and path.stat().st_size and not form.is_own(path):
             raise InputError(
-                f"{path}: is there already, and is not {form.name}, so that it is not replaced; choose another name, "
+                f"{path}: exists already and is not {form.name}, so that it is not replaced; choose another name, "
                 "or give --force (in Python force=True)"
             )
         used.append(path)
 
 
 def check_place(path: Path) -> None:
-    """Check that a regular file may stand under a name, in a folder that is there; else it is an InputError."""
+    """Raise InputError unless a regular file can be written under a name in an existing folder."""
     try:
         is_folder, has_place = path.is_dir(), path.parent.is_dir()
     except (OSError, ValueError) as error:
@@ -71,11 +71,11 @@ def check_place(path: Path) -> None:
         raise InputError(f"{path}: is a folder; expected the name of a file to write")
     check_replaceable(path)
     if not has_place:
-        raise InputError(f"{path}: there is no folder {path.parent}; make it first")
+        raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
 
 
 def is_same(path: Path, other: Path) -> bool:
-    """Return whether two names are of one file, by device and inode where it is there, else as they are written."""
+    """Return True if two paths denote one file: by device and inode if it exists, otherwise by name."""
     try:
         return path.absolute() == other.absolute() or path.samefile(other)
     except (OSError, ValueError):
@@ -83,29 +83,29 @@ def is_same(path: Path, other: Path) -> bool:
 
 
 def netcdf(name: str, *contents: str) -> OutputFormat:
-    """Return the form of a netCDF file with one of these as attribute ``content``; without any, of a history."""
+    """Return the format of netCDF files with one of these values of ``content``; by default the format of a history."""
     return OutputFormat(name, (".nc",), lambda path: _content(path) in (contents or ("",)))
 
 
 def marked(name: str, *endings: str, mark: bytes = MARK) -> OutputFormat:
-    """Return the form of a file that names this program at one of its ends."""
-    return OutputFormat(name, endings, lambda path: mark in _ends(path))
+    """Return the format of files that name this program near one of their ends."""
+    return OutputFormat(name, endings, lambda path: mark in _read_ends(path))
 
 
 def csv_table(name: str, *headers: str) -> OutputFormat:
-    """Return the form of a table (CSV) with a header that begins with these names of columns, without units."""
+    """Return the format of tables (CSV) whose header starts with these column names, without units."""
 
     def is_own(path: Path) -> bool:
-        line, end, _ = beginning(path, LOOKED_AT).partition(b"\r\n")
+        line, line_end, _ = beginning(path, LOOKED_AT).partition(b"\r\n")
         cells = line.decode("utf-8", "replace").split(",")
         names = ",".join(cell.partition(" ")[0] for cell in cells) + ","
-        return bool(end) and any(names.startswith(f"{header},") for header in headers)
+        return bool(line_end) and any(names.startswith(f"{header},") for header in headers)
 
     return OutputFormat(name, (".csv",), is_own)
 
 
-def unmarked(name: str, *endings: str) -> OutputFormat:
-    """Return the form of a file without a mark of this program: an existing one is replaced by force alone."""
+def format_without_mark(name: str, *endings: str) -> OutputFormat:
+    """Return the format of files without a mark of this program, which are replaced by force only."""
     return OutputFormat(name, endings, lambda _: False)
 
 
@@ -114,34 +114,34 @@ LOG = marked("the log of a run", ".history", mark=b"CREATE TABLE chain (number I
 PICTURE = marked("a picture of historysim", ".png", ".pdf", ".svg")
 PAGE = marked("a page of historysim", ".html", ".htm")
 FITTED = marked("a fitted scenario", ".toml", mark=b"# fitted")
-SUGGESTED = unmarked("a scenario to start from", ".toml")
+SUGGESTED = format_without_mark("a scenario to start from", ".toml")
 
 
-def _ends(path: Path) -> bytes:
+def _read_ends(path: Path) -> bytes:
     try:
         with path.open("rb") as stream:
-            first = stream.read(LOOKED_AT)
+            head = stream.read(LOOKED_AT)
             stream.seek(max(stream.seek(0, 2) - LOOKED_AT, 0))
-            return first + stream.read(LOOKED_AT)
+            return head + stream.read(LOOKED_AT)
     except OSError:
         return b""
 
 
 def _content(path: Path) -> str | None:
-    """Return the attribute ``content`` of a file of this program, empty where it has none; None of any other."""
+    """Return the attribute ``content`` of a netCDF file of this program, empty if it has none; None for other files."""
     if not is_netcdf(path):
         return None
     import netCDF4
 
     from historysim.basics.hdf5 import check_contained
 
-    # damaged, or of another form, where it cannot be opened
+    # a file that cannot be opened is damaged or has another format
     with suppress(OSError, RuntimeError, AttributeError, InputError):
         check_contained(path)
         with netCDF4.Dataset(path) as file:
-            known = {
+            attributes = {
                 name: str(file.getncattr(name)) for name in ("source", "history", "content") if name in file.ncattrs()
             }
-            if "historysim_version" in file.ncattrs() or any("historysim" in text for text in known.values()):
-                return known.get("content", "")
+            if "historysim_version" in file.ncattrs() or any("historysim" in text for text in attributes.values()):
+                return attributes.get("content", "")
     return None

@@ -1,6 +1,6 @@
-"""Quantities with units, read and written at the boundary only: inside, all is floats in SI.
+"""Quantities with units, converted at the boundary only: internal values are floats in SI.
 
-Plain SI units with prefixes, and their products, are read here; pint names the others.
+SI units with prefixes, and their products, are parsed here; pint parses other units.
 """
 
 import functools
@@ -16,7 +16,7 @@ from typing import Any, Protocol
 
 from historysim.errors import InputError, UnlikelyValueWarning
 
-# what a message calls a quantity of this SI unit, and a unit that it may come in
+# noun in messages for a quantity of this SI unit, and a sample unit
 _KINDS = {
     "N": ("a force", "mN"),
     "m": ("a length", "nm"),
@@ -53,31 +53,31 @@ _NAMES = {
     "kg": "mass",
     "rad": "rotation",
 }
-# The SI unit of arguments of functions, which also take strings with units: a name means one thing in all of them.
+# SI unit of function arguments, which also accept strings with units; a name has one meaning in all functions.
 UNIT_OF = {name: unit for unit, names in _NAMES.items() for name in names.split()}
 
 _PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-# "10 500 N" and "1,5 N" must not pass as the unit 500 N or a product with 5 N
+# "10 500 N" and "1,5 N" must not be parsed as the unit 500 N or a product with 5 N
 _STRAY_NUMBER = re.compile(r"(?:^|[\s*/.,·(@])[+-]?[\d.,]")
 
 
 def is_number(value: object) -> bool:
-    """Return whether a value is a real number of Python or numpy; no bool is."""
-    # a long record makes events of a hundred thousand floats
+    """Return True if a value is a real number of Python or numpy, but not a bool."""
+    # fast path: a long record has events with a hundred thousand floats
     return type(value) is float or (isinstance(value, Real) and not isinstance(value, bool))
 
 
 def as_float(value: float) -> float:
-    """Return any kind of number as a float, one too large for it as infinite; anything else unchanged.
+    """Convert a number of any type to a float, infinite on overflow; return other values unchanged.
 
-    For attrs converters: the validator that follows knows the name of the field.
+    For attrs converters: the subsequent validator knows the name of the field.
     """
     if type(value) is float:
         return value
-    given: Any = value
-    number = given.item() if getattr(given, "ndim", None) == 0 else given
+    scalar: Any = value
+    number = scalar.item() if getattr(scalar, "ndim", None) == 0 else scalar
     try:
         return float(number) if is_number(number) else value
     except OverflowError:
@@ -85,50 +85,52 @@ def as_float(value: float) -> float:
 
 
 class PhysicalQuantity(Protocol):
-    """A number or an array with its unit, as pint's ``Quantity``."""
+    """Number or array with a unit, such as ``Quantity`` of pint."""
 
     @property
     def magnitude(self) -> Any:
-        """The number."""
+        """Numerical value."""
 
     def to(self, unit: str, /) -> Any:
-        """Return the same in another unit."""
+        """Convert to another unit."""
 
 
 def in_si(value: Any, unit: str) -> Any:
-    """Return strings with units, and quantities of pint, or lists of them, in an SI unit; anything else unchanged."""
+    """Convert strings with units and pint quantities, or lists of them, to an SI unit; keep other values."""
     if type(value) is float:
         return value
     if isinstance(value, str):
         return quantity(value, unit)
     if has_unit(value):
-        # "J m-2" in the notation of pint: it has powers after two asterisks
+        # "J m-2" in the notation of pint, with ** for powers
         notation = "dimensionless" if unit == "1" else re.sub(r"([A-Za-z])(-?\d)", r"\1**\2", unit).replace(" ", "*")
         try:
-            # a quantity may hold a decimal or a fraction
+            # the magnitude may be a decimal or a fraction
             return as_float(value.to(notation).magnitude)
-        # pint's errors derive from one of these
+        # errors of pint derive from one of these
         except (TypeError, ValueError, AttributeError):
-            raise InputError(f"{_shown(str(value))} has another unit; expected {_in_unit(unit)}") from None
-    several = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
-    if isinstance(several, list | tuple) and not all(map(is_number, several)):
-        return [in_si(one, unit) for one in several]
-    return several
+            raise InputError(
+                f"{_abbreviate(str(value))} has another unit; expected {_describe_with_unit(unit)}"
+            ) from None
+    values = value.tolist() if getattr(getattr(value, "dtype", None), "kind", "") == "U" else value
+    if isinstance(values, list | tuple) and not all(map(is_number, values)):
+        return [in_si(element, unit) for element in values]
+    return values
 
 
 def has_unit(value: object) -> bool:
-    """Return whether a value is a `PhysicalQuantity`."""
+    """Return True if a value is a `PhysicalQuantity`."""
     return hasattr(value, "magnitude") and hasattr(value, "to")
 
 
-def each_of(convert: Callable[[Any], Any], value: Any) -> Any:
-    """Return a number converted, or those of a list, as a tuple; for attrs converters."""
-    several = isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1
-    return tuple(map(convert, value)) if several else convert(value)
+def convert_each(convert: Callable[[Any], Any], value: Any) -> Any:
+    """Convert a number, or each number of a list to a tuple; for attrs converters."""
+    is_list = isinstance(value, list | tuple) or getattr(value, "ndim", 0) == 1
+    return tuple(map(convert, value)) if is_list else convert(value)
 
 
-# Converters of attrs fields, named for the unit, since type checkers want a function. They return a number in SI, and
-# what is no number, string or quantity unchanged, as `as_float` does.
+# Converters of attrs fields, one function per unit for type checkers. They return a number in SI, and values other than
+# numbers, strings and quantities unchanged, as `as_float` does.
 
 
 def newtons(value: float | str | PhysicalQuantity) -> float:
@@ -172,7 +174,7 @@ def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
 
 
 def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
-    """Warn that ``what`` is implausible in its SI unit, where ``sample`` may have been meant."""
+    """Warn that an implausible value in an SI unit may have been meant in another unit, such as ``sample``."""
     meant = f"did you mean a unit, as in '{sample:g} {_kind(unit)[1]}'?"
     warnings.warn(
         f"{what}, which is implausible: numbers are in {unit}; {meant}",
@@ -182,81 +184,81 @@ def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) 
 
 
 def quantity(value: float | str, unit: str) -> float:
-    """Return a number, which is in SI, or a string of a number and a unit, such as ``"50 mN"``, in an SI unit.
+    """Convert a string with a unit, such as ``"50 mN"``, to an SI unit; a number is already in SI.
 
-    A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``. A plain number (``"1"``) takes no
-    string. Anything else, another dimension, or what is not finite is an InputError.
+    A decimal string gives the float nearest to its SI value: ``"70 mN"`` is ``0.07``. A plain number (``"1"``) must not
+    be a string. InputError for other types, another dimension, or a number that is not finite.
     """
     if is_number(value):
         return _finite(value, value)
     if unit == "1" or not isinstance(value, str):
         plain = " such as 0.2, without quotes or a unit" if unit == "1" else ""
-        given = "string" if isinstance(value, str) else type(value).__name__
-        raise InputError(f"{_shown(value)} is a {given}; expected {_in_unit(unit)}{plain}")
+        type_name = "string" if isinstance(value, str) else type(value).__name__
+        raise InputError(f"{_abbreviate(value)} is a {type_name}; expected {_describe_with_unit(unit)}{plain}")
     kind, sample = _kind(unit)
     string = value.strip()
     match = _NUMBER.match(string)
     unit_text = string[match.end() :].strip() if match else ""
     if match is None or _STRAY_NUMBER.search(unit_text):
         raise InputError(
-            f"{_shown(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a decimal "
-            "point and no separators between thousands"
+            f"{_abbreviate(value)} is not one number and its unit; expected {kind} such as '50 {sample}', with a "
+            "decimal point and no separators between thousands"
         )
     number = match.group()
     plain_number = _finite(number, value)
     if not unit_text:
         raise InputError(
-            f"{_shown(value)} has no unit; expected {kind}: write the plain number {plain_number!r} for SI, or "
+            f"{_abbreviate(value)} has no unit; expected {kind}: write the plain number {plain_number!r} for SI, or "
             f"'{plain_number!r} {unit}'"
         )
     try:
         factor = conversion_factor(unit_text, unit)
     except InputError as error:
-        raise InputError(f"{_shown(value)}: {error}") from None
+        raise InputError(f"{_abbreviate(value)}: {error}") from None
     if plain_number == 0:
         return 0.0
-    # the product of the decimals, rounded once, is the very float of the same quantity written in SI
+    # the product of decimals is rounded once, so it equals the float of the same quantity written in SI
     return _finite(Decimal(number) * Decimal(repr(factor)), value)
 
 
 def conversion_factor(unit_text: str, unit: str) -> float:
-    """Return the positive factor that takes numbers in a unit, such as ``"mN"`` or ``"0.1 µm"``, to an SI unit.
+    """Return the positive factor from a unit, such as ``"mN"`` or ``"0.1 µm"``, to an SI unit.
 
-    A unit that is unknown, of another dimension, or with an offset such as celsius, is an InputError.
+    InputError if the unit is unknown, has another dimension, or an offset, such as celsius.
     """
     kind, sample = _kind(unit)
-    shown, expected = _shown(unit_text), f"expected a unit such as {sample}"
+    text, expected = _abbreviate(unit_text), f"expected a unit such as {sample}"
     if not (isinstance(unit_text, str) and unit_text.strip() and unit_text.isprintable()):
-        raise InputError(f"{shown} is not a unit; {expected}")
+        raise InputError(f"{text} is not a unit; {expected}")
     try:
-        given, of = _product(unit_text)
+        size, dimension = _product(unit_text)
     except LookupError as error:
-        raise InputError(f"{shown} {error.args[0]}; {_meant(unit_text, unit)}") from None
+        raise InputError(f"{text} {error.args[0]}; {_suggest_unit(unit_text, unit)}") from None
     except ZeroDivisionError:
-        raise InputError(f"{shown} divides by 0; {expected}") from None
-    si, wanted = _product(unit)
-    if of != wanted:
-        signal = any(of == _product(each)[1] for each in ("V", "A"))
-        meant = f"; for the signal of a sensor write what 1 {unit_text} stands for, as '2.5 {sample}'" if signal else ""
-        raise InputError(f"{shown} is not a unit of {kind}; {expected}{meant}")
+        raise InputError(f"{text} divides by 0; {expected}") from None
+    si, si_dimension = _product(unit)
+    if dimension != si_dimension:
+        signal = any(dimension == _product(symbol)[1] for symbol in ("V", "A"))
+        meant = f"; for the signal of a sensor write the value of 1 {unit_text}, as '2.5 {sample}'" if signal else ""
+        raise InputError(f"{text} is not a unit of {kind}; {expected}{meant}")
     try:
-        factor = float(given / si)
+        factor = float(size / si)
     except OverflowError:
         factor = math.inf
     if not 0 < factor < math.inf:
-        raise InputError(f"{shown} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
+        raise InputError(f"{text} is {factor:g} {unit}; expected a positive, finite unit such as {sample}")
     return factor
 
 
-_Dimension = dict[str, Fraction]  # powers of base units, by their names in pint
+_Dimension = dict[str, Fraction]  # exponents of base units, by their names in pint
 _Unit = tuple[Fraction, _Dimension]
 
-# Units that take prefixes: what most data have, for which pint is not loaded.
+# Units with prefixes, which cover most data without loading pint.
 _BASES = {"m": "meter", "kg": "kilogram", "s": "second", "A": "ampere", "K": "kelvin", "rad": "radian"}
 _PREFIXED = {**dict.fromkeys("msAK"), "rad": None, "g": "1e-3 kg", "Hz": "s-1", "N": "kg m s-2", "Pa": "N m-2"}
 _PREFIXED |= {"J": "N m", "W": "J s-1", "V": "W A-1"}
-# What else instruments write, without prefixes, and what pint means otherwise: there mil is an angle, rpm 2 π radians a
-# minute, and nmile a billionth of a mile.
+# Other units of instruments, without prefixes, and units that pint defines differently: mil as an angle, rpm as 2 π
+# radians a minute, and nmile as a billionth of a mile.
 _DEFINED = {
     "%": "0.01",
     "min": "60 s",
@@ -293,7 +295,7 @@ _RAISED = str.maketrans("⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "+-0123456789")
 
 
 def is_unit(text: str) -> bool:
-    """Return whether a string is a unit, also one with an offset."""
+    """Return True if a string is a unit, including units with an offset."""
     try:
         _product(text)
     except _OffsetError:
@@ -304,7 +306,7 @@ def is_unit(text: str) -> bool:
 
 
 def is_common(text: str) -> bool:
-    """Return whether a string is a unit that instruments write, such as ``"mN"`` or ``"lbf"``: pint is not asked."""
+    """Return True if a string is a common unit of instruments, such as ``"mN"`` or ``"lbf"``, without using pint."""
     try:
         return bool(_product(text, _common)[1]) or text == "%"
     except LookupError:
@@ -312,10 +314,10 @@ def is_common(text: str) -> bool:
 
 
 def _product(text: str, named: Callable[[str], _Unit] | None = None) -> _Unit:
-    """Return a unit such as ``"mJ m-2"`` as a multiple of base units, and their powers; LookupError: not a unit."""
-    named = named or _named
+    """Parse a unit such as ``"mJ m-2"`` into a factor and exponents of base units; LookupError if it is not a unit."""
+    named = named or _look_up
     factor, powers = Fraction(1), _Dimension()
-    # the sign of the next power; one more for each bracket that is open
+    # sign of the next exponent, and of each open bracket
     sign, outer, at = 1, [1], 0
     while at < len(text):
         term = _TERM.match(text, at)
@@ -333,13 +335,13 @@ def _product(text: str, named: Callable[[str], _Unit] | None = None) -> _Unit:
             factor *= Fraction(term["number"]) ** (sign * outer[-1])
             sign = 1
         elif term["name"]:
-            one, of = named(term["name"])
+            size, dimension = named(term["name"])
             raised = Fraction((term["power"] or "1").translate(_RAISED).lstrip("^*"))
             power = raised * sign * outer[-1] / (2 if term["root"] else 1)
-            # a root is of a metre, mostly, and that of a millimetre is no fraction
-            factor *= one ** int(power) if power.denominator == 1 else Fraction(float(one) ** float(power))
-            for base, each in of.items():
-                powers[base] = powers.get(base, 0) + each * power
+            # the root of a prefixed unit, such as a millimetre, is not a fraction
+            factor *= size ** int(power) if power.denominator == 1 else Fraction(float(size) ** float(power))
+            for base, exponent in dimension.items():
+                powers[base] = powers.get(base, 0) + exponent * power
             sign = 1
     if sign != 1 or len(outer) > 1:
         raise LookupError(_UNKNOWN)
@@ -350,24 +352,24 @@ _UNKNOWN = "is not a known unit"
 
 
 class _OffsetError(LookupError):
-    """A unit that no factor converts, such as celsius."""
+    """Unit with an offset, such as celsius, which a factor cannot convert."""
 
 
 @functools.cache
-def _named(name: str) -> _Unit:
-    """Return the unit of a name; LookupError: there is none."""
+def _look_up(name: str) -> _Unit:
+    """Look up a unit by its name; LookupError if it is unknown."""
     with suppress(LookupError):
         return _common(name)
     pint, registry = _pint()
-    # names have any case, as "Newton", symbols their own
+    # names may have any case, as "Newton"; the case of symbols is significant
     for spelling in (name, name.replace("_", ""), name.lower() if len(name) > 3 else name):
         try:
-            one, zero = (registry.Quantity(Decimal(number), spelling).to_base_units() for number in (1, 0))
+            size, zero = (registry.Quantity(Decimal(number), spelling).to_base_units() for number in (1, 0))
         except (pint.PintError, AttributeError, TypeError, ValueError, ArithmeticError):
             continue
         if zero.magnitude != 0:
             raise _OffsetError(f"does not start from zero (0 {name} is {zero:~g}), so no factor converts it")
-        return Fraction(one.magnitude), {base: Fraction(each) for base, each in one.unit_items()}
+        return Fraction(size.magnitude), {base: Fraction(exponent) for base, exponent in size.unit_items()}
     raise LookupError(_UNKNOWN)
 
 
@@ -377,10 +379,10 @@ def _common(name: str) -> _Unit:
     word = name if len(name) <= 3 or name in _DEFINED else name.lower().removesuffix("s")
     if word in _DEFINED:
         return _product(_DEFINED[word], _common)
-    for own, meaning in _PREFIXED.items():
-        ten = _POWERS_OF_TEN.get(name.removesuffix(own)) if name.endswith(own) else None
+    for symbol, meaning in _PREFIXED.items():
+        ten = _POWERS_OF_TEN.get(name.removesuffix(symbol)) if name.endswith(symbol) else None
         if ten is not None:
-            factor, powers = _product(meaning or own, _common)
+            factor, powers = _product(meaning or symbol, _common)
             return factor * Fraction(10) ** ten, powers
     raise LookupError(_UNKNOWN)
 
@@ -392,16 +394,16 @@ def _pint() -> tuple[Any, Any]:
     return pint, pint.UnitRegistry(non_int_type=Decimal)
 
 
-def _meant(text: str, unit: str) -> str:
-    """Return what to write in place of an unknown unit: the one that differs by its capitals, else a sample."""
+def _suggest_unit(text: str, unit: str) -> str:
+    """Suggest a replacement of an unknown unit: a unit that differs by capitals only, otherwise a sample."""
     near = [f"{prefix}{unit}" for prefix in _POWERS_OF_TEN if f"{prefix}{unit}".lower() == text.strip().lower()]
     if near and unit in _PREFIXED:
         return f"did you mean {' or '.join(map(repr, near))}?"
-    return f"expected a unit such as {_kind(unit)[1]}, with its capitals as they are: mN is not MN"
+    return f"expected a unit such as {_kind(unit)[1]}, with its exact capitals: mN is not MN"
 
 
 class QuantityText(str):
-    """A quantity as a string that keeps its value and its SI unit."""
+    """Formatted quantity with its value and SI unit as attributes."""
 
     __slots__ = ("unit", "value")
     value: float
@@ -409,9 +411,9 @@ class QuantityText(str):
 
 
 def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
-    """Return a quantity, or a vector in parentheses, with the prefix that leaves one to three digits: ``"90 mN"``."""
+    """Format a quantity, or a vector in parentheses, with a prefix for one to three integer digits: ``"90 mN"``."""
     if isinstance(value, tuple) or getattr(value, "ndim", 0) == 1:
-        return f"({', '.join(quantity_text(each, unit, digits) for each in value)})"
+        return f"({', '.join(quantity_text(component, unit, digits) for component in value)})"
     factor, symbol = scaled(value, unit)
     text = QuantityText(f"{value * factor:.{digits}g}{symbol}")
     text.value, text.unit = float(value), unit
@@ -419,30 +421,30 @@ def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
 
 
 def range_text(low: float, high: float, unit: str) -> str:
-    """Return the range of a quantity: ``"1 µm to 2.5 mm"``, or one value where there is but one."""
-    first, last = quantity_text(low, unit), quantity_text(high, unit)
-    return first if first == last else f"{first} to {last}"
+    """Format the range of a quantity: ``"1 µm to 2.5 mm"``, or one value if both are equal."""
+    low_text, high_text = quantity_text(low, unit), quantity_text(high, unit)
+    return low_text if low_text == high_text else f"{low_text} to {high_text}"
 
 
 def duration_text(seconds: float) -> str:
-    """Return a time [s] as a string in its usual unit: ``"12.5 min"``."""
-    for unit, length, least in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
-        if seconds >= least:
+    """Format a time [s] in its usual unit: ``"12.5 min"``."""
+    for unit, length, threshold in (("h", 3600.0, 7200.0), ("min", 60.0, 600.0)):
+        if seconds >= threshold:
             return f"{seconds / length:.4g} {unit}"
     return f"{seconds:.4g} s" if seconds >= 1 else quantity_text(seconds, "s")
 
 
 def scaled(value: float, unit: str) -> tuple[float, str]:
-    """Return the factor from SI to the unit with a prefix, and that unit after a space: ``" mN"``."""
+    """Return the factor from SI to a prefixed unit, and that unit after a space: ``" mN"``."""
     if unit in {"1", ""}:
         return 1.0, ""
-    # a prefix would be raised to the power of a unit such as m2, too
-    factor, prefix = (1.0, "") if unit.split(maxsplit=1)[0][-1].isdigit() else prefixed(value)
+    # the exponent of a unit such as m2 would apply to a prefix as well
+    factor, prefix = (1.0, "") if unit.split(maxsplit=1)[0][-1].isdigit() else choose_prefix(value)
     return factor, f" {prefix}{'N/m' if unit == 'N m-1' else unit}"
 
 
-def prefixed(value: float) -> tuple[float, str]:
-    """Return the factor to multiply a value by, and the SI prefix that goes with it."""
+def choose_prefix(value: float) -> tuple[float, str]:
+    """Return the factor for a value and the corresponding SI prefix."""
     magnitude = abs(value)
     if not (math.isfinite(magnitude) and magnitude > 0):
         return 1.0, ""
@@ -451,14 +453,14 @@ def prefixed(value: float) -> tuple[float, str]:
     return 10.0**-exponent, _PREFIXES[exponent]
 
 
-def what_is_expected(unit: str) -> str:
-    """Return what a key of a scenario in an SI unit takes: ``"a length such as '50 nm'"``."""
+def describe_expected(unit: str) -> str:
+    """Describe the expected value of a key in an SI unit: ``"a length such as '50 nm'"``."""
     kind, sample = _kind(unit)
     return f"{kind} such as 0.2" if unit == "1" else f"{kind} such as '50 {sample}'"
 
 
-def _in_unit(unit: str) -> str:
-    """Return what a message expects where no string can help: ``"a force in N, or as a string such as '50 mN'"``."""
+def _describe_with_unit(unit: str) -> str:
+    """Describe the expected value where a number is accepted: ``"a force in N, or as a string such as '50 mN'"``."""
     kind, sample = _kind(unit)
     return kind if unit == "1" else f"{kind} in {unit}, or as a string such as '50 {sample}'"
 
@@ -467,18 +469,18 @@ def _kind(unit: str) -> tuple[str, str]:
     return _KINDS.get(unit, (f"a quantity in {unit}", unit))
 
 
-def _finite(number: float | Decimal | str, given: object) -> float:
+def _finite(number: float | Decimal | str, original: object) -> float:
     try:
         result = float(number)
     except OverflowError:
         raise InputError("an integer beyond the largest float; expected less than 1.8e308 in SI") from None
     if not math.isfinite(result):
         raise InputError(
-            f"{_shown(given)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
+            f"{_abbreviate(original)} is not a finite number that a float can hold; expected less than 1.8e308 in SI"
         )
     return result
 
 
-def _shown(given: object) -> str:
-    text = repr(given)
+def _abbreviate(value: object) -> str:
+    text = repr(value)
     return text if len(text) <= 60 else f"{text[:60]}…"

@@ -1,4 +1,4 @@
-"""What users read: words of messages, notices and progress, findings, and lines and tables of a terminal."""
+"""User-facing text: words of messages, notices and progress, findings, and lines and tables of a terminal."""
 
 import itertools
 import json
@@ -14,40 +14,40 @@ import attrs
 
 
 def nearest(word: str, known: Collection[str]) -> str:
-    """Return what to write in place of an unknown word: the nearest known one, else all of them."""
+    """Suggest a replacement of an unknown word: the nearest known word, otherwise all known words."""
     import difflib
 
-    plain = {each.lower(): each for each in reversed([*known])}
+    plain = {candidate.lower(): candidate for candidate in reversed([*known])}
     match = difflib.get_close_matches(word.lower(), plain, n=1) if len(word) > 1 else []
-    # a word of a name of several, such as "stiffness" of "tangential-stiffness"
-    match = match or [each for each in plain if len(word) > 3 and word.lower() in each]
+    # part of a compound name, such as "stiffness" of "tangential-stiffness"
+    match = match or [candidate for candidate in plain if len(word) > 3 and word.lower() in candidate]
     if match:
-        return f"did you mean {' or '.join(repr(plain[each]) for each in match[:2])}?"
+        return f"did you mean {' or '.join(repr(plain[candidate]) for candidate in match[:2])}?"
     return f"expected one of {listed(known)}" if known else "none is expected here"
 
 
 def shell_word(path: object) -> str:
-    """Return a file name as one word of a shell command, quoted where that is needed; never an option."""
+    """Return a file name as one argument of a shell command, quoted if necessary, and never an option."""
     import shlex
 
     name = str(path)
     return shlex.quote(f"./{name}" if name.startswith("-") else name)
 
 
-MOST_NAMED = 100  # words that a message names
+MOST_NAMED = 100  # largest number of words listed in a message
 
 
 def listed(words: Collection[str]) -> str:
-    """Return words with commas between them, of very many the first ones and how many more there are."""
-    first = ", ".join(itertools.islice(words, MOST_NAMED))
-    return f"{first}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else first
+    """Join words by commas; a long list is cut, with the number of remaining words."""
+    text = ", ".join(itertools.islice(words, MOST_NAMED))
+    return f"{text}, and {len(words) - MOST_NAMED:,} more" if len(words) > MOST_NAMED else text
 
 
 def shown(value: object) -> str:
-    """Return a given value in brief and in the words of TOML and JSON."""
+    """Return a short form of a value in the notation of TOML and JSON."""
     if isinstance(value, bool):
         return str(value).lower()
-    # Python refuses to print integers of some thousand digits
+    # Python does not convert integers of several thousand digits
     if isinstance(value, int) and value.bit_length() > 64:
         return f"an integer of {value.bit_length()} bits"
     if isinstance(value, str):
@@ -58,21 +58,23 @@ def shown(value: object) -> str:
 
 
 def brief(value: object) -> str:
-    """Return a value of Python in one line: as it is written where that is short, else its type."""
+    """Return a Python value in one line: its repr if that is short, otherwise its type."""
     text = repr(value)
     return text if len(text) <= 120 and "\n" not in text else f"of the type {type(value).__name__}"
 
 
 def counted(count: int, one: str, several: str) -> str:
-    """Return a number and what it counts: ``"1 asperity"``, ``"40,000 asperities"``."""
+    """Return a number with its noun: ``"1 asperity"``, ``"40,000 asperities"``."""
     return f"{count:,} {one if count == 1 else several}"
 
 
 def printable(text: str) -> str:
-    """Return a text with what would steer a terminal, or turn a line round, as Python writes it in a text."""
+    """Escape control and bidirectional characters of a text, as Python writes them."""
     if text.isprintable():
         return text
-    return "".join(each if _is_plain(each) else each.encode("unicode_escape").decode() for each in text)
+    return "".join(
+        character if _is_plain(character) else character.encode("unicode_escape").decode() for character in text
+    )
 
 
 def _is_plain(character: str) -> bool:
@@ -80,7 +82,7 @@ def _is_plain(character: str) -> bool:
 
 
 def columns(rows: Sequence[Sequence[str]]) -> str:
-    """Return a table, column under column."""
+    """Format a table with aligned columns."""
     rows = [[printable(text) for text in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     return "\n".join(
@@ -89,7 +91,7 @@ def columns(rows: Sequence[Sequence[str]]) -> str:
 
 
 def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> str:
-    """Return a table as HTML; the first text of each row is its label."""
+    """Format a table as HTML; the first cell of each row is its label."""
     head = f"<thead><tr>{_cells('th', heading)}</tr></thead>" if heading else ""
     body = "".join(f"<tr>{_cells('th', row[:1])}{_cells('td', row[1:])}</tr>" for row in rows)
     return f"<table>{head}<tbody>{body}</tbody></table>"
@@ -102,7 +104,7 @@ def _cells(tag: str, texts: Iterable[str]) -> str:
 
 
 class Lines(tuple[tuple[str, str], ...]):
-    """Labels and what belongs to them, which print and show themselves in two columns."""
+    """Lines of label and text, which print and display as two columns."""
 
     __slots__ = ()
 
@@ -115,26 +117,26 @@ class Lines(tuple[tuple[str, str], ...]):
 
 @attrs.frozen
 class Finding:
-    """An assumption of the model that does not hold."""
+    """Assumption of the model that does not hold."""
 
-    name: str  #: which one, in a word
+    name: str  #: short name of the assumption
     value: float
-    limit: float  #: the value at which it is no longer assumed to hold
-    text: str  #: both in a line, with a remedy
+    limit: float  #: value beyond which it is not assumed to hold
+    text: str  #: message with value, limit and remedy
 
 
 def written_findings(findings: Iterable[Finding]) -> str:
-    """Return findings as JSON, one on each line."""
+    """Format findings as JSON, one per line."""
     lines = (json.dumps(attrs.asdict(finding), ensure_ascii=False) for finding in findings)
     return "[\n" + ",\n".join(lines) + "\n]"
 
 
 def read_findings(text: str) -> tuple[Finding, ...]:
-    """Return the findings of what `written_findings` gives."""
+    """Parse findings from the output of `written_findings`."""
     return tuple(Finding(**entry) for entry in json.loads(text))
 
 
-Notify = Callable[[str], None]  # takes a notice, a sentence for the user
+Notify = Callable[[str], None]  # receives a notice, a sentence for the user
 
 
 def silent(_: str) -> None:
@@ -148,13 +150,13 @@ def warn(notice: str) -> None:
 
 @contextmanager
 def progress_bar(shown: bool, unit: str, total: int | None = None, **options: Any) -> Iterator[Callable[..., object]]:
-    """Show a bar of tqdm where standard error is a terminal; yield a function of units done, and of how many."""
+    """Show a tqdm progress bar if standard error is a terminal; yield a function of completed units and their total."""
     if not (shown and sys.stderr is not None and sys.stderr.isatty()):
         yield lambda *_: None
         return
     from tqdm import tqdm
 
-    # tqdm's own lock is shared with forked processes: if one is killed while it has it, all others wait for ever
+    # the default lock of tqdm is shared with forked processes, which deadlock if its holder is killed
     tqdm.set_lock(threading.RLock())
     tqdm.monitor_interval = 0
     with tqdm(unit=unit, total=total, **options) as bar:

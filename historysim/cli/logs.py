@@ -7,14 +7,16 @@ from typing import Any
 import click
 
 from historysim.basics.files import is_log, replacing
-from historysim.basics.targets import LOG, PICTURE, RESULT, unmarked
+from historysim.basics.targets import LOG, PICTURE, RESULT, format_without_mark
 from historysim.basics.wording import counted
 from historysim.cli import options
 from historysim.cli.ending import Ended
 from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 
-TABLE_OF_EVENTS = unmarked("a table that says who wrote it", ".csv")  # tables of events are written by hand, too
+TABLE_OF_EVENTS = format_without_mark(
+    "a table that says who wrote it", ".csv"
+)  # tables of events are written by hand, too
 # What is shown of a state, by units.
 TOTALS = {
     "N": ("normal_load", "tangential_load"),

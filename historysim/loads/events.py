@@ -10,7 +10,7 @@ import attrs
 from historysim.basics.fields import Force, Length, Numbers, Quantity
 from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import as_float, each_of, in_si, is_number, metres, newtons, seconds
+from historysim.basics.units import as_float, convert_each, in_si, is_number, metres, newtons, seconds
 from historysim.basics.wording import counted, shown
 from historysim.errors import InputError
 
@@ -317,11 +317,11 @@ ACROSS = "_y"  # ends the name of a channel, or of its column, that is the secon
 
 
 def _newtons(value: float | Sequence[float | None]) -> Any:
-    return each_of(lambda each: None if each is None else newtons(each), value)
+    return convert_each(lambda each: None if each is None else newtons(each), value)
 
 
 def _metres(value: float | Sequence[float | None]) -> Any:
-    return each_of(lambda each: None if each is None else metres(each), value)
+    return convert_each(lambda each: None if each is None else metres(each), value)
 
 
 def components_of(value: Any) -> tuple[str, ...]:

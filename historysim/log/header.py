@@ -19,7 +19,7 @@ from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array
 from historysim.basics.limits import at_most, most
-from historysim.basics.units import each_of
+from historysim.basics.units import convert_each
 from historysim.basics.wording import shown
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError, MissingPackageError
@@ -100,7 +100,9 @@ class LogHeader:
             "contact_modulus": ensemble.pair.contact_modulus,
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
-            "lateral_stiffness": each_of(lambda each: None if each == math.inf else each, instrument.lateral_stiffness),
+            "lateral_stiffness": convert_each(
+                lambda each: None if each == math.inf else each, instrument.lateral_stiffness
+            ),
             "substeps": job.substeps,
             "saturate": bool(job.saturate),
             "record": record if isinstance(record, str) else [int(index) for index in record],
@@ -177,7 +179,7 @@ class LogHeader:
     @property
     def instrument(self) -> Instrument:
         """The instrument in series with the contact."""
-        stiffness = each_of(lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"])
+        stiffness = convert_each(lambda value: math.inf if value is None else value, self.settings["lateral_stiffness"])
         names = (*RESOLUTIONS, "parallel_stiffness")
         return Instrument(stiffness, **{name: self.settings[name] for name in names if name in self.settings})
 

@@ -20,7 +20,7 @@ from historysim._version import __version__
 from historysim.basics.fields import one_of
 from historysim.basics.files import replacing, write_errors
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.system import threads_of
+from historysim.basics.system import resolve_threads
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
@@ -65,7 +65,7 @@ class RunOptions:
     resume: bool = False
     snapshot_every: int | None = attrs.field(default=None, validator=_check_interval)
     compression: str = attrs.field(default="none", validator=one_of(*COMPRESSIONS))
-    threads: int | None = attrs.field(default=None, converter=threads_of)
+    threads: int | None = attrs.field(default=None, converter=resolve_threads)
     force: bool = False
     notify: Notify = silent
 

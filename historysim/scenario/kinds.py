@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from historysim.basics.fields import about, fields_of
+from historysim.basics.fields import about, list_fields
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest
 from historysim.errors import InputError
@@ -41,7 +41,7 @@ def kinds(what: str | None = None, name: str | None = None) -> list[tuple[str, s
     if name is None:
         return [(each, _line(registry, kind)) for each, kind in registry.items()]
     kind = registry.named(name)
-    fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in fields_of(kind)]
+    fields = [(field.name, field.text.removeprefix(field.name).strip()) for field in list_fields(kind)]
     return [(name, _line(registry, kind)), *fields]
 
 

@@ -20,11 +20,11 @@ from cattrs.errors import (
 )
 from cattrs.gen import make_dict_structure_fn, override
 
-from historysim.basics.fields import Key, Quantity, unit_in
+from historysim.basics.fields import Key, Quantity, field_unit
 from historysim.basics.files import is_file, what_is_there
 from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
-from historysim.basics.units import what_is_expected
+from historysim.basics.units import describe_expected
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit, path_text
 from historysim.tables import Column, Format, Table, join_tables, read_table
@@ -368,8 +368,8 @@ def _problems(error: BaseException, above: Place = ()) -> Iterator[str]:
 
 def _wanted(kind: Any, place: Place) -> str:  # noqa: ANN401 - a type
     """Return what a key that is missing takes."""
-    if unit := unit_in(kind):
-        return what_is_expected(unit)
+    if unit := field_unit(kind):
+        return describe_expected(unit)
     members = get_args(kind) if get_origin(kind) in {Union, UnionType} else (kind,)
     one = next((each for each in members if each is not NoneType), kind)
     if (len(place) == 1 and one is not str) or get_origin(one) is dict:

@@ -16,7 +16,7 @@ from historysim.basics.fields import (
     Numbers,
     Pressure,
     SurfaceEnergy,
-    fields_of,
+    list_fields,
 )
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError, at, misfit
@@ -142,7 +142,7 @@ class Coefficients:
         """Return what to write in place of an unknown key: it may belong to a law."""
         from historysim.asperities.laws import LAWS
 
-        of_law = any(key == field.name for law in LAWS.values() for field in fields_of(law))
+        of_law = any(key == field.name for law in LAWS.values() for field in list_fields(law))
         return f"it belongs to a law; expected law, one of {', '.join(LAWS)}" if of_law else ""
 
 
@@ -374,7 +374,9 @@ class Sections:
             "rings": (Rings,),
             "materials": (MaterialsSection,),
         }
-        homes = [name for name, of in kinds.items() if any(key == each.name for kind in of for each in fields_of(kind))]
+        homes = [
+            name for name, of in kinds.items() if any(key == each.name for kind in of for each in list_fields(kind))
+        ]
         return f"did you mean {' or '.join(f'{home}.{key}' for home in homes)}?" if homes else ""
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from historysim._version import __version__
-from historysim.basics.fields import unit_in
+from historysim.basics.fields import field_unit
 from historysim.basics.units import quantity
 from historysim.basics.wording import Finding, brief, counted, nearest, read_findings, written_findings
 from historysim.errors import InputError, at
@@ -157,11 +157,11 @@ def find_unit(sections: Sections, key: str) -> str:
         if step not in _fields(section) and step in getattr(section, "by_kind", ("", ()))[1]:
             # of a waypoint: what an event has beside its time
             held, kinds = section.by_kind
-            unit, section = unit_in(type_of_one_value(kinds[step])[0]), getattr(section, held).get(step)
+            unit, section = field_unit(type_of_one_value(kinds[step])[0]), getattr(section, held).get(step)
             continue
         if step not in _fields(section):
             return ""
-        unit = unit_in(_fields(section)[step].type)
+        unit = field_unit(_fields(section)[step].type)
         section = getattr(section, step)
     return unit
 

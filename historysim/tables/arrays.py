@@ -12,7 +12,7 @@ import numpy as np
 from historysim.basics.arguments import Floats
 from historysim.basics.wording import nearest, shown
 from historysim.errors import InputError
-from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, unit_in
+from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, field_unit
 from historysim.tables.lines import MISSING, places_of
 
 Selection = tuple[slice | int, ...]
@@ -52,7 +52,7 @@ class Contents:
         alone = [word for word in (f"{above}{dot}unit", f"{above}{dot}units") if word in self.texts]
         if alone and len(_long(array)) < 2 and sum(each.name.rpartition(".")[0] == above for each in self.arrays) == 1:
             beside += alone
-        units = (array.unit, unit_in(array.name), *(self.texts.get(text) for text in beside))
+        units = (array.unit, field_unit(array.name), *(self.texts.get(text) for text in beside))
         return tuple(unit.strip() for unit in units if unit and unit.strip())
 
 

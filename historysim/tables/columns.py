@@ -211,7 +211,7 @@ _SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
 _ROUNDING = 1e-12
 
 
-def unit_in(name: str) -> str | None:
+def field_unit(name: str) -> str | None:
     """Return the unit in a name: in the last brackets, or at its end after a slash between spaces."""
     return split_unit(name)[1]
 

@@ -10,7 +10,7 @@ import attrs
 from historysim.basics.units import is_common
 from historysim.basics.wording import counted, listed, nearest
 from historysim.errors import InputError
-from historysim.tables.columns import Column, Format, split_unit, unit_in
+from historysim.tables.columns import Column, Format, field_unit, split_unit
 from historysim.tables.lines import (
     Line,
     brief,
@@ -59,7 +59,7 @@ class Heading:
         if isinstance(name, int):
             if name > self.width:
                 raise InputError(f"there is no column {name}; the rows have {self.width} values")
-            if self.mismatch and column.unit is None and any(map(unit_in, self.names)):
+            if self.mismatch and column.unit is None and any(map(field_unit, self.names)):
                 raise InputError(f'{self.mismatch}; and say the unit of column {name}, as in unit = "N"')
             return name - 1
         places = places_of(name, self.names, self.brackets)
@@ -85,7 +85,7 @@ class Heading:
         if self.mismatch:
             return ()
         texts = [line[place] for line in (self.names, self.brackets) if place < len(line)]
-        return tuple(unit for unit in map(unit_in, texts) if unit)
+        return tuple(unit for unit in map(field_unit, texts) if unit)
 
     def title(self, place: int) -> str:
         """Return name and unit of a column, as a message shows what there is."""

@@ -4,7 +4,7 @@ import attrs
 import pytest
 
 from historysim.asperities.laws import LAWS, FrictionLaw, register
-from historysim.basics.fields import Number, at_least, fields_of, markdown
+from historysim.basics.fields import Number, at_least, list_fields, markdown
 from historysim.basics.registry import Registry
 from historysim.errors import InputError, MissingPackageError
 
@@ -96,7 +96,7 @@ def test_an_empty_registry_has_nothing():
 
 
 def test_fields_say_what_they_need():
-    assert [field.text for field in fields_of(LAWS["power"])] == [
+    assert [field.text for field in list_fields(LAWS["power"])] == [
         "coefficient ≥ 0",
         "reference_load [N] > 0",
         "exponent > -1",

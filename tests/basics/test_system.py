@@ -109,11 +109,11 @@ def test_a_byte_is_locked_once(tmp_path):
 @pytest.mark.parametrize(("there", "expected"), [(1, 1), (3, 3), (64, system.MOST_THREADS)])
 def test_by_default_there_is_a_thread_for_each_processor_up_to_a_few(monkeypatch, there, expected):
     monkeypatch.setattr(system, "processors", lambda: there)
-    assert system.threads_of(None) == expected
-    assert system.threads_of(7) == 7
+    assert system.resolve_threads(None) == expected
+    assert system.resolve_threads(7) == 7
 
 
 @pytest.mark.parametrize("given", [0, -1, 2.0, True, "two"])
 def test_what_is_no_number_of_threads_is_refused(given):
     with pytest.raises(InputError, match=r"threads is .*; expected a whole number of 1 or more"):
-        system.threads_of(given)
+        system.resolve_threads(given)

@@ -305,7 +305,7 @@ def test_loops_are_written_drawn_and_read_again(folder):
     assert "friction coefficient" in (folder / "n.svg").read_text(encoding="utf-8")
     check_refusal(call("loops", "l.nc"), 2, "l.nc: is no scenario (.toml) and no result of historysim run")
     check_refusal(call("loops", "ball.history"), 2, "ball.history: is no scenario (.toml) and no result")
-    said = "ball_loops.png: would overwrite what it is made from"
+    said = "ball_loops.png: would overwrite an input of the command"
     check_refusal(call("loops", "ball.nc", "-o", "ball_loops.png", "--plot"), 2, said)
 
 
@@ -443,7 +443,7 @@ def test_events_are_written_to_a_table_and_read_back():
     assert call("append", "fork.history", "later.csv").exit_code == 0
     with hs.EventLog("fork.history") as fork, hs.EventLog("ball.history") as log:
         assert fork.events() == log.events() == read_events(Path("all.csv"))
-    assert "would overwrite what it is made from" in call("log", "ball.history", "--csv", "ball.history").output
+    assert "would overwrite an input of the command" in call("log", "ball.history", "--csv", "ball.history").output
 
 
 def test_a_table_to_append_is_read_as_it_is_said(ran):
@@ -543,7 +543,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite what it is made from"),
+        (["run", "ball.toml", "-o", "./../{name}/ball.toml"], "would overwrite an input of the command"),
         (["run", "ball.toml", "--plot", "-o", "ball.png"], "ball.png: .png ending; expected .nc"),
         (["run"], "Missing argument 'SCENARIO'"),
         (["rnu", "ball.toml"], "No such command 'rnu'"),

@@ -70,7 +70,7 @@ def test_what_is_no_regular_file_is_refused(folder, command):
             assert f"is a {told}" in refused(folder, command, f"{name}{ending}")
         assert "is a socket" in refused(folder, command, f"socket{ending}")
     assert "is a device" in refused(folder, command, "/dev/null")
-    assert "there is no folder" in refused(folder, command, f"none/out{ending}")
+    assert "none does not exist" in refused(folder, command, f"none/out{ending}")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -82,7 +82,7 @@ def test_neither_what_is_read_nor_what_somebody_else_wrote_is_replaced(folder, c
         target = f"other_{name}{ending}"
         os.link(name, target)
         for forced in ([], ["--force"]):
-            assert "would overwrite what it is made from" in refused(folder, command, target, *forced)
+            assert "would overwrite an input of the command" in refused(folder, command, target, *forced)
     (folder / f"link{ending}").symlink_to("victim")
     assert "is a link" in refused(folder, command, f"link{ending}")
     (folder / f"photo{ending}").write_bytes(b"\x89PNG, or whatever else somebody keeps here\r\n")

@@ -34,7 +34,7 @@ def test_json_has_all_numbers(model, tmp_path):
 def test_every_format_states_its_bound_and_replaces_only_its_own_files(model, tmp_path, extension):
     path = tmp_path / f"contact{extension}"
     path.write_text("mine", encoding="utf-8")
-    with pytest.raises(hs.InputError, match="is there already"):
+    with pytest.raises(hs.InputError, match="exists already"):
         model.write(path)
     model.write(path, force=True)
     model.write(path)

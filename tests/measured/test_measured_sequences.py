@@ -198,7 +198,7 @@ def test_records_that_do_not_do(folder, command, changes, message):
     ("arguments", "message"),
     [
         (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml"),
-        (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite what it is made from"),
+        (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite an input of the command"),
         (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: skip is -1; expected a whole number of loops"),
         (("loops", "s.toml", "--dead-band", "5 N"), "--dead-band: '5 N': 'N' is not a unit of a length"),
         (("loops", "measured.csv"), "measured.csv: is no scenario (.toml) and no result of historysim run"),

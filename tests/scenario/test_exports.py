@@ -281,4 +281,4 @@ def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypa
         assert done.exit_code == 0, done.output
     again = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])
     assert again.exit_code == 2
-    assert "is there already" in again.output
+    assert "exists already" in again.output

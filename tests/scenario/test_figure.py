@@ -195,7 +195,7 @@ def test_from_the_shell(write, tmp_path, monkeypatch):
         (["a.nc", str(path)], "Scenario is no history; expected results of historysim"),
         (["a.nc", "b.nc", "--picture", "energy"], "of several results expected one of loops, sliding-order, traction"),
         (["a.nc", "--picture", "traction", "--labels", "one"], "labels has 1; expected one for each of 2 states"),
-        (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite what it is made from"),
+        (["a.nc", "b.nc", "-o", "a.nc"], "would overwrite an input of the command"),
     ):
         target = [] if "-o" in arguments else ["-o", "p.png"]
         done = call(main, ["plot", *arguments, *target])

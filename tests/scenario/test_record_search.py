@@ -129,7 +129,7 @@ def test_the_command_says_writes_and_draws(slider):
     [
         (("m.csv",), "m.csv: is no scenario (.toml) and no result of historysim run"),
         (("s.toml", "-o", "mu.xlsx"), "mu.xlsx: .xlsx ending; expected .nc or .csv or .png or .pdf or .svg"),
-        (("s.toml", "-o", "m.csv"), "m.csv: would overwrite what it is made from"),
+        (("s.toml", "-o", "m.csv"), "m.csv: would overwrite an input of the command"),
     ],
 )
 @pytest.mark.usefixtures("slider")

@@ -19,7 +19,7 @@ from records_shared import SHARED
 from historysim import tables
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_text, read_table
-from historysim.tables.columns import settled, unit_in
+from historysim.tables.columns import field_unit, settled
 
 DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
@@ -338,7 +338,7 @@ def test_the_clock_of_several_tables_begins_with_the_first(file):
     ],
 )
 def test_units_in_names(name, unit):
-    assert unit_in(name) == unit
+    assert field_unit(name) == unit
 
 
 @pytest.mark.parametrize(

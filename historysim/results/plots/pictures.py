@@ -13,7 +13,7 @@ import attrs
 import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
-from historysim.basics.fields import fields_of
+from historysim.basics.fields import list_fields
 from historysim.basics.registry import Registry
 from historysim.basics.wording import nearest, read_findings
 from historysim.errors import InputError
@@ -173,12 +173,12 @@ def draw(what: Any, name: str, place: Place | None = None, *, of: str | type = H
 
 def made(kind: type[Picture], options: Mapping[str, Any], others: Mapping[str, type[Picture]]) -> Picture:
     """Return a picture with options; errors name which other pictures take an option."""
-    own = [field.name for field in fields_of(kind)]
+    own = [field.name for field in list_fields(kind)]
     for option in (each for each in options if each not in own):
         takers = [name for name, other in others.items() if option in attrs.fields_dict(other)]
         mend = f"it applies to {', '.join(takers)}" if takers else nearest(option, [*own, "picture", *PLACES])
         raise InputError(f"{option} does not apply to the picture {kind.kind}; {mend}")
-    if needed := [field.name for field in fields_of(kind) if field.needed and field.name not in options]:
+    if needed := [field.name for field in list_fields(kind) if field.needed and field.name not in options]:
         raise InputError(f"the picture {kind.kind} needs {', '.join(needed)}")
     attrs.resolve_types(kind)
     types = {field.name: field.type for field in attrs.fields(kind)}
@@ -355,7 +355,7 @@ def as_function(kind: type[Picture]) -> Callable[..., FigureOrAxes]:
 
     first, *where, _ = inspect.signature(function).parameters.values()
     own = []
-    for field in fields_of(kind):
+    for field in list_fields(kind):
         default = inspect.Parameter.empty if field.needed else field.default
         own.append(inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default))
     function.__name__ = function.__qualname__ = kind.kind.replace("-", "_")

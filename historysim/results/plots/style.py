@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Floats, Integers
-from historysim.basics.units import prefixed
+from historysim.basics.units import choose_prefix
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -92,7 +92,7 @@ def scale_of(unit: str, *values: ArrayLike) -> tuple[float, str]:
     greatest = max(float(np.abs(each).max(initial=0.0)) for each in known)
     # the prefix of an area is squared with the metre
     order = {"m²": 2, "m³": 3}.get(text, 1)
-    factor, prefix = prefixed(greatest ** (1 / order))
+    factor, prefix = choose_prefix(greatest ** (1 / order))
     return factor**order, prefix + text
 
 
