@@ -40,7 +40,7 @@ class Gaussian:
         self.__attrs_init__(rms_height=scalar("rms_height", rms_height, above=0), mean=scalar("mean", mean))
 
     def quantile(self, probability: ArrayLike) -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities [1], above 0 and below 1."""
+        """Return the heights [m] below which a summit is with these probabilities [1], above 0 and below 1."""
         values = _probability(probability, above=0)
         if np.any(values == 1):
             raise InputError("probability is 1; expected less than 1: Gaussian heights have no highest one")
@@ -81,7 +81,7 @@ class Tabulated(FrozenArrays):
         return cls(0.0 - gaps[::-1], densities[::-1])
 
     def quantile(self, probability: ArrayLike) -> Floats:
-        """Return the heights [m] below which a summit lies with these probabilities, 0 to 1: the exact inverse.
+        """Return the heights [m] below which a summit is with these probabilities, 0 to 1: the exact inverse.
 
         Where the density is 0 between two heights, the lower one; at probability 0 the lowest possible height.
         """

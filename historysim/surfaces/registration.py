@@ -292,7 +292,7 @@ def _find_worn(difference: Floats) -> Booleans:
 
 
 def _noise_gain(difference: Floats, noise: float) -> float:
-    """Return the variance of a sum over neighbouring points over that of a sum of independent points, at least 1."""
+    """Return the variance of a sum of neighbouring points relative to independent points, at least 1."""
     nx, ny = (n // BLOCK * BLOCK for n in difference.shape)
     blocks = difference[:nx, :ny].reshape(nx // BLOCK, BLOCK, ny // BLOCK, BLOCK).mean(axis=(1, 3))
     means = blocks[np.isfinite(blocks)]
