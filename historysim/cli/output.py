@@ -28,6 +28,10 @@ TABLES_OF_LEVELS = (
     netcdf("a table of loads", "statistics of friction loops"),
     csv_table("a table of loads", "level,loops"),
 )
+TABLES_OF_FRETTING = (
+    netcdf("a fretting report", "fretting report"),
+    csv_table("a fretting report", "loop,regime", "run,regime"),
+)
 TABLES_OF_SLIDING = (
     netcdf("a table of friction", "friction over time or distance"),
     csv_table("a table of friction", "distance,coefficient", "time,coefficient"),

@@ -11,6 +11,7 @@ from historysim.basics.targets import FITTED, PICTURE, SUGGESTED
 from historysim.basics.wording import shell_word
 from historysim.cli import options
 from historysim.cli.output import (
+    TABLES_OF_FRETTING,
     TABLES_OF_LEVELS,
     TABLES_OF_LOOPS,
     TABLES_OF_SLIDING,
@@ -25,6 +26,7 @@ from historysim.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from historysim.measured.fretting import Fretting
     from historysim.measured.loops import Loops
     from historysim.scenario.fit import Fit
     from historysim.scenario.record_search import Run
@@ -98,6 +100,19 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     type=float,
     help="Means are of the loops of this share of the largest amplitude or more. [default: 0.5]",
 )
+@click.option(
+    "--plateau",
+    nargs=2,
+    type=float,
+    metavar="START END",
+    help="Sliding friction is the mean over this part of a stroke, from 0 to 1. [default: 0.75 1]",
+)
+@click.option(
+    "--fretting",
+    "with_fretting",
+    is_flag=True,
+    help="Report slip amplitude, energy friction, regime and compliances instead, over runs, too.",
+)
 @options.output_option("Also write all loops to this file (.nc, .csv), or draw them there.")
 @options.path_option("--levels", help="Also write the table over the normal load (.nc, .csv), or draw it there.")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the loops: FILE's name with _loops.png, here.")
@@ -110,6 +125,8 @@ def loops(
     dead_band: float | None,
     load_share: float | None,
     amplitude_share: float | None,
+    plateau: tuple[float, float] | None,
+    with_fretting: bool,
     output: Path | None,
     levels: Path | None,
     with_picture: bool,
@@ -133,11 +150,12 @@ def loops(
     from historysim.scenario.record_search import loops as find_loops
 
     shares = {"load_share": load_share, "amplitude_share": amplitude_share}
+    shares |= {} if plateau is None else {"sliding_part": 1 - plateau[0], "sliding_end": plateau[1]}
     definitions = attrs.evolve(DEFAULT, **{name: share for name, share in shares.items() if share is not None})
     record = _record(file, values)
     files = check_outputs(
         options.files_read(record),
-        (output, *TABLES_OF_LOOPS, PICTURE),
+        (output, *(TABLES_OF_FRETTING if with_fretting else TABLES_OF_LOOPS), PICTURE),
         (levels, *TABLES_OF_LEVELS, PICTURE),
         (beside, PICTURE),
         (picture, PICTURE),
@@ -146,6 +164,9 @@ def loops(
     def find(what: "Scenario | Path") -> "Loops":
         return find_loops(what, dead_band=dead_band, definitions=definitions, **skipped)
 
+    if with_fretting:
+        _report_fretting(record, find, output, size, {levels, beside, picture, "--model" if with_model else None})
+        return
     if _write_each(record, find, loop_rows, files):
         return
     evaluation = find(record)
@@ -167,6 +188,36 @@ def loops(
             save(drawn.figure(evaluation, {"size": size}), path)
     tables, below = _loop_tables(evaluation)
     write_answer(evaluation.summary(), tables, files, data=evaluation.to_dataset, below=below)
+
+
+def _report_fretting(
+    record: "Scenario | Path",
+    find: "Callable[[Scenario | Path], Loops]",
+    output: Path | None,
+    size: "Size",
+    others: "set[Path | str | None]",
+) -> None:
+    """Print the fretting report of the loops of a record, or of each of its runs, and write it to a file."""
+    from historysim.measured.fretting import by_load
+    from historysim.results.plots.found_loops import FrettingPicture
+    from historysim.scenario.record_search import fretting_of_runs, fretting_rows
+
+    if given := sorted(str(each) for each in others if each is not None):
+        raise InputError(f"{given[0]}: does not apply to --fretting; expected -o FILE for its table or picture")
+    drawn, measured = FrettingPicture(title=_title(record)), not isinstance(record, Path)
+
+    def write(report: "Fretting") -> list[Path]:
+        if output is None:
+            return []
+        save_table(report.to_dataset(), output, lambda data: drawn.figure(data, {"size": size}), measured=measured)
+        return [output]
+
+    if _write_each(record, find, fretting_rows, write=lambda runs: write(fretting_of_runs(runs))):
+        return
+    evaluation = find(record)
+    report, levels = evaluation.fretting, by_load(evaluation)
+    tables: list[Rows] = [report.rows(), *([levels.rows()] if len(levels) > 1 else [])]
+    write_answer(evaluation.summary(), tables, write(report), data=report.to_dataset)
 
 
 def _loop_tables(evaluation: "Loops") -> "tuple[list[Rows], list[tuple[str, str]]]":

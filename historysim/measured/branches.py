@@ -3,6 +3,7 @@
 README.md of this folder, "How loops are read", has the definitions and their theory.
 """
 
+import functools
 import math
 from typing import Self
 
@@ -18,6 +19,8 @@ from historysim.measured.reduction import FEWEST_SAMPLES, REVERSAL, channel, che
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
 CLEAR_SLOPE = 3.0  # standard errors beyond which a slope is no scatter
 FEWEST_OF_CURVE = 4  # samples of a branch from which on Mindlin's curve is fitted to it
+FEWEST_OF_SPLIT = 6  # samples of a branch from which on its compliance is split in two parts
+MOST_ERROR_OF_SPLIT = 0.05  # standard error of the contact compliance over the total, up to which it is reported
 PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
 FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
 CLOSED = 0.25  # largest difference of the load between the ends of a closed period, over the height of the loop there
@@ -28,7 +31,9 @@ AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, 
 def _is_share(owner: object, attribute: "attrs.Attribute[float]", value: float) -> None:
     name = f"{attribute.name} of {type(owner).__name__}"
     least = scalar(name, value) >= 0 if attribute.name == "amplitude_share" else value > 0
-    if not least or value >= 1:
+    # a whole stroke, and its end, are 1
+    most = value <= 1 if attribute.name.startswith("sliding") else value < 1
+    if not (least and most):
         raise InputError(f"{name} is {value:g}; expected a share, between 0 and 1")
 
 
@@ -38,6 +43,8 @@ class Definitions:
 
     #: Sliding is this last part of a branch, by displacement; the friction force is its mean.
     sliding_part: float = attrs.field(default=0.25, validator=_is_share)
+    #: Where that part ends, over the stroke: less than 1 leaves out what the drive does at its turn.
+    sliding_end: float = attrs.field(default=1.0, validator=_is_share)
     #: Of the way from the load at the reversal to the friction force: where the preliminary displacement ends.
     reached: float = attrs.field(default=0.95, validator=_is_share)
     #: Of the same way: up to where the slope of a branch is its stiffness.
@@ -50,6 +57,22 @@ class Definitions:
     #: How much the line through the sliding part may rise beyond scatter, over the friction force. Where it rises more,
     #: less and less, the branch has not come to slide; friction that rises evenly does so up to 2.4 times this share.
     still_rising: float = attrs.field(default=0.05, validator=_is_share)
+
+    def __attrs_post_init__(self) -> None:
+        """Check that something is left to average over."""
+        start = 1 - self.sliding_part
+        if self.sliding_end <= start:
+            raise InputError(
+                f"the sliding part of a stroke is from {start:.3g} to {self.sliding_end:.3g}; expected its end after "
+                "its start"
+            )
+
+    @property
+    def sliding_text(self) -> str:
+        """The sliding part in words."""
+        if self.sliding_end < 1:
+            return f"from {1 - self.sliding_part:.3g} to {self.sliding_end:.3g} of the displacement of a branch"
+        return f"the last {self.sliding_part:.3g} of the displacement of a branch"
 
     @property
     def initial_text(self) -> str:
@@ -163,30 +186,81 @@ def read_branch(
     u, f = sign * (trace.displacement[part] - trace.displacement[first]), sign * trace.tangential_load[part]
     start = (1 - definitions.sliding_part) * u[-1]
     # means are over the displacement, whatever noise and hum made of the order of the samples
-    order = np.argsort(u, kind="stable")
+    order, normal_load = np.argsort(u, kind="stable"), None if trace.normal_load is None else trace.normal_load[part]
+    window = functools.partial(_until, definitions.sliding_end * u[-1] if definitions.sliding_end < 1 else math.inf, u)
     slides_from = _crossing(u[order], start)
-    force = _mean_from(slides_from, u[order], f[order])
-    rises = _still_rises(slides_from, u[order], f[order], definitions.still_rising * force)
+    force = _mean_from(slides_from, *window(f, order))
+    rises = _still_rises(slides_from, *window(f, order), definitions.still_rising * force)
     # channels turn between samples: the outermost one may be behind the turn, and its load is none of sliding
     if noisy and not rises and u.size > FEWEST_SAMPLES // 2 and u[:-1].max() > start:
         order = np.argsort(u[:-1], kind="stable")
         slides_from = _crossing(u[order], start)
-        force = _mean_from(slides_from, u[order], f[order])
-    load = math.nan if trace.normal_load is None else _mean_from(slides_from, u[order], trace.normal_load[part][order])
+        force = _mean_from(slides_from, *window(f, order))
+    load = math.nan if normal_load is None else _mean_from(slides_from, *window(normal_load, order))
     rise = force - f[0]
     preliminary = from_zero = virgin = stiffness = math.nan
     if rise > 0:
         preliminary = _at(_crossing(f, f[0] + definitions.reached * rise), u)
         # a branch that begins beyond zero load has no such place
         from_zero = preliminary - _at(_crossing(f, 0.0), u) if f[0] < 0 else math.nan
-        # the reversal lies between samples
-        reversal_load = min(sign * float(trace.tangential_load[max(first - 1, 0)]), float(f[0]))
+        reversal_load = _reversal_load(trace, first, sign)
         share = (f - reversal_load) / (force - reversal_load)
         virgin = _virgin_displacement(u - (f - reversal_load) / lateral_stiffness, share, definitions.reached)
         compliance = _slope(*_up_to(_crossing(f, f[0] + definitions.initial_part * rise), f, u))
         stiffness = 1 / compliance if compliance > 0 else math.nan
     friction = force / load if load > 0 else math.nan
     return (force, load, friction, preliminary, from_zero, virgin, stiffness), rises
+
+
+def _reversal_load(trace: Trace, first: int, sign: float) -> float:
+    """Return the load at the reversal in the direction of the branch: the reversal lies between samples."""
+    return float((sign * trace.tangential_load[max(first - 1, 0) : first + 1]).min())
+
+
+def read_aperture(trace: Trace, load: Floats, start: int, turn: int, end: int) -> tuple[float, float]:
+    """Return half the range of the load of a loop, and half its width at the middle of the load, NaN without one."""
+    part, direction = load[start : end + 1], 1.0 if trace.displacement[turn] >= trace.displacement[start] else -1.0
+    middle = float(part.max() + part.min()) / 2
+    there, back = (
+        _at(_crossing(sign * load[first : last + 1], sign * middle), trace.displacement[first : last + 1])
+        for first, last, sign in ((start, turn, direction), (turn, end, -direction))
+    )
+    return float(np.ptp(part)) / 2, direction * (back - there) / 2
+
+
+def split_compliance(trace: Trace, first: int, last: int, force: float, reached: float) -> tuple[float, float]:
+    """Return the initial compliance of a branch in two parts [m/N]: that of Mindlin's curve, and the linear one.
+
+    u = 2 θμδ z(q) + C (T - T_reversal) by least squares, q from 1 - reached to reached. NaN if samples are too few, or
+    their noise leaves a standard error of more than `MOST_ERROR_OF_SPLIT` of the sum.
+    """
+    sign, part = (-1.0 if trace.displacement[last] < trace.displacement[first] else 1.0), slice(first, last + 1)
+    f, reversal_load = sign * trace.tangential_load[part], _reversal_load(trace, first, sign)
+    if not force > reversal_load:
+        return math.nan, math.nan
+    share = (f - reversal_load) / (force - reversal_load)
+    curve = _curve_part(share, reached)
+    if curve.size < FEWEST_OF_SPLIT:
+        return math.nan, math.nan
+    along, moved = share[curve], sign * (trace.displacement[part][curve] - trace.displacement[first])
+    terms = np.column_stack([np.ones(along.size), covered(along), along])
+    _, bent, straight = estimates = np.linalg.lstsq(terms, moved, rcond=None)[0]
+    left = moved - terms @ estimates
+    covariance = np.linalg.pinv(terms.T @ terms) * float(left @ left) / (moved.size - len(estimates))
+    # z'(0) = 2/3
+    contact, error = 2 / 3 * bent, 2 / 3 * math.sqrt(covariance[1, 1])
+    if error > MOST_ERROR_OF_SPLIT * (contact + straight):
+        return math.nan, math.nan
+    return float(contact / (force - reversal_load)), float(straight / (force - reversal_load))
+
+
+def _until(end: float, u: Floats, values: Floats, order: Integers) -> tuple[Floats, Floats]:
+    """Return displacements and values in an order, up to a displacement."""
+    along, heights = u[order], values[order]
+    if end >= along[-1]:
+        return along, heights
+    inside = int(np.searchsorted(along, end))
+    return np.append(along[:inside], end), np.append(heights[:inside], np.interp(end, along, heights))
 
 
 def _still_rises(place: float, u: Floats, f: Floats, least: float) -> bool:
@@ -228,14 +302,18 @@ def zero_load_factor(reached: float) -> float:
 
 def _virgin_displacement(moved: Floats, share: Floats, reached: float) -> float:
     """Return θμδ [m] by Mindlin's curve through displacements from the reversal, at shares of the load."""
-    beyond = share >= reached
-    end = int(beyond.argmax()) if beyond.any() else 0
-    # what slid before the reversal, or has not left it yet, is not on the curve
-    part = np.flatnonzero(share[:end] >= 1 - reached)
+    part = _curve_part(share, reached)
     if part.size < FEWEST_OF_CURVE:
         return math.nan
     slope = _slope(covered(share[part]), moved[part])
     return slope / 2 if slope > 0 else math.nan
+
+
+def _curve_part(share: Floats, reached: float) -> Integers:
+    """Return the samples of a branch on Mindlin's curve: not those that slide, or have not left the reversal yet."""
+    beyond = share >= reached
+    end = int(beyond.argmax()) if beyond.any() else 0
+    return np.flatnonzero(share[:end] >= 1 - reached)
 
 
 def _crossing(values: Floats, level: float) -> float:

@@ -61,6 +61,14 @@ class LoopStatistics:
         return f"{self.mean * factor:.4g}{scatter}{symbol}{some}"
 
 
+def interval_text(mean: float, low: float, high: float, unit: str) -> str:
+    """Return the 95 % confidence interval of a mean as a string in parentheses; empty if it is rounding."""
+    if not high - low > 2e-12 * abs(mean):
+        return ""
+    factor, symbol = scaled(mean, unit)
+    return f" (95 %: {factor * low:.4g} to {factor * high:.4g}{symbol})"
+
+
 # -- laws over the load ----------------------------------------------------------------------------
 
 

@@ -285,7 +285,7 @@ class LoopValues:
         attributes: dict[str, str | float | int] = {
             "no_friction": without,
             "dead_band": self.dead_band,
-            "sliding_part": f"the last {shares.sliding_part:.3g} of the displacement of a branch",
+            "sliding_part": shares.sliding_text,
             "preliminary_displacement_reached_at": shares.reached,
             "initial_part": shares.initial_text,
             "load_share": shares.load_share,

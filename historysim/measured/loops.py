@@ -1,5 +1,6 @@
 """`Loops`: the friction loops of a record, as lines, tables and Datasets; and how they are found at its reversals."""
 
+import functools
 import math
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -7,7 +8,7 @@ import attrs
 import numpy as np
 
 from historysim.basics.arguments import ArrayLike, Floats, Integers, scalar
-from historysim.basics.units import quantity_text, scaled
+from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, html_table
 from historysim.errors import InputError
 from historysim.measured import branch_shape
@@ -24,6 +25,8 @@ from historysim.measured.branches import (
     reversal_factor,
     zero_load_factor,
 )
+from historysim.measured.fretting import Fretting
+from historysim.measured.loop_table import interval_text
 from historysim.measured.loop_values import (
     BRANCH_QUANTITIES,
     CONTENT,
@@ -125,11 +128,14 @@ class Loops(LoopValues):
     def _text_with_interval(self, quantity: str, unit: str) -> str:
         """Return the text of a quantity over both directions, with the interval of its mean where it has one."""
         text, wander, mean = self.text(quantity, unit), self.wander(quantity), self.statistics(quantity).mean
-        if text == "–" or wander is None or wander.reach <= 1e-12 * abs(mean) or len(self.by_load()) > 1:
+        if text == "–" or wander is None or len(self.by_load()) > 1:
             return text
-        factor, symbol = scaled(mean, unit)
-        low, high = (factor * (mean + sign * wander.reach) for sign in (-1, 1))
-        return f"{text} (95 %: {low:.4g} to {high:.4g}{symbol})"
+        return text + interval_text(mean, mean - wander.reach, mean + wander.reach, unit)
+
+    @functools.cached_property
+    def fretting(self) -> Fretting:
+        """Fretting report: slip amplitude, energy friction coefficient, regime and compliances of the loops."""
+        return Fretting.of(self)
 
     def rows(self) -> list[tuple[str, str, str, str]]:
         """Return the summary as a table of strings: quantity, forward, backward, both; the first row is the heading.
@@ -160,12 +166,14 @@ class Loops(LoopValues):
         import xarray as xr
 
         time = self.trace.time
+        fretting = self.fretting.to_dataset()
         dims = {**dict.fromkeys(BRANCH_QUANTITIES, ("loop", "direction")), **dict.fromkeys(LOOP_QUANTITIES, ("loop",))}
         return xr.Dataset(
             {
                 name: (dims[name], getattr(self, name), {"long_name": label, "units": unit})
                 for name, (label, unit) in QUANTITIES.items()
-            },
+            }
+            | dict(fretting.data_vars),
             coords={
                 "loop": ("loop", self.number, {"long_name": "loop of the record, from 0"}),
                 "direction": ("direction", list(DIRECTIONS)),
@@ -178,10 +186,12 @@ class Loops(LoopValues):
                     self.rising_branches.astype(np.int8),
                     {"long_name": "1 where the branch did not come to slide, and friction is a lower bound"},
                 ),
+                "regime": fretting["regime"].variable,
             },
             attrs={
                 "title": counted(len(self), "friction loop", "friction loops"),
                 "content": CONTENT,
+                "fretting_regime": self.fretting.regime_text(),
                 **self._attributes(),
             },
         )

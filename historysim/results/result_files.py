@@ -24,6 +24,7 @@ from historysim.results.layout import MODULI, NEEDED
 KINDS: Mapping[str, str] = {
     "friction loops": "loops",
     "statistics of friction loops": "loops",
+    "fretting report": "table",
     "friction over time or distance": "sliding",
     "sweep": "sweep",
     "table": "table",

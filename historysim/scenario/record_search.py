@@ -14,6 +14,7 @@ from historysim.asperities.instrument import RIGID
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import brief, shell_word
 from historysim.errors import InputError, at
+from historysim.measured import fretting
 from historysim.measured.branches import DEFAULT, Definitions
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES
 from historysim.measured.loops import Loops, loops_of_history, loops_of_measurement
@@ -206,6 +207,20 @@ def loop_rows(runs: "Sequence[Run[Loops]]") -> Rows:
         runs,
         lambda loops: (str(len(loops)), *(loops.text(name, unit) for name, (_, unit, *_) in labels.items())),
     )
+
+
+def fretting_rows(runs: "Sequence[Run[Loops]]") -> Rows:
+    """Return a table of the fretting quantities of each run, and their means; the first row is the heading."""
+    return fretting.run_rows(_evaluated(runs))
+
+
+def fretting_of_runs(runs: "Sequence[Run[Loops]]") -> fretting.Fretting:
+    """Return the fretting report over the runs of a record, such as the stored cycles of a fretting log."""
+    return fretting.Fretting.of_runs(_evaluated(runs))
+
+
+def _evaluated(runs: "Sequence[Run[Loops]]") -> dict[int, Loops]:
+    return {run.number: run.result for run in runs if run.result is not None}
 
 
 def sliding_rows(runs: "Sequence[Run[Sliding]]") -> Rows:

@@ -11,6 +11,7 @@ import xarray as xr
 from historysim.basics.arguments import Integers
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
+from historysim.measured.fretting import TRANSITION_A, TRANSITION_B, Fretting
 from historysim.measured.loop_table import LoopStatistics, LoopTable
 from historysim.measured.loop_values import DIRECTIONS
 from historysim.measured.loops import Loops
@@ -278,6 +279,51 @@ def _draw_trend(axes: "Axes", sets: Sequence[xr.Dataset], quantity: str) -> None
         axes.set_ylim(low - room, high + room)
     axes.xaxis.set_major_locator(MaxNLocator(nbins=MOST_TICKS, integer=True))
     axes.set_title(f"{label} ({symbol})", fontsize=7.5, fontweight="normal")
+
+
+# quantities of a fretting report that are drawn, and their values at the transition to gross slip
+FRETTING = {
+    "energy_friction_coefficient": None,
+    "slip_amplitude": None,
+    "energy_ratio": TRANSITION_A,
+    "system_free_ratio": TRANSITION_B,
+}
+DECADES = 100.0  # range of the numbers of runs from which on their axis is logarithmic
+
+
+@PICTURES.register
+@attrs.frozen(kw_only=True)
+class FrettingPicture(Titled):
+    """Energy friction coefficient, slip amplitude and energy ratios A and B of fretting cycles.
+
+    Lines are the transition from partial slip to gross slip.
+    """
+
+    kind, of, size, alone, headed = "fretting", (Fretting,), (TWO_COLUMNS, 97.0), True, True
+
+    def draw(self, canvas: Canvas, data: Fretting | xr.Dataset) -> None:
+        """Draw a fretting report, or a Dataset of loops or a report."""
+        table = data.to_dataset() if isinstance(data, Fretting) else data
+        along = "run" if "run" in table.dims else "loop"
+        number = table[along].values
+        grid = canvas.several(len(FRETTING)).subplots(2, 2, sharex=True)
+        for axes, (name, transition) in zip(grid.flat, FRETTING.items(), strict=True):
+            factor, symbol = scale_of(table[name].attrs["units"], table[name].values)
+            marks: dict[str, Any] = {"color": COLOURS[0], "ms": 3.5, "clip_on": False}
+            axes.plot(number, table[name].values * factor, "o", **marks)
+            if transition is not None:
+                axes.axhline(transition, zorder=0, label="transition to gross slip", **DASHED)
+            label = table[name].attrs["long_name"]
+            axes.set_title(f"{label} ({symbol})" if symbol else label, fontsize=7.5, fontweight="normal")
+            axes.set_ylim(0.0, 1.15 * axes.get_ylim()[1])
+            axes.margins(x=0.08)
+        if number.min() > 0 and number.max() >= DECADES * number.min():
+            grid[0, 0].set_xscale("log")
+        for axes in grid[-1]:
+            axes.set_xlabel(LOOP_NUMBER if along == "loop" else "run")
+        canvas.legend(grid[1, 0])
+        if not self.title:
+            canvas.heading(str(table.attrs.get("title", "")))
 
 
 BESIDE = (("forward", "^", STATE_COLOURS[1]), ("backward", "v", STATE_COLOURS[2]), ("both", "o", INK))

@@ -4,12 +4,14 @@ import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from historysim._version import __version__
 from historysim.basics.wording import shell_word
 from historysim.errors import InputError
 from historysim.measured.comparison import Comparison
+from historysim.measured.fretting import CONTENT_OF_FRETTING
 from historysim.measured.loop_table import CONTENT_OF_TABLE, LoopTable
 from historysim.measured.loop_values import CONTENT as LOOPS
 from historysim.measured.loops import Loops
@@ -19,7 +21,7 @@ from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
 from historysim.results.asking import check_direction
 from historysim.results.layout import missing_variables_reported, standard_layout
-from historysim.results.plots.found_loops import LoopLevelsPicture, LoopTrendsPicture
+from historysim.results.plots.found_loops import FrettingPicture, LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
 from historysim.results.plots.style import scale_of
@@ -169,12 +171,16 @@ MOST_ROWS = 500  # cells of a sweep that a page lists
 def loops_page(loops: xr.Dataset) -> str:
     """Return what `Loops.to_dataset` or `LoopTable.to_dataset` gives, loops one by one or by their loads, as a page."""
     lines = loop_summary(loops)
+    pictures: tuple[str, ...] = ()
     split = next((number for number, (label, _) in enumerate(lines) if not label), len(lines))
     if loops.attrs["content"] == LOOPS:
         means, rows = "Mean ± standard deviation over the loops.", table(lines[:split])
         caption = "How the loops change from one to the next; lines are their means."
         caption = numbered(caption, lines, ("friction force", "preliminary displacement", "stiffness at reversal"))
         figure = LoopTrendsPicture().figure(loops)
+        if "energy_ratio" in loops and np.isfinite(loops["energy_ratio"]).any():
+            text = "Fretting: energy friction coefficient, slip amplitude, and energy ratios of each loop."
+            pictures = (picture(FrettingPicture().figure(loops), text),)
     else:
         along = "normal load" if "level" in loops.dims else "amplitude"
         means = f"Mean ± standard deviation of one loop, both directions, of the loops of each {along}."
@@ -188,7 +194,7 @@ def loops_page(loops: xr.Dataset) -> str:
         _title(loops, "Friction loops"),
         [
             Section("Summary", (paragraph(means), rows)),
-            Section("Pictures", (picture(figure, caption),)),
+            Section("Pictures", (picture(figure, caption), *pictures)),
             Section("How they were found", (table(lines[split + 1 :]),)),
         ],
     )
@@ -345,7 +351,7 @@ def dataset_page(what: xr.Dataset, figures: Sequence[str] = ()) -> str:
     content = what.attrs.get("content")
     if content in {LOOPS, CONTENT_OF_TABLE}:
         return loops_page(what)
-    if content in {TABLE, TIME_SERIES}:
+    if content in {TABLE, TIME_SERIES, CONTENT_OF_FRETTING}:
         return table_page(WrittenTable.of(what, _title(what, "Table")))
     if "total_normal_load" in what:
         return history_page(standard_layout(what), figures)

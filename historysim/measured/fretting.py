@@ -1,0 +1,276 @@
+"""Fretting report of friction loops: slip amplitude, energy friction coefficient, regime, and compliances.
+
+Terms and criteria: S. Fouvry, P. Kapsa, L. Vincent, Wear 185 (1995) 35-46 and Wear 200 (1996) 186-205. README.md of
+this folder, "Fretting", has the formulas and the transition values.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from typing import Self
+
+import attrs
+import numpy as np
+import xarray as xr
+
+from historysim.basics.arguments import Booleans, Floats, Integers
+from historysim.basics.wording import columns, html_table
+from historysim.measured.branches import read_aperture, split_compliance
+from historysim.measured.correction import running_median
+from historysim.measured.loop_table import CONFIDENCE, LoopQuantity, LoopStatistics, LoopTable, interval_text
+from historysim.measured.loop_values import LoopValues
+from historysim.measured.scatter import FEWEST_LOOPS, of_values
+
+# The closed loop of Cattaneo and Mindlin at the transition: E = 4 δ* Q*/5, and aperture (2^(1/3) - 1) δ*.
+TRANSITION_A = 0.2
+TRANSITION_D = 2 ** (1 / 3) - 1
+TRANSITION_B = TRANSITION_A / TRANSITION_D
+STICK = 0.01  # energy ratio A below which a loop counts as closed; a sphere has it at T* = 0.17 μP
+MEDIAN_OF_LOAD = 5  # samples of the running median that keeps noise out of the extremes of a measured load
+REGIMES = ("stick", "partial slip", "gross slip")
+UNKNOWN = -1  # regime of a loop without energy or without load
+CONTENT_OF_FRETTING = "fretting report"  # value of the attribute ``content`` of a file of a fretting report
+
+REGIME_ATTRIBUTES = {
+    "long_name": "fretting regime",
+    "flag_values": np.array([UNKNOWN, *range(len(REGIMES))], dtype=np.int8),
+    "flag_meanings": " ".join(["unknown", *(name.replace(" ", "_") for name in REGIMES)]),
+}
+
+
+@attrs.frozen(eq=False)
+class Cycles:
+    """Primary values of loops (loop); NaN if a loop is incomplete or is not friction."""
+
+    energy: Floats  #: E = ∮ T dU [J]
+    load: Floats  #: load amplitude Q* [N]
+    displacement: Floats  #: displacement amplitude δ* of the contact, without the stated instrument [m]
+    slip: Floats  #: half the aperture of the loop at the middle of the load [m]
+    pressing: Floats  #: mean normal load P [N]
+    total: Floats  #: compliance at reversal [m/N]
+    contact: Floats  #: its part that follows Mindlin's curve [m/N]
+    system: Floats  #: its part that is linear in the load [m/N]
+
+    @classmethod
+    def of(cls, loops: LoopValues) -> Self:
+        """Evaluate loops."""
+        trace = loops.trace
+        load = trace.tangential_load
+        if loops.displacement_noise > 0 and load.size > MEDIAN_OF_LOAD:
+            load = running_median(load, MEDIAN_OF_LOAD)
+        apertures = np.array([read_aperture(trace, load, *ends) for ends in loops.ends.tolist()])
+        whole = np.isfinite(loops.dissipated_energy) & loops.is_friction & ~(loops.parallel_stiffness > 0)
+        amplitude, slip = np.where(whole, apertures.T, math.nan)
+        parts = np.full((len(loops), 2, 2), math.nan)
+        for loop, (start, turn, end) in enumerate(loops.ends.tolist()):
+            for first, last in ((start, turn), (turn, end)):
+                side = int(trace.displacement[last] < trace.displacement[first])
+                if whole[loop] and not loops.rising_branches[loop, side]:
+                    force = float(loops.friction_force[loop, side])
+                    parts[loop, side] = split_compliance(trace, first, last, force, loops.definitions.reached)
+        contact, system = parts.mean(axis=1).T
+        return cls(
+            energy=np.where(whole, loops.dissipated_energy, math.nan),
+            load=amplitude,
+            displacement=loops.amplitude - amplitude / loops.lateral_stiffness,
+            slip=slip,
+            pressing=loops.normal_load.mean(axis=1),
+            total=np.where(whole, (1 / loops.tangential_stiffness).mean(axis=1), math.nan),
+            contact=contact,
+            system=system,
+        )
+
+
+@attrs.frozen
+class FrettingQuantity:
+    """A quantity of a fretting cycle."""
+
+    label: str
+    unit: str  #: SI
+    definition: str
+    compute: Callable[[Cycles], Floats]
+
+
+QUANTITIES = {
+    "displacement_amplitude": FrettingQuantity(
+        "displacement amplitude δ*", "m", "half the stroke of the contact", lambda c: c.displacement
+    ),
+    "load_amplitude": FrettingQuantity("load amplitude Q*", "N", "half the range of T", lambda c: c.load),
+    "slip_amplitude": FrettingQuantity(
+        "slip amplitude δ_s", "m", "δ* less the displacement recovered from Q* to Q = 0", lambda c: c.slip
+    ),
+    "energy_friction_coefficient": FrettingQuantity(
+        "energy friction coefficient μ_e", "1", "E/(4 δ* P)", lambda c: c.energy / (4 * c.displacement * c.pressing)
+    ),
+    "slip_friction_coefficient": FrettingQuantity(
+        "energy friction coefficient over slip", "1", "E/(4 δ_s P)", lambda c: c.energy / (4 * c.slip * c.pressing)
+    ),
+    "sliding_ratio": FrettingQuantity(
+        "sliding ratio D", "1", f"δ_s/δ*, {TRANSITION_D:.2f} at the transition", lambda c: c.slip / c.displacement
+    ),
+    "energy_ratio": FrettingQuantity(
+        "energy ratio A",
+        "1",
+        f"E/(4 Q* δ*), {TRANSITION_A:.2f} at the transition",
+        lambda c: c.energy / (4 * c.load * c.displacement),
+    ),
+    "system_free_ratio": FrettingQuantity(
+        "system-free energy ratio B",
+        "1",
+        f"E/(4 Q* δ_s), {TRANSITION_B:.2f} at the transition",
+        lambda c: c.energy / (4 * c.load * c.slip),
+    ),
+    "total_compliance": FrettingQuantity(
+        "compliance at reversal", "m N-1", "contact and system in series", lambda c: c.total
+    ),
+    "contact_compliance": FrettingQuantity(
+        "contact compliance", "m N-1", "of the part of a branch that follows Mindlin's curve", lambda c: c.contact
+    ),
+    "system_compliance": FrettingQuantity(
+        "system compliance", "m N-1", "of the part of a branch that is linear in T", lambda c: c.system
+    ),
+}
+
+
+def _classify(values: Mapping[str, Floats]) -> Integers:
+    """Return the fretting regime of each loop: its index in `REGIMES`, or -1."""
+    a, b = values["energy_ratio"], values["system_free_ratio"]
+    with np.errstate(invalid="ignore"):
+        found = np.select([a < STICK, b > TRANSITION_B, b <= TRANSITION_B], [0, 2, 1], UNKNOWN)
+    return found.astype(np.int64)
+
+
+@attrs.frozen(eq=False, repr=False)
+class Fretting:
+    """Fretting quantities of loops, or of the runs of a record."""
+
+    values: Mapping[str, Floats]  #: (cycle) of each of the `QUANTITIES`, in SI
+    regime: Integers  #: (cycle) index in `REGIMES`, -1 if it is unknown
+    number: Integers  #: (cycle) number of the loop, or of the run
+    along: str = "loop"  #: "loop", or "run"
+    large: Booleans | None = None  #: (cycle) whether a loop counts in means; all by default
+    one_load: bool = True  #: whether all loops are at one normal load; else means have no interval
+
+    @classmethod
+    def of(cls, loops: LoopValues) -> Self:
+        """Evaluate loops one by one."""
+        cycles = Cycles.of(loops)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = {name: each.compute(cycles) for name, each in QUANTITIES.items()}
+        one_load = np.unique(loops.load_level[loops.large]).size == 1
+        return cls(values, _classify(values), loops.number, large=loops.large, one_load=one_load)
+
+    @classmethod
+    def of_runs(cls, runs: Mapping[int, LoopValues]) -> Self:
+        """Evaluate runs, such as stored cycles of a fretting log, each by the means of its loops."""
+        each = [cls.of(loops) for loops in runs.values()]
+        values = {name: np.array([one.statistics(name).mean for one in each]) for name in QUANTITIES}
+        return cls(values, _classify(values), np.array(list(runs), dtype=np.int64), "run")
+
+    def __len__(self) -> int:
+        """Return the number of loops, or runs."""
+        return self.number.size
+
+    def __repr__(self) -> str:
+        return columns(self.rows())
+
+    def _repr_html_(self) -> str:
+        heading, *rows = self.rows()
+        return html_table(rows, heading)
+
+    def _counted(self, quantity: str) -> Floats:
+        values = self.values[quantity]
+        return values if self.large is None else values[self.large]
+
+    def statistics(self, quantity: str) -> LoopStatistics:
+        """Return mean and scatter of a quantity over the large loops, or over the runs."""
+        return LoopStatistics.of(self._counted(quantity))
+
+    def interval(self, quantity: str) -> tuple[float, float] | None:
+        """Return the 95 % confidence interval of a mean; None for fewer than three cycles, or several loads.
+
+        Loops may be correlated, and drift; runs, which need not follow one another, count as independent.
+        """
+        values = self._counted(quantity)
+        values = values[np.isfinite(values)]
+        if values.size < FEWEST_LOOPS or not self.one_load:
+            return None
+        if self.along == "loop":
+            wander = of_values(values, CONFIDENCE)
+            reach = math.nan if wander is None else wander.reach
+        else:
+            from scipy import stats
+
+            reach = float(stats.t.ppf((1 + CONFIDENCE) / 2, values.size - 1)) * float(stats.sem(values))
+        return float(values.mean()) - reach, float(values.mean()) + reach
+
+    def text(self, quantity: str) -> str:
+        """Return mean ± standard deviation of a cycle, with the interval of the mean."""
+        unit, interval = QUANTITIES[quantity].unit, self.interval(quantity)
+        statistics = self.statistics(quantity)
+        text = statistics.text(unit, self._counted(quantity).size)
+        return text if interval is None else text + interval_text(statistics.mean, *interval, unit)
+
+    def regime_text(self) -> str:
+        """Return the fretting regime, or how many cycles are in each."""
+        regime = self.regime if self.large is None else self.regime[self.large]
+        counts = {name: int((regime == number).sum()) for number, name in enumerate(REGIMES)}
+        found = {name: count for name, count in counts.items() if count}
+        if not found:
+            return "–"
+        text = ", ".join(f"{name} in {count:,} of {regime.size:,}" for name, count in found.items())
+        interval = self.interval("system_free_ratio")
+        if len(found) == 1:
+            (text,) = found
+            if interval is not None and interval[0] < TRANSITION_B < interval[1]:
+                text += "; the interval of B includes the transition"
+        return text
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Return the report as a table of strings; the first row is the heading."""
+        regime = f"gross slip for B > {TRANSITION_B:.2f}, stick for A < {STICK:g}, else partial slip"
+        return [
+            ("fretting", "mean", "definition"),
+            ("fretting regime", self.regime_text(), regime),
+            *((each.label, self.text(name), each.definition) for name, each in QUANTITIES.items()),
+        ]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return all quantities as a Dataset with the dimension loop, or run."""
+        variables = {
+            name: (
+                self.along,
+                self.values[name],
+                {"long_name": each.label, "units": each.unit, "comment": each.definition},
+            )
+            for name, each in QUANTITIES.items()
+        }
+        intervals = {name: self.interval(name) for name in QUANTITIES}
+        return xr.Dataset(
+            variables,
+            coords={
+                self.along: (self.along, self.number, {"long_name": f"{self.along} of the record"}),
+                "regime": (self.along, self.regime.astype(np.int8), REGIME_ATTRIBUTES),
+            },
+            attrs={
+                "title": "fretting report",
+                "content": CONTENT_OF_FRETTING,
+                "fretting_regime": self.regime_text(),
+                **{f"{name}_interval": list(ends) for name, ends in intervals.items() if ends is not None},
+            },
+        )
+
+
+def by_load(loops: LoopValues) -> LoopTable:
+    """Return statistics of the fretting quantities of large loops, a row for each normal load."""
+    values = Fretting.of(loops).values
+    quantities = {name: LoopQuantity(each.label, each.unit, values[name]) for name, each in QUANTITIES.items()}
+    return attrs.evolve(loops.by_load(), quantities=quantities)
+
+
+def run_rows(runs: Mapping[int, LoopValues]) -> list[tuple[str, ...]]:
+    """Return a table with a row for each run and one for their mean; the first row is the heading."""
+    table: list[tuple[str, ...]] = [("run", "loops", "regime", *(each.label for each in QUANTITIES.values()))]
+    rows = {str(number): (f"{len(loops):,}", Fretting.of(loops)) for number, loops in runs.items()}
+    for name, (count, report) in {**rows, "mean": ("", Fretting.of_runs(runs))}.items():
+        table.append((name, count, report.regime_text(), *(report.text(quantity) for quantity in QUANTITIES)))
+    return table
