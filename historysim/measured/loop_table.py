@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Along = Literal["normal_load", "amplitude"]
 
 CONFIDENCE = 0.95  # of all intervals of fitted numbers
+ONE_AMPLITUDE = 0.05  # difference over the greater of two amplitudes up to which they are one
 BOTH = "both"
 UNITS = {"normal_load": "N", "amplitude": "m"}
 DIMENSIONS = {"normal_load": "level", "amplitude": "amplitude_class"}
@@ -87,14 +88,14 @@ class StraightLine:
 
 @attrs.frozen
 class PowerLawFit:
-    """A quantity that goes as factor N^exponent, with an interval of 95 % confidence; NaN for two loads."""
+    """A quantity that is factor x^exponent of a load or an amplitude, with an interval of 95 %; NaN for two points."""
 
     #: Of the friction coefficient -1/3 for a smooth ball with a constant interfacial shear strength, 0 for a rough
     #: surface; of the preliminary displacement 2/3 for a ball with a constant friction coefficient [1].
     exponent: float
     exponent_low: float
     exponent_high: float
-    factor: float  #: the quantity at 1 N, in its own unit
+    factor: float  #: the quantity at 1 N, or at 1 m, in its own unit
 
 
 def straight_line(x: Floats, y: Floats) -> StraightLine:
@@ -113,10 +114,10 @@ def straight_line(x: Floats, y: Floats) -> StraightLine:
     )
 
 
-def power_law(normal_load: Floats, values: Floats) -> PowerLawFit:
-    """Return the power law through positive values (load) at two or more loads [N], of which not all are equal."""
-    # a line of logarithms weighs all loads alike
-    line = straight_line(np.log(normal_load), np.log(values))
+def power_law(x: Floats, values: Floats) -> PowerLawFit:
+    """Return the power law through positive values (point) at two or more positive x, of which not all are equal."""
+    # a line of logarithms weighs all points alike
+    line = straight_line(np.log(x), np.log(values))
     return PowerLawFit(line.slope, line.slope_low, line.slope_high, math.exp(line.intercept))
 
 
@@ -262,6 +263,22 @@ class LoopTable:
                 },
             },
         )
+
+
+def energy_law(amplitude: Floats, energy: Floats) -> tuple[PowerLawFit, int] | None:
+    """Return the power law of energy [J] over amplitude [m] of loops, and its number of amplitudes.
+
+    It is fitted to the means of loops of one amplitude. None for fewer than three amplitudes over a factor of two.
+    """
+    known = (energy > 0) & (amplitude > 0)
+    amplitude, energy = amplitude[known], energy[known]
+    group = same_load(amplitude, ONE_AMPLITUDE)
+    if group.size == 0 or group.max() < 2 or amplitude.max() < 2 * amplitude.min():
+        return None
+    means = [
+        np.array([values[group == each].mean() for each in range(group.max() + 1)]) for values in (amplitude, energy)
+    ]
+    return power_law(*means), int(group.max()) + 1
 
 
 def same_load(normal_load: Floats, share: float) -> Integers:

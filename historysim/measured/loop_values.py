@@ -22,6 +22,8 @@ from historysim.measured.loop_table import (
     LoopQuantity,
     LoopStatistics,
     LoopTable,
+    PowerLawFit,
+    energy_law,
     same_amplitude,
     same_load,
 )
@@ -259,6 +261,15 @@ class LoopValues:
         values = values.reshape(len(values), -1).mean(axis=1)
         return of_values(values[np.isfinite(values)], CONFIDENCE)
 
+    def energy_law(self) -> tuple[PowerLawFit, int] | None:
+        """Return energy per loop as a power of the amplitude, and its number of amplitudes.
+
+        Of all friction loops; None for several normal loads, or fewer than three amplitudes over a factor of two.
+        """
+        if self.load_level.max() > 0:
+            return None
+        return energy_law(self.amplitude[self.is_friction], self.dissipated_energy[self.is_friction])
+
     def by_load(self) -> LoopTable:
         """Return statistics of the large loops, a row for each normal load; empty where that was not measured."""
         level = self.load_level
@@ -293,6 +304,8 @@ class LoopValues:
             "still_rising": shares.still_rising,
             "left_out": "; ".join(self.exclusions),
         }
+        if (found := self.energy_law()) is not None:
+            attributes |= {f"energy_over_amplitude_{name}": value for name, value in attrs.asdict(found[0]).items()}
         return {name: value for name, value in attributes.items() if value != ""}
 
 

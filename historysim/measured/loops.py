@@ -94,8 +94,18 @@ class Loops(LoopValues):
             ("values", f"mean ± standard deviation of one loop{small}"),
             *self._preliminary_texts(),
             *self.by_load().laws(),
+            *self._energy_text(),
             *(("note", text) for text in self.notes),
         ]
+
+    def _energy_text(self) -> list[tuple[str, str]]:
+        """Return how the energy per loop varies with the amplitude."""
+        if (found := self.energy_law()) is None:
+            return []
+        law, count = found
+        interval = f"(95 %: {law.exponent_low:.3f} to {law.exponent_high:.3f})"
+        text = f"proportional to the power {law.exponent:.3f} of the amplitude {interval}, through the means at"
+        return [("energy over amplitude", f"{text} {count:,} amplitudes")]
 
     def _preliminary_texts(self) -> list[tuple[str, str]]:
         """Return what each reading of the preliminary displacement is."""

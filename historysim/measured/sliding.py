@@ -68,7 +68,7 @@ _LENGTHS = 60
 
 @attrs.frozen
 class StaticPeak:
-    """The greatest friction coefficient at the start of sliding."""
+    """The greatest friction coefficient at the start of sliding, or of the whole record."""
 
     coefficient: float  #: T/N of one sample [1]
     place: float  #: where: a time [s] or a distance [m]
@@ -112,6 +112,7 @@ class Sliding:
     peak: StaticPeak | None  #: none where friction does not stand out at the start
     approach: Approach | None  #: none where friction does not run in towards a steady value
     no_approach: str = ""  #: why there is none
+    strength: StaticPeak | None = None  #: the greatest coefficient anywhere, such as the peak of a direct shear test
     remarks: tuple[tuple[str, str], ...] = ()  #: lines of (label, text): what was done to the record before
 
     def __repr__(self) -> str:
@@ -134,6 +135,7 @@ class Sliding:
             ("slides", f"{self._text(way)}, in {windows}"),
             ("friction coefficient", f"{means.mean():.4g}{scatter}"),
             ("static peak", peak),
+            *self._strength_text(),
         ]
         approach = self.approach
         if approach is None:
@@ -148,6 +150,13 @@ class Sliding:
             ("start of running-in", f"{start} at {self._text(approach.origin)}"),
             (f"{self.over} of running-in", f"{self._text(approach.length)} (95 %: {low} to {high}), to 1/e"),
         ]
+
+    def _strength_text(self) -> list[tuple[str, str]]:
+        """Return the peak strength, unless it is the static peak."""
+        if self.strength is None or (self.peak is not None and self.peak.place == self.strength.place):
+            return []
+        noise = f"; of this, noise makes about {self.strength.lifted:.1g}" if self.strength.lifted > 0 else ""
+        return [("peak strength", f"T/N = {self.strength.coefficient:.4g} at {self._text(self.strength.place)}{noise}")]
 
     def to_dataset(self) -> "xr.Dataset":
         """Return the windows as a Dataset with the dimension window; ``[friction.course]`` reads its file.
@@ -164,7 +173,7 @@ class Sliding:
             "no_approach": self.no_approach,
             "remarks": "\n".join(f"{label}: {text}" for label, text in self.remarks),
         }
-        for name, part in (("peak", self.peak), ("approach", self.approach)):
+        for name, part in (("peak", self.peak), ("approach", self.approach), ("strength", self.strength)):
             if part is not None:
                 attributes |= {f"{name}_{key}": float(value) for key, value in attrs.asdict(part).items()}
         columns = {
@@ -205,6 +214,7 @@ class Sliding:
             peak=stored("peak", StaticPeak),
             approach=stored("approach", Approach),
             no_approach=str(table.attrs.get("no_approach", "")),
+            strength=stored("strength", StaticPeak),
             remarks=tuple((label, text) for label, _, text in (line.partition(": ") for line in remarks)),
         )
 
@@ -283,11 +293,15 @@ def sliding_of_channels(
     # noise that is correlated from sample to sample is more than what one differs from the next by
     window = np.clip(np.searchsorted(edges, along, side="right") - 1, 0, int(count) - 1)
     beside = float(np.median(np.abs(friction - means[0][window]))) / MEDIAN_OF_NORMAL
-    peak = _peak(along, smooth, edges, means[0], max(noise_of(friction), beside))
+    noise = max(noise_of(friction), beside)
+    peak = _peak(along, smooth, edges, means[0], noise)
+    top = int(smooth.argmax())
+    lifted = noise * math.sqrt(2 * math.log(max(smooth.size, 2)))
+    strength = StaticPeak(float(smooth[top]), float(along[top]), lifted)
     tried = _running_in(along, friction, edges, _starts(along, smooth, means[0]) if peak is None else [peak.place])
     found, why = (None, tried) if isinstance(tried, str) else (tried, "")
     middle = (edges[1:] + edges[:-1]) / 2
-    return Sliding(name, along, friction, middle, *means, peak, found, why, tuple(remarks))
+    return Sliding(name, along, friction, middle, *means, peak, found, why, strength, tuple(remarks))
 
 
 def _begins(along: Floats, friction: Floats, moved: Floats | None, windows: int) -> int:

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_allclose
 from scipy import stats
 
-from historysim.measured.loop_table import same_amplitude, same_load, straight_line
+from historysim.measured.loop_table import energy_law, same_amplitude, same_load, straight_line
 from historysim.measured.loops import loops_of_channels
 
 
@@ -126,3 +126,30 @@ def test_the_dataset_and_the_texts_hold_everything():
     texts = (table.statistics("friction_force", each)[0].text("N", size) for each in heading[2:])
     assert first == ("  1 N", str(size), *texts)
     assert rows[-1][:4] == ("  3 N", str(table.members[2].size), "", "")
+
+
+def test_energy_is_a_power_of_the_amplitude():
+    """Over amplitudes: 3 in partial slip with small amplitudes, and with the scatter of a linear regression."""
+    random = np.random.default_rng(8)
+    amplitude = np.repeat([1e-6, 2e-6, 4e-6, 8e-6], 3)
+    energy = 5e9 * amplitude**2.6 * np.exp(0.05 * random.normal(size=amplitude.size))
+    law, count = energy_law(amplitude, energy)
+    means = energy.reshape(-1, 3).mean(axis=1)
+    by_hand = stats.linregress(np.log(amplitude[::3]), np.log(means))
+    reach = stats.t.ppf(0.975, 2) * by_hand.stderr
+    assert count == 4
+    assert_allclose([law.exponent, law.exponent_low, law.exponent_high], by_hand.slope + reach * np.array([0, -1, 1]))
+    assert energy_law(amplitude[:6], energy[:6]) is None
+    assert energy_law(amplitude * 0 + 1e-6, energy) is None
+
+
+def test_summary_and_files_have_the_power_of_the_energy():
+    # E = 4 F (A - elastic part), and the elastic part is a share of A: the exponent is 1
+    found = made([1.0], amplitudes=(1.0, 0.5, 0.25, 0.125), loops=2)
+    text = dict(found.summary())["energy over amplitude"]
+    exponent = float(text.removeprefix("proportional to the power ").split()[0])
+    # where the amplitude changes, a loop is not whole: the classes of energies are off by some percent
+    assert exponent == pytest.approx(1, abs=0.1)
+    assert text.endswith("amplitudes")
+    assert found.to_dataset().attrs["energy_over_amplitude_exponent"] == pytest.approx(exponent, abs=1e-3)
+    assert "energy over amplitude" not in dict(made([1.0, 2.0], amplitudes=(1.0, 0.5, 0.25)).summary())

@@ -406,3 +406,21 @@ def test_a_cycle_in_partial_slip_is_a_loop_once_it_is_steady(share):
     energy = mindlin.dissipated_energy_per_loop(share * LIMIT, **CONTACT)
     # two trapezoid rules and the piece between the last and the first sample
     assert found.dissipated_energy == pytest.approx([energy], rel=1e-2)
+
+
+def test_friction_is_averaged_over_the_plateau_that_is_chosen():
+    """Load that overshoots by a half in the last fifth of each stroke, and is level from 0.3 to 0.8 of it."""
+    way = np.array([0.0, 0.3, 0.8, 0.8001, 1.0])
+    load = np.array([-1.5, 1.0, 1.0, 1.5, 1.5])
+    stroke = np.linspace(0, 1, 201)
+    rising = np.interp(stroke, way, load)
+    u = np.concatenate([*[stroke, 1 - stroke[1:]] * 3])
+    t = np.concatenate([*[rising, -rising[1:]] * 3])
+    channels = np.arange(float(u.size)), u, t, np.full(u.size, 2.0)
+    level = loops_of_channels(*channels, definitions=Definitions(sliding_part=0.6, sliding_end=0.75))
+    np.testing.assert_allclose(level.friction_coefficient, 0.5, rtol=1e-9)
+    # (0.05 at 1 and 0.2 at 1.5) over the last quarter
+    np.testing.assert_allclose(loops_of_channels(*channels).friction_force, (0.05 * 1 + 0.2 * 1.5) / 0.25, rtol=0.01)
+    assert level.to_dataset().attrs["sliding_part"] == "from 0.4 to 0.75 of the displacement of a branch"
+    with pytest.raises(InputError, match=r"from 0\.6 to 0\.5; expected its end after its start"):
+        Definitions(sliding_part=0.4, sliding_end=0.5)

@@ -272,3 +272,19 @@ def test_over_time_a_displacement_that_rests_is_not_needed(noise):
     found = sliding_of_channels(time, load, np.ones(500), moved, over="time")
     assert found.window_mean.mean() == pytest.approx(0.6, rel=0.01)
     assert sliding_of_channels(time, -load, np.ones(500), moved, over="time").window_mean.mean() > 0.5
+
+
+def test_peak_strength_is_found_anywhere():
+    """Direct shear: T/N rises to 0.7 at 1.5 mm, and softens to 0.5; the normal load varies."""
+    u = np.linspace(0, 6e-3, 601)
+    ratio = np.where(u < 1.5e-3, 0.7 * np.sin(np.pi * u / 3e-3), 0.5 + 0.2 * np.exp(-(u - 1.5e-3) / 1e-3))
+    normal = 100 + 2e4 * u
+    found = sliding_of_channels(u / 1e-5, ratio * normal, normal, u)
+    # the largest load is at the end of the record
+    assert (ratio * normal).argmax() != 150
+    assert found.strength.coefficient == pytest.approx(0.7, abs=1e-3)
+    assert found.strength.place == pytest.approx(1.5e-3, abs=1e-5)
+    assert dict(found.summary())["peak strength"].startswith("T/N = 0.7 at 1.5 mm")
+    assert Sliding.from_dataset(found.to_dataset()).strength == found.strength
+    # a static peak is the peak strength, and is printed once
+    assert "peak strength" not in dict(sliding_of_channels(*made()).summary())

@@ -282,3 +282,67 @@ def test_a_whole_scenario_is_written_and_says_what_is_missing(tmp_path, monkeypa
     again = CliRunner().invoke(main, ["columns", "data/m.csv", "-o", "work/my.toml"])
     assert again.exit_code == 2
     assert "exists already" in again.output
+
+
+COEFFICIENTS = "x,COF,Fn\nmm,-,N\n0,0.20,10\n1,0.25,20\n2,0.30,40\n"
+AFM = "x,trace,retrace\nµm,nN,nN\n0,-3,-5\n1,4,-5\n2,5,-5\n3,5,-4\n4,5,3\n"
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"), [("", [2.0, 5.0, 12.0]), (", scale = -2", [-4.0, -10.0, -24.0]), (", offset = 1", [3, 6, 13])]
+)
+def test_friction_coefficients_are_multiplied_by_the_normal_load(tmp_path, keys, expected):
+    columns = (
+        "normal_load = 'Fn'\ntangential_displacement = 'x'\n[loading.response]\n"
+        f"tangential_load = {{ column = 'COF', times = 'normal_load'{keys} }}"
+    )
+    measured = scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", columns).measurement()
+    np.testing.assert_allclose(measured["tangential_load"], expected, rtol=1e-13)
+    constant = columns.replace("'Fn'", "{ constant = 10 }", 1)
+    measured = scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", constant).measurement()
+    first = (expected[0] - 1 if "offset" in keys else expected[0]) / 0.2
+    ratio = np.array([0.2, 0.25, 0.3]) * first + ("offset" in keys)
+    np.testing.assert_allclose(measured["tangential_load"], ratio, rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (
+            "tangential_load = { column = 'COF', times = 'normal_load' }",
+            "tangential_load.times: was not measured; expected a column or a constant for normal_load",
+        ),
+        ("normal_load = { column = 'COF', times = 'Fn' }", "times: 'Fn'; expected the channel \"normal_load\""),
+        ("normal_load = { column = 'COF', times = 'normal_load' }", "normal_load.times: is the normal load itself"),
+        (
+            "normal_load = 'Fn'\ntangential_load = { column = 'COF', times = 'normal_load', area = '1 mm2' }",
+            "tangential_load.area: makes a load of a pressure, and times one of a coefficient",
+        ),
+        (
+            "normal_load = { column = 'Fn', retrace = 'COF', shift = 1 }",
+            "normal_load.shift: does not apply to a column with a retrace",
+        ),
+    ],
+)
+def test_coefficients_and_retraces_that_cannot_be_used(tmp_path, columns, said):
+    with pytest.raises(InputError) as refused:
+        scenario(tmp_path, COEFFICIENTS, "file = 'a.txt'", columns).measurement()
+    assert said in str(refused.value)
+
+
+def test_trace_and_retrace_are_one_loop(tmp_path):
+    columns = (
+        "normal_load = { constant = '50 nN' }\ntangential_displacement = 'x'\n[loading.response]\n"
+        "tangential_load = { column = 'trace', retrace = 'retrace' }"
+    )
+    made = scenario(tmp_path, AFM, "file = 'a.txt'", columns)
+    measured = made.measurement()
+    np.testing.assert_allclose(measured["tangential_displacement"] * 1e6, [0, 1, 2, 3, 4, 4, 3, 2, 1, 0], atol=1e-12)
+    np.testing.assert_allclose(measured["tangential_load"] * 1e9, [-3, 4, 5, 5, 5, 3, -4, -5, -5, -5], atol=1e-12)
+    assert (np.diff(measured.time) > 0).all()
+    assert dict(measured.remarks)["retrace"] == "5 samples after the trace, in reverse order"
+    loops = hs.loops(made)
+    assert len(loops) == 1
+    np.testing.assert_allclose(loops.friction_coefficient, 0.1, rtol=1e-9)
+    # by the trapezoidal rule, trace less retrace: 5.5 + 9.5 + 9.5 + 5.5
+    np.testing.assert_allclose(loops.dissipated_energy, [30e-15], rtol=1e-9)

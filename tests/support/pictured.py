@@ -222,6 +222,7 @@ PICTURES = {
     "measured-loops": lambda **p: hs.plots.measured_loops(loops(), title=TITLE, **p),
     "measured-levels": lambda **p: hs.plots.measured_loops(compared()[1].measured, model=compared()[1].model, **p),
     "loop-trends": lambda **p: hs.plot(loops().to_dataset(), **p),
+    "fretting": lambda **p: hs.plot(loops().fretting, **p),
     "loop-levels": lambda **p: hs.plot(levels().by_load(), **p),
     "comparison": lambda **p: hs.plots.comparison(compared()[1], title=TITLE, **p),
     "record": lambda **p: hs.plot(compared()[0], **p),

@@ -270,7 +270,7 @@ def _of_dataset(
         return _of_sweep(what, picture, place, options)
     if _is_history(what) and content not in TABLES:
         return draw(what, picture or ("contact-map" if "step" in options else "history"), place, **options)
-    kinds = {"table": content in TABLES, "surface": "summit_height" in what}
+    kinds = {"fretting": content == "fretting report", "table": content in TABLES, "surface": "summit_height" in what}
     kinds |= {"loop-trends": "loop" in what.dims, "loop-levels": "loops" in what.coords}
     for kind, found in kinds.items():
         if found:

@@ -44,13 +44,14 @@ FILE_REMARK, HUM_REMARK = "file", "hum"  # labels of remarks on how a file was r
 CLEAR_OF_ZERO = 0.05  # first sample of a tangential displacement over its range, from which on a notice says so
 EACH = "each"  # of several runs in one file, each by itself
 # the space keeps it apart from the keys of channels
-_RUN = " run"
+_RUN, RETRACE = " run", " retrace"
 
 
 def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
     """Return the measurement of a file, made ready by the keys of ``[loading]``."""
     record = _on_one_clock(folder, section)
     record.take_run()
+    record.append_retrace()
     with at("file"), _named(section.name):
         record.take_window()
         record.leave_out_missing()
@@ -59,9 +60,11 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
         with at("interval"), _named(section.name):
             record.resample(section.interval)
     in_si: dict[str, dict[str, Floats]] = {"columns": {}, "response": {}}
-    for (group, key), channel in section.channels.items():
+    # coefficients follow the load that they are multiplied by
+    for (group, key), channel in sorted(section.channels.items(), key=lambda item: _factor_of(item[1]) is not None):
         with at(group, key), _named(section.name):
-            in_si[group][key] = record.in_si(channel, group, key)
+            factor = {**in_si["response"], **in_si["columns"]}.get(_factor_of(channel) or "")
+            in_si[group][key] = record.in_si(channel, group, key, 1.0 if factor is None else factor)
     record.close_free_play(in_si)
     measurement = Measurement(
         time=record.time,
@@ -91,7 +94,10 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     values, first, inside = {}, {}, np.ones(time.size, dtype=np.bool_)
     for (group, key), channel in measured.items():
         own = tables[channel.time]
-        column = channel.combined([own.columns[name] for name in column_names(key, channel)])
+        raw = [own.columns[name] for name in column_names(key, channel)]
+        if channel.retrace is not None:
+            values[group, key + RETRACE] = raw.pop()
+        column = channel.combined(raw)
         first[group, key] = _first_of(column)
         if channel.time is not None or channel.shift != 0:
             with at(group, key, "shift" if channel.time is None else "time"), _named(section.name):
@@ -108,6 +114,11 @@ def _on_one_clock(folder: Path, section: "MeasuredLoading") -> "_Record":
     elif section.columns.time is None:
         record.remark("clock", "no column for time: the number of the row, from 0 s")
     return record
+
+
+def _factor_of(channel: Channel) -> str | None:
+    """Return the channel that a column of coefficients is multiplied by; None for a load or a displacement."""
+    return getattr(channel, "times", None)
 
 
 def _first_of(column: Floats) -> float:
@@ -255,6 +266,23 @@ class _Record:
         self.remark("run", f"{run}, one of {len(runs):,} runs, {_samples(int(kept.sum()))}")
         self.keep(kept)
 
+    def append_retrace(self) -> None:
+        """Append the retrace in reverse order; channels without one return along their trace."""
+        if not any(key.endswith(RETRACE) for _, key in self.values):
+            return
+        traces = {place: column for place, column in self.values.items() if not place[1].endswith(RETRACE)}
+        self.values = {
+            (group, key): np.append(column, self.values.get((group, key + RETRACE), column)[::-1])
+            for (group, key), column in traces.items()
+        }
+        step = float(np.nanmedian(np.diff(self.time))) if self.time.size > 1 else 1.0
+        end = float(np.nanmax(self.time))
+        self.remark("retrace", f"{_samples(self.time.size)} after the trace, in reverse order")
+        self.time = np.append(self.time, end + step + (end - self.time[::-1]))
+        self.row = None if self.row is None else np.append(self.row, self.row[::-1])
+        self.inside = np.append(self.inside, self.inside[::-1])
+        self.run = np.append(self.run, self.run[::-1])
+
     def take_window(self) -> None:
         """Leave out samples before the start or after the end."""
         start = -math.inf if self.section.start is None else self.section.start
@@ -334,14 +362,14 @@ class _Record:
         self.time, self.row = time, None
         self.remark("resampled", f"every {quantity_text(interval, 's')}, {_samples(count)}")
 
-    def in_si(self, channel: Channel, group: str, key: str) -> Floats:
-        """Return a channel in SI, conditioned and corrected, of a size that is computed with."""
+    def in_si(self, channel: Channel, group: str, key: str, factor: Floats | float) -> Floats:
+        """Return a channel, times a factor, in SI, conditioned and corrected, of a size that is computed with."""
         constant = getattr(channel, "constant", None)
         if constant is not None:
             return np.full(self.time.size, constant)
         raw = self.values[group, key]
         offset = getattr(channel, "offset", None)
-        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw + (offset or 0.0)
+        values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
         values = self.corrected(channel, key, values)
         if isinstance(channel, LengthChannel) and offset is None and not channel.centred:
             values = self.from_zero(key, values, channel.scale * self.first[group, key])
@@ -505,6 +533,9 @@ class MeasuredLoading(NumbersFile, Loading):
             if getattr(channel, "free_play", 0) and "tangential_load" not in names:
                 problem = "needs the tangential load, at which the clearance opens; expected a column for it"
                 raise misfit(problem, *place, "free_play")
+            if (factor := _factor_of(channel)) and factor not in names:
+                problem = "was not measured; expected a column or a constant for normal_load"
+                raise misfit(problem, *place, "times")
             for needs in ("time", "shift", "notch", "low_pass"):
                 if self.columns.time is None and self.rate is None and getattr(channel, needs):
                     problem = (

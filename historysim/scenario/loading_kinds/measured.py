@@ -62,6 +62,8 @@ class Channel:
     sum: tuple[Term, ...] | None = None
     mean: tuple[Term, ...] | None = None  #: their mean
     difference: tuple[Term, ...] | None = None  #: the first of two less the second
+    #: Column of the retrace, on the displacements of the trace, as AFM files store them: it follows in reverse order.
+    retrace: Column | None = None
     scale: Number = 1.0  #: A factor on the column
     time: Column | None = None  #: the channel's own clock; it is interpolated onto that of the record
     shift: Time = 0.0  #: by how much that clock is behind: a sample at t was taken at t + shift
@@ -99,6 +101,9 @@ class Channel:
             raise misfit("0; expected another number, since nothing would be left of the channel", "scale")
         if ways[0] in COMBINED:
             self._check_combined(ways[0], chosen)
+        if self.retrace is not None and (self.time is not None or self.shift):
+            problem = "does not apply to a column with a retrace, which follows it in time"
+            raise misfit(problem, "shift" if self.time is None else "time")
         # columns check their names, positions and indices
         _ = self.sources
         self._check_units()
@@ -109,15 +114,16 @@ class Channel:
             two = "two columns, of which the second is taken from the first"
             expected = two if way == "difference" else "two or more"
             raise misfit(f"{count} given; expected {expected}", way)
-        if alone := chosen & {"occurrence", "index"}:
+        if alone := chosen & {"occurrence", "index", "retrace"}:
             raise misfit(f"belongs to one column; give it to one of those in {way}", min(alone))
 
     def _check_units(self) -> None:
         units: dict[tuple[str | int, ...], str | None] = {("unit",): self.unit}
         for way in COMBINED:
             units |= {(way, index, "unit"): each.unit for index, each in enumerate(getattr(self, way) or ())}
-        if self.time is not None:
-            units["time", "unit"] = self.time.unit
+        for name in ("time", "retrace"):
+            if (column := getattr(self, name)) is not None:
+                units[name, "unit"] = column.unit
         for key, unit in units.items():
             if unit is not None:
                 with at(*key):
@@ -136,14 +142,16 @@ class Channel:
 
     @property
     def sources(self) -> tuple[Column, ...]:
-        """Its columns, none for a constant; those without a unit have the channel's."""
+        """Its columns, the retrace last, none for a constant; those without a unit have the channel's."""
         if self.column is not None:
-            return (Column(self.column, self.unit, self.occurrence, self.index),)
+            own = Column(self.column, self.unit, self.occurrence, self.index)
+            back = () if self.retrace is None else (self.retrace,)
+            return own, *(column if column.unit else attrs.evolve(column, unit=self.unit) for column in back)
         columns = self.sum or self.mean or self.difference or ()
         return tuple(column if column.unit else attrs.evolve(column, unit=self.unit) for column in columns)
 
     def combined(self, values: Sequence[Floats]) -> Floats:
-        """Return its columns combined, (row,)."""
+        """Return its columns, without the retrace, combined, (row,)."""
         terms = self.sum or self.mean or self.difference or ()
         values = [term.scale * each for term, each in zip(terms, values, strict=True)] if terms else values
         if self.difference:
@@ -159,12 +167,24 @@ class ForceChannel(Channel):
     constant: Force | None = None  #: the same value throughout, in place of a column
     offset: Force = 0.0  #: added after the scale
     area: Area | None = attrs.field(default=None, validator=POSITIVE)  #: area that makes a load of a pressure
+    #: ``"normal_load"`` for a column of friction coefficients: they are multiplied by it, before all corrections.
+    times: str | None = attrs.field(
+        default=None, validator=Key(lambda channel: channel == "normal_load", 'the channel "normal_load"')
+    )
     negative_as_zero: bool = False  #: what is below 0 is 0
 
     @property
     def unit_in_si(self) -> str:
-        """That of a force; of a pressure that an area makes a load of, its own."""
+        """The SI unit of its columns: of a force, a pressure with ``area``, or a coefficient with ``times``."""
+        if self.times:
+            return "1"
         return "Pa" if self.area else "N"
+
+    def __attrs_post_init__(self) -> None:
+        """Check that it is made a load of in one way."""
+        super().__attrs_post_init__()
+        if self.times and self.area:
+            raise misfit("makes a load of a pressure, and times one of a coefficient; expected one of them", "area")
 
 
 @attrs.frozen(kw_only=True)
@@ -203,6 +223,8 @@ class Channels:
 
     def __attrs_post_init__(self) -> None:
         """Check what one channel alone does not show."""
+        if self.normal_load and self.normal_load.times:
+            raise misfit("is the normal load itself; expected it at tangential_load", "normal_load", "times")
         if self.normal_load and (self.normal_load.constant or 0) < 0:
             raise misfit(f"{self.normal_load.constant:g} N; expected 0 N or more", "normal_load", "constant")
         if self.normal_displacement and self.normal_displacement.free_play:
