@@ -24,7 +24,7 @@ from historysim.measured.scatter import FEWEST_LOOPS, of_values
 TRANSITION_A = 0.2
 TRANSITION_D = 2 ** (1 / 3) - 1
 TRANSITION_B = TRANSITION_A / TRANSITION_D
-STICK = 0.01  # energy ratio A below which a loop counts as closed; a sphere has it at T* = 0.17 μP
+STICK = 0.01  # energy ratio A below which a loop counts as closed; a sphere has it at T* = 0.16 μP
 MEDIAN_OF_LOAD = 5  # samples of the running median that keeps noise out of the extremes of a measured load
 REGIMES = ("stick", "partial slip", "gross slip")
 UNKNOWN = -1  # regime of a loop without energy or without load
