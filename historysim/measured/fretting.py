@@ -6,11 +6,10 @@ this folder, "Fretting", has the formulas and the transition values.
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import attrs
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.wording import columns, html_table
@@ -19,6 +18,9 @@ from historysim.measured.correction import running_median
 from historysim.measured.loop_table import CONFIDENCE, LoopQuantity, LoopStatistics, LoopTable, interval_text
 from historysim.measured.loop_values import LoopValues
 from historysim.measured.scatter import FEWEST_LOOPS, of_values
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # The closed loop of Cattaneo and Mindlin at the transition: E = 4 δ* Q*/5, and aperture (2^(1/3) - 1) δ*.
 TRANSITION_A = 0.2
@@ -234,8 +236,10 @@ class Fretting:
             *((each.label, self.text(name), each.definition) for name, each in QUANTITIES.items()),
         ]
 
-    def to_dataset(self) -> xr.Dataset:
+    def to_dataset(self) -> "xr.Dataset":
         """Return all quantities as a Dataset with the dimension loop, or run."""
+        import xarray as xr
+
         variables = {
             name: (
                 self.along,
