@@ -22,7 +22,16 @@ from historysim.loads.event_sequence import SampledLoads
 from historysim.measured.advice import FEWEST_OF_BRANCH, BranchSamples, advice
 from historysim.measured.loop_values import BRANCH_QUANTITIES, LOOP_QUANTITIES, NoLoopError
 from historysim.measured.loops import Loops, check_skip, loops_of_channels, loops_of_measurement
-from historysim.measured.reduction import Measurement, check_moves, loop_dead_band, noise_of, turning_points
+from historysim.measured.reduction import (
+    FEWEST_SPIKES,
+    USUAL_STEPS,
+    Measurement,
+    check_moves,
+    find_spikes,
+    loop_dead_band,
+    noise_of,
+    turning_points,
+)
 from historysim.recording.recorder import DatasetRecorder
 from historysim.replaying import Replay
 
@@ -32,6 +41,7 @@ MOST_BACK = 64  # samples that are looked back to for the stiffness that noise m
 PLACES = 40  # places that a branch is divided into
 SLIDES = 0.95  # load of the model over its friction limit from which on it is along sliding
 ONE_LOAD = 0.1  # move of the normal load on a branch, over its greatest value there, up to which it is at one load
+FEWEST_MEANS = 16  # samples that a branch keeps at least where neighbours are averaged: they show how it bends
 SOFTER = 0.5  # stiffness at reversals over that of the model below which a compliance in series has a note
 
 
@@ -56,6 +66,7 @@ class Observation:
     displacement_noise: float
     #: displacement_noise and load_noise: standard deviations of displacement [m] and tangential load [N].
     load_noise: float
+    reading_noise: float  #: standard deviation of a single reading of the displacement, as at the turning points [m]
     dead_band: float  #: the smallest swing of the displacement that is a reversal [m]
     loops: Loops | None  #: the measured loops; None where there is no whole one
     skip: int = 0  #: loops at the start that are not compared
@@ -78,6 +89,41 @@ class Observation:
             loops=None,
         )
 
+    def averaged(self, most: int) -> "Observation":
+        """Return an observation of all nodes, and of means of neighbouring samples between them, about `most` in all.
+
+        Each branch keeps `FEWEST_MEANS` samples or more. The noise of the means is estimated anew: it falls by the root
+        of their number where it is white, and by less where it is correlated.
+        """
+        together = -(-self.time.size // most)
+        if together <= 1:
+            return self
+        starts = []
+        for node, end in itertools.pairwise(self.nodes.tolist()):
+            count = end - node - 1
+            means = min(count, max(-(-count // together), FEWEST_MEANS))
+            starts += [[node], node + 1 + np.arange(means) * count // max(means, 1)]
+        first_of = np.concatenate([*starts, self.nodes[-1:]])
+        sizes = np.diff(first_of, append=self.time.size)
+        names = "time", "displacement", "tangential_load", "normal_load"
+        channels = {name: np.add.reduceat(getattr(self, name), first_of) / sizes for name in names}
+        white = 1 / math.sqrt(together)
+        displacement_noise, load_noise = (
+            float(np.clip(noise_of(channels[name]), white * noise, noise))
+            for name, noise in (("displacement", self.displacement_noise), ("tangential_load", self.load_noise))
+        )
+        text = f"{self.time.size:,} samples as {first_of.size:,}: turning points, and means of {together} between them"
+        return attrs.evolve(
+            self,
+            **channels,
+            turns=np.searchsorted(first_of, self.turns),
+            nodes=np.searchsorted(first_of, self.nodes),
+            first=int(np.searchsorted(first_of, self.first)),
+            displacement_noise=displacement_noise,
+            load_noise=load_noise,
+            remarks=(*self.remarks, ("averaged", text)),
+        )
+
 
 def observe(
     measurement: Measurement,
@@ -95,6 +141,7 @@ def observe(
     displacement, load = measurement["tangential_displacement"], measurement["tangential_load"]
     normal = measurement["normal_load"]
     measurement.check_pressed()
+    displacement, spikes = _without_spikes(displacement)
     given = measurement.dead_band.get("tangential_displacement")
     check_moves(displacement, given)
     dead_band = loop_dead_band(displacement, given)
@@ -131,12 +178,27 @@ def observe(
         node_offset=offset[nodes],
         displacement_noise=noise,
         load_noise=noise_of(load) if load_noise is None else load_noise,
+        reading_noise=noise,
         dead_band=dead_band,
         loops=loops,
         skip=skip,
         first=int(turns[start]),
-        remarks=measurement.remarks,
+        remarks=(*measurement.remarks, *spikes),
     )
+
+
+def _without_spikes(displacement: Floats) -> tuple[Floats, list[tuple[str, str]]]:
+    """Return a displacement with the mean of both neighbours in place of its spikes, and a line that says so.
+
+    A spike near a reversal would be taken for the turning point.
+    """
+    spikes = np.flatnonzero(find_spikes(displacement, USUAL_STEPS))
+    if spikes.size < FEWEST_SPIKES:
+        return displacement, []
+    clean = displacement.copy()
+    clean[spikes] = (displacement[spikes - 1] + displacement[spikes + 1]) / 2
+    many = f"{spikes.size:,} of {displacement.size:,} readings of the displacement stand out from both neighbours"
+    return clean, [("spikes", f"{many}: the mean of these stands in their place")]
 
 
 @attrs.frozen(eq=False)
@@ -258,12 +320,8 @@ def residuals_of(observation: Observation, response: ModelResponse, compared: In
     branch, and what is left of both; their squares add up.
     """
     samples = np.arange(observation.first, observation.time.size) if compared is None else compared
-    turns, moved = observation.turns, observation.displacement
-    branch = np.clip(np.searchsorted(turns, samples, side="right") - 1, 0, turns.size - 2)
-    start, way = moved[turns[branch]], moved[turns[branch + 1]] - moved[turns[branch]]
-    share = np.divide(moved[samples] - start, way, out=np.zeros(samples.size), where=way != 0)
-    falls = (way < 0).astype(np.int64)
-    cell = falls * PLACES + np.clip((share * PLACES).astype(np.int64), 0, PLACES - 1)
+    turns = observation.turns
+    branch, cell = _branch_of(turns, samples), places_of(observation, samples)
     off = (observation.tangential_load - response.tangential_load)[samples]
     mean = _means(cell, off, 2 * PLACES)
     alike = np.nan_to_num(mean)[cell]
@@ -281,6 +339,22 @@ def residuals_of(observation: Observation, response: ModelResponse, compared: In
         place=places,
         mean=mean.reshape(2, PLACES),
     )
+
+
+def places_of(observation: Observation, samples: Integers) -> Integers:
+    """Return the numbers of the places that samples have on their branches, those of falling branches behind."""
+    turns, moved = observation.turns, observation.displacement
+    branch = _branch_of(turns, samples)
+    start, way = moved[turns[branch]], moved[turns[branch + 1]] - moved[turns[branch]]
+    share = np.divide(moved[samples] - start, way, out=np.zeros(samples.size), where=way != 0)
+    falls = (way < 0).astype(np.int64)
+    places: Integers = falls * PLACES + np.clip((share * PLACES).astype(np.int64), 0, PLACES - 1)
+    return places
+
+
+def _branch_of(turns: Integers, samples: Integers) -> Integers:
+    branch: Integers = np.clip(np.searchsorted(turns, samples, side="right") - 1, 0, turns.size - 2)
+    return branch
 
 
 def _means(group: Integers, values: Floats, count: int) -> Floats:

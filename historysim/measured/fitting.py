@@ -153,11 +153,16 @@ def fit_parameters(
     is called at each walk of the model along the observation, with how many there will be, by an estimate.
     """
     search = Search.of(model, start, observation)
-    return _read_off(search, search.ended(notify))
+    end = search.ended(notify)
+    outliers = search.outliers(end)
+    if outliers.any():
+        search = search.without(outliers)
+        end = attrs.evolve(search.checked(search.settled(end.unknowns)), spread=end.spread)
+    return _read_off(search, end, int(outliers.sum()))
 
 
-def _read_off(search: Search, end: SearchResult) -> ParameterFit:
-    """Return the estimates at the end of a search, their intervals, and notes."""
+def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> ParameterFit:
+    """Return the estimates at the end of a search, their intervals, and notes; outliers are left out already."""
     from scipy import stats
 
     names, count, observation = search.names, len(search.names), search.observation
@@ -172,6 +177,8 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
     by_noise = stats.t.ppf((1 + CONFIDENCE) / 2, freedom) * deviation * math.sqrt(max(variance, 1.0))
     wanders = _wanders(search, end, covariance, misfit)
     reach = by_noise if wanders is None else np.array([each.reach for each in wanders])
+    # pieces say nothing of a parameter that has no effect
+    reach = np.where(np.any(end.slopes, axis=0), reach, by_noise)
     # other minima that are as deep but for chance are as likely
     reach, by_noise = np.maximum(reach, end.spread), np.maximum(by_noise, end.spread)
     correlation = covariance / np.outer(deviation, deviation)
@@ -197,6 +204,7 @@ def _read_off(search: Search, end: SearchResult) -> ParameterFit:
         loops_compared=pieces,
         notes=(
             *_notes_on_search(search, end, misfit, minimum=minimum),
+            *_note_on_outliers(outliers, search.compared.size),
             *_indistinct(names, correlation, reach, limit),
             *(each.drift_text() for each in parameters if each.drifts),
         ),
@@ -221,6 +229,13 @@ def _notes_on_search(search: Search, end: SearchResult, misfit: float, *, minimu
             "where they were measured: noise alone does not explain what the model misses"
         )
     return notes
+
+
+def _note_on_outliers(outliers: int, rest: int) -> list[str]:
+    if not outliers:
+        return []
+    many = f"{outliers:,} of {rest + outliers:,} samples"
+    return [f"{many} stand out from what the model leaves of their neighbours, as spikes do: the fit leaves them out"]
 
 
 def _pieces(search: Search) -> Integers:

@@ -24,6 +24,7 @@ from historysim.measured.reduction import (
     MEDIAN_OF_NORMAL,
     REVERSAL,
     SPIKE,
+    USUAL_STEPS,
     count_of_spikes,
     noise_of,
 )
@@ -243,7 +244,7 @@ def _scatters(values: Floats) -> bool:
 def _spikes(trace: Trace) -> Iterator[str]:
     channels = {"tangential load": trace.tangential_load, "displacement": trace.displacement}
     for name, values in channels.items():
-        count = count_of_spikes(values, 0.98)
+        count = count_of_spikes(values, USUAL_STEPS)
         if count >= FEWEST_SPIKES:
             yield (
                 f"{counted(count, 'sample', 'samples')} of the {name}, {100 * count / values.size:.2g} %, stand out "

@@ -35,6 +35,7 @@ MOST_PARTS = 16  # last digits that the least difference between two samples of 
 SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps stand clear of them
 NEAR_ZERO = 0.2  # least force over the greatest one up to which one that is never negative has lost its sign
 FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
+USUAL_STEPS = 0.98  # share of the steps between samples of a record with strokes that are no spikes'
 
 
 def channel(name: str, values: ArrayLike, size: int | None = None) -> Floats:
@@ -106,13 +107,22 @@ def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
     return noise_of(displacement) if displacement.size >= FEWEST_SAMPLES else 0.0
 
 
-def count_of_spikes(values: Floats, usual: float) -> int:
-    """Return how many samples stand out from both neighbours; `usual` is the share of steps that are no spikes'."""
+def find_spikes(values: Floats, usual: float) -> Booleans:
+    """Return which samples stand out from both neighbours; `usual` is the share of steps that are no spikes'."""
+    result = np.zeros(values.size, dtype=np.bool_)
+    if values.size < 3:
+        return result
     steps = np.diff(values)
     up, down = steps[:-1], -steps[1:]
     alone = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
     least = max(SPIKE * noise_of(values), 3 * float(np.quantile(np.abs(steps), usual)))
-    return int(np.count_nonzero(alone > least)) if least > 0 else 0
+    result[1:-1] = (alone > least) & (least > 0)
+    return result
+
+
+def count_of_spikes(values: Floats, usual: float) -> int:
+    """Return how many samples stand out from both neighbours."""
+    return int(np.count_nonzero(find_spikes(values, usual)))
 
 
 def _digit_of(values: Floats) -> float:

@@ -15,7 +15,8 @@ from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import Instrument
 from historysim.basics.arguments import Booleans, Floats, Integers, scalar
 from historysim.errors import InputError
-from historysim.measured.comparison import ModelResponse, Observation, passed
+from historysim.measured.comparison import ModelResponse, Observation, passed, places_of
+from historysim.measured.reduction import MEDIAN_OF_NORMAL
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
@@ -46,7 +47,14 @@ _MOST_EXACT = 8  # nodes up to which the exact solver is taken
 _MOST_ROUNDS, _NEAR = 8, 0.03  # rounds of weights, and deviations of an estimate within which they have settled
 _ROOM = 100.0  # more than noise of the displacement adds for each sample: a sum of squares has no negative terms
 _AT_BOUND = 1e-3  # share of the way to its bound within which a node is there
+# Deviations from the median of so many neighbours, over the usual ones, from which on a sample is an outlier: Gaussian
+# noise has one in 10⁸ samples.
+_OUTLIER, _NEIGHBOURS = 6.0, 5
 _STATIONARY = 0.1  # deviations that residuals pull a stationary estimate by
+# The check of an end without derivatives: steps in deviations of estimates and nodes; the drop of the sum, over the
+# number of samples, that is none; how often the search goes on from a lower place; and singular values of the slopes,
+# over the largest, that are rounding.
+_PATTERN, _LEAST_DROP, _MOST_DESCENTS, _NO_EFFECT = (1.0, 0.3, 0.1, 0.03), 1e-4, 4, 1e-9
 
 
 @attrs.frozen(eq=False)
@@ -61,15 +69,21 @@ class ResidualSlopes:
 
     def freed(self, moves: Booleans) -> tuple[Floats, Floats]:
         """Return what is left of those by the parameters when nodes follow, those that still move; of `added`, too."""
-        from scipy.sparse.linalg import splu
-
         if not moves.any():
             return self.by_parameter, self.added
-        those = np.flatnonzero(moves)
-        free = self.by_node[:, those]
-        transposed = free.T.tocsr()
-        follow = splu((transposed @ free).tocsc()).solve(transposed @ self.by_parameter)
-        return self.by_parameter - free @ follow, self.added - self.added_by_node[:, those] @ follow
+        follow = self.follow(moves)
+        return self.by_parameter - self.by_node @ follow, self.added - self.added_by_node @ follow
+
+    def follow(self, moves: Booleans) -> Floats:
+        """Return by how much nodes follow a parameter the other way, 0 for those that do not move (node, parameter)."""
+        from scipy.sparse.linalg import splu
+
+        result = np.zeros((moves.size, self.by_parameter.shape[1]))
+        if moves.any():
+            free = self.by_node[:, np.flatnonzero(moves)]
+            transposed = free.T.tocsr()
+            result[moves] = splu((transposed @ free).tocsc()).solve(transposed @ self.by_parameter)
+        return result
 
 
 @attrs.frozen(eq=False)
@@ -86,7 +100,7 @@ class SearchResult:
     at_bounds: int  #: nodes that are as far from where they were measured as they may be
     scale: Floats
     noise: Floats  #: scale and noise: (sample) Weight and noise of what is left of the load [N]
-    settled: bool  #: whether a minimum was found, and the weights are those at this minimum
+    settled: bool  #: whether a minimum was found, smooth or at a kink, and the weights are those there
     spread: Floats  #: (parameter) How far other ends are from here that are as deep but for chance, as a logarithm
 
     @property
@@ -152,11 +166,80 @@ class Search:
             unknowns = np.append(fixed.least(start, fixed.scales(start), rough=True).x, np.zeros(self.free))
             if thin.observation is not self.observation:
                 unknowns = thin.least(unknowns, thin.scales(unknowns), rough=True).x
-            end = reporting.settled(unknowns)
-            # at a fold of the sum slopes say nothing of how sure an estimate is
-            smooth = end.is_stationary or bool(end.at_limit(self.start).any())
-            ends.append(attrs.evolve(end, settled=end.settled and smooth))
+            ends.append(reporting.checked(reporting.settled(unknowns)))
         return reporting.deepest(ends)
+
+    def checked(self, end: SearchResult) -> SearchResult:
+        """Return an end that is known to be a minimum, or not to be one: that, or a lower one nearby.
+
+        Where the pulls of the residuals do not add up to nothing, the sum has a kink, and slopes cannot tell whether it
+        is a minimum. A pattern search can.
+        """
+        for _ in range(_MOST_DESCENTS):
+            if bool(end.at_limit(self.start).any()) or (end.settled and end.is_stationary):
+                return end
+            lower, drop = self._descended(end)
+            if drop <= _LEAST_DROP * self.compared.size:
+                return attrs.evolve(end, settled=True)
+            end = self.settled(lower)
+        return attrs.evolve(end, settled=end.settled and end.is_stationary)
+
+    def _descended(self, end: SearchResult) -> tuple[Floats, float]:
+        """Return the lowest unknowns that a pattern search finds around an end, and how much lower the sum is there."""
+        count, scale, x = len(self.names), end.scale, end.unknowns
+        search = attrs.evolve(self, left_over=self._left_over(x, scale))
+        # parameters move along the axes of their covariance, and nodes that are not at their bounds follow
+        _, values, axes = np.linalg.svd(end.slopes, full_matrices=False)
+        known = values > _NO_EFFECT * values[0]
+        moves = np.abs(x[count:]) < FARTHEST_NODE * (1 - _AT_BOUND)
+        axes = axes[known] / values[known, None]
+        axes = np.hstack([axes, -axes @ search.slopes(x, scale).follow(moves).T])
+        reach = np.append(np.full(count, FARTHEST), np.full(self.free, FARTHEST_NODE))
+        origin = np.append(self.start, np.zeros(self.free))
+        terms = search.terms(x, scale)
+        first = float(terms.sum())
+        node = np.arange(self.free)
+        branch = np.append(np.searchsorted(self.observation.nodes, self.compared) - 1, node + 1)
+        for step, sign in itertools.product(_PATTERN, (1.0, -1.0)):
+            for axis in axes:
+                tried = np.clip(x + sign * step * axis, origin - reach, origin + reach)
+                if (found := search.terms(tried, scale)).sum() < terms.sum():
+                    x, terms = tried, found
+            for group in range(min(_TOGETHER, self.free)):
+                # nodes far from each other at once, each by what it does to its own samples
+                moved = (node % _TOGETHER == group) * sign * step
+                tried = np.clip(x + np.append(np.zeros(count), moved), origin - reach, origin + reach)
+                owner, gain = (branch - group) // _TOGETHER, terms - search.terms(tried, scale)
+                gains = np.bincount(owner[owner >= 0], gain[owner >= 0], self.free)
+                better = np.append(np.ones(count, dtype=np.bool_), gains[node // _TOGETHER] > 0)
+                tried = np.where(better, tried, x)
+                if (found := search.terms(tried, scale)).sum() < terms.sum():
+                    x, terms = tried, found
+        return x, first - float(terms.sum())
+
+    def outliers(self, end: SearchResult) -> Booleans:
+        """Return which of the samples compared stand out from what an end leaves of their neighbours (sample).
+
+        A misfit that recurs at one place of the branches is not an outlier: deviations count against those of all
+        branches at that place.
+        """
+        from scipy.ndimage import median_filter
+
+        residual = end.residual[: self.compared.size] * end.scale / end.noise
+        local = np.abs(residual - median_filter(residual, _NEIGHBOURS, mode="mirror"))
+        place = places_of(self.observation, self.compared)
+        order = np.argsort(place, kind="stable")
+        usual = np.zeros(place.max() + 1)
+        for those in np.split(order, np.flatnonzero(np.diff(place[order])) + 1):
+            usual[place[those[0]]] = np.median(local[those])
+        usual = np.maximum(usual, np.median(local)) / MEDIAN_OF_NORMAL
+        found: Booleans = local > _OUTLIER * np.maximum(usual, 1.0)[place]
+        return found
+
+    def without(self, outliers: Booleans) -> "Search":
+        """Return the search that does not compare some of the samples."""
+        compared = self.compared[~outliers]
+        return attrs.evolve(self, compared=compared, left_over=np.ones(compared.size))
 
     def deepest(self, ends: list[SearchResult]) -> SearchResult:
         """Return the first of the deepest ends: what has no effect stays where it was.
@@ -324,9 +407,14 @@ class Search:
 
     def minimised(self, unknowns: Floats, scale: Floats) -> float:
         """Return what is minimised: the sum of squares, less what noise of the displacement adds to it."""
+        return float(self.terms(unknowns, scale).sum())
+
+    def terms(self, unknowns: Floats, scale: Floats) -> Floats:
+        """Return what each residual adds to what is minimised (residual)."""
         response = self._walked(unknowns)
-        residual = self._compare(response, unknowns, scale)
-        return float(residual @ residual) - self._added(response, scale)
+        terms = self._compare(response, unknowns, scale) ** 2
+        terms[: self.compared.size] -= self._added(response, scale)
+        return terms
 
     def _walked(self, x: Floats) -> ModelResponse:
         parameters = dict(zip(self.names, np.exp(x[: len(self.names)]).tolist(), strict=True))
@@ -338,10 +426,10 @@ class Search:
         off = (response.tangential_load - self.observation.tangential_load)[self.compared]
         return np.concatenate([off / scale, x[len(self.names) :]])
 
-    def _added(self, response: ModelResponse, scale: Floats) -> float:
-        """Return what noise of the displacement adds to the sum of squares."""
+    def _added(self, response: ModelResponse, scale: Floats) -> Floats:
+        """Return what noise of the displacement adds to the square of each sample (sample)."""
         added = response.slope[self.compared] * self.observation.displacement_noise / scale
-        return float(added**2 @ self.left_over)
+        return added**2 * self.left_over
 
     def _left_over(self, x: Floats, scale: Floats) -> Floats:
         """Return the share of each sample's noise that the node before it does not follow, in moving its branch."""
@@ -357,7 +445,7 @@ class Search:
 
     def _room(self, response: ModelResponse, scale: Floats) -> float:
         """Return the residual that takes that off: a constant, less it, is its square."""
-        return math.sqrt(max(_ROOM * self.compared.size - self._added(response, scale), 1.0))
+        return math.sqrt(max(_ROOM * self.compared.size - float(self._added(response, scale).sum()), 1.0))
 
     def slopes(self, x: Floats, scale: Floats) -> ResidualSlopes:
         """Return the derivatives of the residuals, by differences."""
@@ -405,7 +493,7 @@ def _compared(observation: Observation) -> Integers:
     How many samples noise may have put on the wrong side of a node goes by the mean step of the branch, and not by
     what was read: a choice by noisy numbers would make the stiffness too great.
     """
-    nodes, reach = observation.nodes, _AMBIGUOUS * observation.displacement_noise
+    nodes, reach = observation.nodes, _AMBIGUOUS * observation.reading_noise
     kept = np.ones(observation.time.size, dtype=np.bool_)
     kept[: observation.first] = False
     kept[nodes] = False

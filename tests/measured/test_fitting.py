@@ -110,6 +110,48 @@ def test_the_misfit_of_a_true_model_is_one():
     assert_allclose(np.diag(found.correlation), 1, rtol=1e-12)
 
 
+def test_spikes_of_the_load_do_not_pull_the_stiffness():
+    """A spike of 50 mN in every fiftieth sample, upward alone: they are left out, and no other sample."""
+    record = synthetic.measured("ball", 1, rate=10.03, loads=(0.05,), loops=4)
+    spoilt = record["tangential_load"].copy()
+    spoilt[25::50] += 0.05
+    clean, found = (synthetic.fitted_both(each) for each in (record, with_load(record, spoilt)))
+    for one, other in zip(clean.parameters, found.parameters, strict=True):
+        assert abs(one.value - other.value) < 0.2 * (one.high - one.low)
+    compared = clean.residual.size
+    text = f"of {compared:,} samples stand out from what the model leaves of their neighbours, as spikes do: the fit"
+    assert text in notes_of(found)
+    assert compared - found.residual.size <= len(spoilt[25::50])
+    assert "stand out" not in notes_of(clean)
+
+
+def with_load(record, load):
+    return attrs.evolve(record, response={"tangential_load": load})
+
+
+def test_a_parameter_that_no_sample_shows_is_not_determined_by_the_scatter_of_loops():
+    """Samples are so far apart that the contact slides at each of them: the stiffness is unknown, at any scatter."""
+    record = synthetic.measured("ball", 3, rate=2.09, loads=(0.05,), loops=4, amplitude=4e-6, speed=5e-7)
+    friction, stiffness = synthetic.fitted_both(record).parameters
+    assert synthetic.holds(friction)
+    assert synthetic.holds(stiffness)
+    assert "not determined" in stiffness.text()
+
+
+def test_means_of_a_long_record_say_as_much_as_all_of_it():
+    """8,000 samples as about 2,000: the estimates agree to within their intervals, which are as wide."""
+    record = observe(synthetic.measured("ball", 4, rate=62.53, loads=(0.05,), loops=4))
+    whole, averaged = (
+        fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), each)
+        for each in (record, record.averaged(2_000))
+    )
+    for one, other in zip(whole.parameters, averaged.parameters, strict=True):
+        width = one.noise_high - one.noise_low
+        assert abs(one.value - other.value) < width
+        assert other.noise_high - other.noise_low == pytest.approx(width, rel=0.25)
+    assert averaged.misfit == pytest.approx(1, abs=0.2)
+
+
 def notes_of(found):
     return " | ".join(found.notes)
 

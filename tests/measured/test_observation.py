@@ -9,7 +9,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 
 import historysim as hs
 from historysim.errors import InputError
-from historysim.measured.comparison import observe, passed
+from historysim.measured.comparison import FEWEST_MEANS, observe, passed
 from historysim.measured.reduction import Measurement, noise_of
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
@@ -117,6 +117,45 @@ def test_loops_are_skipped(skip, first):
     assert observation.turns[: 2 * skip + 2].tolist() == [0, 2, 6, 10, 14, 18][: 2 * skip + 2]
     assert observation.first == (observation.turns[1 + 2 * skip] if skip else 0)
     assert observation.first >= first
+
+
+def test_averaging_keeps_turning_points_and_halves_the_noise_of_four_samples():
+    random = np.random.default_rng(0)
+    moved = 2e-7 * np.abs((np.arange(40_001) / 1000 + 3) % 4 - 2) + random.normal(0, 1e-9, 40_001)
+    observation = observe(record_of(moved, 0.05, dead_band=2e-8))
+    averaged = observation.averaged(10_001)
+    assert_allclose(averaged.displacement[averaged.turns], moved[observation.turns], rtol=0)
+    assert_allclose(averaged.displacement[averaged.nodes], moved[observation.nodes], rtol=0)
+    assert averaged.time.size == pytest.approx(10_001, rel=0.01)
+    assert (np.diff(averaged.time) > 0).all()
+    # the first mean behind the first turning point, of three or four samples, by hand: they are a second apart
+    turn, mean = observation.turns[1], averaged.turns[1] + 1
+    count = round(2 * (averaged.time[mean] - observation.time[turn]) - 1)
+    assert count in (3, 4)
+    assert averaged.displacement[mean] == pytest.approx(moved[turn + 1 : turn + 1 + count].mean(), rel=1e-12)
+    assert averaged.displacement_noise == pytest.approx(0.5e-9, rel=0.1)
+    assert averaged.reading_noise == observation.displacement_noise
+    assert averaged.remarks[-1][1].endswith("turning points, and means of 4 between them")
+    assert observation.averaged(40_001) is observation
+
+
+def test_averaging_leaves_enough_of_short_branches():
+    moved = 1e-8 * np.abs((np.arange(4001) + 30) % 40 - 20.0)
+    observation = observe(record_of(moved, 0.05, dead_band=2e-8))
+    # 19 samples between two turning points
+    assert (np.diff(observation.averaged(100).turns)[1:-1] == FEWEST_MEANS + 1).all()
+
+
+def test_spikes_of_the_displacement_are_no_turning_points():
+    clean = 2e-7 * np.abs((np.arange(400) / 20 + 3) % 4 - 2)
+    moved = clean.copy()
+    moved[[45, 130, 290]] += 1e-7
+    observation = observe(record_of(moved, 0.05, dead_band=2e-8))
+    assert observation.turns.tolist() == observe(record_of(clean, 0.05, dead_band=2e-8)).turns.tolist()
+    text = (
+        "3 of 400 readings of the displacement stand out from both neighbours: the mean of these stands in their place"
+    )
+    assert dict(observation.remarks)["spikes"] == text
 
 
 def test_what_cannot_be_observed():

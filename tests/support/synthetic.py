@@ -40,15 +40,21 @@ def rough_heights():
     return np.random.default_rng(3).normal(0.0, 60e-9, 100)
 
 
-def measured(kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=10.0, speed=25e-9, noise=1.0):
-    """Simulate triangular loops at each load, with Gaussian noise on both channels; 10 Hz hits where they turn."""
+def measured(
+    kind, seed, amplitude=200e-9, loads=(50e-3, 90e-3), loops=2, rate=10.0, speed=25e-9, noise=1.0, sine=False
+):
+    """Simulate triangular loops at each load, with Gaussian noise on both channels; 10 Hz hits where they turn.
+
+    A sine has the mean speed of the triangle.
+    """
     quarter = amplitude / speed
     end = len(loads) * loops * 4 * quarter
     sampled = np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
     # where it turns, and where the load has changed
     time = np.union1d(sampled, np.arange(1, 4 * loops * len(loads)) * quarter)
     phase = (time / quarter) % 4
-    displacement = amplitude * np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
+    triangle = np.select([phase < 1, phase < 3], [phase, 2 - phase], phase - 4)
+    displacement = amplitude * (np.sin(np.pi / 2 * phase) if sine else triangle)
     level = np.minimum((time // (4 * quarter * loops)).astype(int), len(loads) - 1)
     record = Measurement(
         time,
@@ -195,6 +201,20 @@ def random_half(record, seed, dead_band=20e-9):
     return [part(record, np.concatenate([loops[index] for index in half])) for half in (first, second)]
 
 
+def with_spikes(record, seed, share=0.01, load=2e-3, displacement=15e-9):
+    """Add spikes to a share of the samples of the load, upward alone, and to half as many of the displacement."""
+    random = np.random.default_rng(seed)
+    size = record.time.size
+    up = np.where(random.random(size) < share, load * random.uniform(0.5, 2.0, size), 0.0)
+    either_way = np.where(random.random(size) < share / 2, displacement * random.choice([-1.0, 1.0], size), 0.0)
+    moved = record["tangential_displacement"] + either_way
+    return attrs.evolve(
+        record,
+        channels={**record.channels, "tangential_displacement": moved},
+        response={"tangential_load": record["tangential_load"] + up},
+    )
+
+
 _LOOPS, _ROWS = 16, 1_600
 RECORDS = {
     "white_noise": lambda seed: measured("ball", seed, rate=10.03, loads=(0.05,), loops=4),
@@ -204,6 +224,7 @@ RECORDS = {
     "correlated_scatter": lambda seed: reciprocating(
         seed, _LOOPS, _ROWS, scatter=0.01, correlation=0.7, hum=5e-5, sliding=True
     ),
+    "spikes": lambda seed: with_spikes(reciprocating(seed, _LOOPS, _ROWS, scatter=0.0, hum=5e-5), seed),
     "drifting": lambda seed: reciprocating(seed, _LOOPS, _ROWS, scatter=0.01, drift=0.1, hum=5e-5, sliding=True),
 }
 
