@@ -237,7 +237,10 @@ def passed(
         ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
         target[start + 1 : end] = between[ranks]
         order[start + 1 : end] = start + 1 + ranks
-    loads = SampledLoads(observation.time, observation.normal_load, target)
+    # a record that begins away from zero was pressed before it was moved: pressed and moved at once, more of it sticks
+    before = int(target[0] != 0)
+    time, normal = (np.append(each[:before], each) for each in (observation.time, observation.normal_load))
+    loads = SampledLoads(time, normal, np.append(np.zeros(before), target))
     # totals alone: the cost does not grow with the asperities
     job = Replay(ensemble, loads, record="totals", instrument=instrument)
     recorder = job.recorder(DatasetRecorder)
@@ -245,9 +248,10 @@ def passed(
     rows = recorder.rows
     in_time = np.empty_like(order)
     in_time[order] = np.arange(order.size)
-    stiffness = rows.totals["tangential_stiffness"]
+    of_samples = rows.totals[before:]
+    stiffness = of_samples["tangential_stiffness"]
     stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
-    totals = rows.totals[in_time]
+    totals = of_samples[in_time]
     parallel_load = instrument.parallel_stiffness * target
     return ModelResponse(
         slope=stiffness[in_time],

@@ -20,10 +20,14 @@ from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, S
 MOST_CORRELATED = 0.99  # correlation of two parameters above which the data do not distinguish them
 UNDETERMINED = 1e6  # ratio of the ends of an interval from which on nothing is known
 MUCH_WORSE = 3.0  # misfit over noise from which on the noise does not explain what is left
+SURE_OF_NOISE = 5.0  # standard deviations of the noise of the load beyond which a load is not noise
 LEAST_NOISE = 0.9  # share of the estimated noise that is taken at least, however little the model leaves
 # What scatter from branch to branch adds to the half width of an interval, over the square of its share of the load:
 # one coefficient for all branches is off by some 1.1 to 1.5 of these squares, to either side (tests/README.md).
 SECOND_ORDER = 1.8
+# Load of the first sample from the middle of the loops, over half their height, up to which a record begins at rest;
+# and of the middle of the strokes from zero, over half the stroke, up to which they are centred.
+AT_REST, CENTRED = 0.1, 0.05
 _MEANING = (
     ". The intervals say by how much the values of another such record would differ. They do not say how far the "
     "values are from those of the contact"
@@ -205,6 +209,7 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
         notes=(
             *_notes_on_search(search, end, misfit, minimum=minimum),
             *_note_on_outliers(outliers, search.compared.size),
+            *_note_on_start(observation),
             *_indistinct(names, correlation, reach, limit),
             *(each.drift_text() for each in parameters if each.drifts),
         ),
@@ -236,6 +241,28 @@ def _note_on_outliers(outliers: int, rest: int) -> list[str]:
         return []
     many = f"{outliers:,} of {rest + outliers:,} samples"
     return [f"{many} stand out from what the model leaves of their neighbours, as spikes do: the fit leaves them out"]
+
+
+def _note_on_start(observation: Observation) -> list[str]:
+    """Return a note on a record that begins in the middle of a stroke, where the model begins without a load."""
+    turns = observation.turns[1:-1]
+    if turns.size < 2:
+        return []
+    ends = [
+        [np.median(channel[turns[start::2]]) for start in (0, 1)]
+        for channel in (observation.tangential_load, observation.displacement)
+    ]
+    (load, half_load), (place, half_stroke) = ((np.mean(pair), abs(np.subtract(*pair)) / 2) for pair in ends)
+    begins = abs(float(observation.tangential_load[0] - load))
+    centred = observation.first > 0 and abs(place) <= CENTRED * half_stroke
+    if centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
+        return []
+    text = (
+        f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
+        "the loops away from their middle, and the model begins without a load; centred = true at the displacement and "
+        "skip = 1 in [fit] leave that to the loops"
+    )
+    return [text]
 
 
 def _pieces(search: Search) -> Integers:

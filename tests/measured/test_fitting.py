@@ -129,6 +129,25 @@ def with_load(record, load):
     return attrs.evolve(record, response={"tangential_load": load})
 
 
+def test_a_record_that_begins_in_mid_stroke_is_said_to_and_its_remedy_helps():
+    """Partial slip, whose first quarter is remembered: cut off, and with a zero of its own, friction is far too low."""
+    whole = synthetic.measured("ball", 1, rate=10.03, loads=(0.05,), loops=5, amplitude=30e-9, speed=5e-9)
+    cut = synthetic.part(whole, np.arange(30, whole.time.size))
+    moved = cut["tangential_displacement"]
+    own_zero = attrs.evolve(cut, channels={**cut.channels, "tangential_displacement": moved - moved[0]})
+    model, start = (lambda values: synthetic.model("ball")({**synthetic.TRUTHS["ball"], **values})), {"friction": 0.26}
+    # centred = true is what a cut record of even strokes is without its own zero
+    bad, good, rest = (
+        fit_parameters(model, start, observation)
+        for observation in (observe(own_zero), observe(cut, skip=1), observe(whole))
+    )
+    assert abs(bad.values["friction"] / 0.2 - 1) > 0.1
+    assert "the record does not begin at rest" in notes_of(bad)
+    for each in (good, rest):
+        assert each.values["friction"] == pytest.approx(0.2, rel=0.01)
+        assert "begin at rest" not in notes_of(each)
+
+
 def test_a_parameter_that_no_sample_shows_is_not_determined_by_the_scatter_of_loops():
     """Samples are so far apart that the contact slides at each of them: the stiffness is unknown, at any scatter."""
     record = synthetic.measured("ball", 3, rate=2.09, loads=(0.05,), loops=4, amplitude=4e-6, speed=5e-7)

@@ -7,6 +7,7 @@ import synthetic
 from records_shared import DAMPER, DAMPER_SCENARIO, GRANITE, GRANITE_SCENARIO
 from scipy import optimize
 
+from historysim.measured import fitting
 from historysim.measured.comparison import observe, passed
 from historysim.measured.reduction import Measurement, turning_points
 from historysim.measured.search import FARTHEST, FARTHEST_NODE, Search
@@ -154,10 +155,8 @@ def kinked():
 
 
 def test_a_minimum_with_a_kink_is_a_minimum_and_has_an_interval():
-    from historysim.measured.fitting import fit_parameters
-
-    observation, start = observe(kinked()), {name: 1.3 * value for name, value in BALL.items()}
-    search = Search.of(synthetic.model("ball"), start, observation)
+    start = {name: 1.3 * value for name, value in BALL.items()}
+    search = search_of(synthetic.model("ball"), start, kinked())
     end = search.ended()
     assert end.settled
     assert not end.is_stationary
@@ -167,7 +166,7 @@ def test_a_minimum_with_a_kink_is_a_minimum_and_has_an_interval():
         for way in ((1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (-1, -1), (1, -1), (-1, 1)):
             moved = end.unknowns + np.append(step * np.array(way), np.zeros(search.free))
             assert search.minimised(moved, end.scale) >= lowest
-    found = fit_parameters(synthetic.model("ball"), start, observation)
+    found = fitting._read_off(search, end)
     assert all(each.low < each.value < each.high for each in found.parameters)
     assert "how the estimates wander" in dict(found.summary())["intervals by"]
 
