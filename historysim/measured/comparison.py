@@ -237,8 +237,9 @@ def passed(
         ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
         target[start + 1 : end] = between[ranks]
         order[start + 1 : end] = start + 1 + ranks
-    # a record that begins away from zero was pressed before it was moved: pressed and moved at once, more of it sticks
-    before = int(target[0] != 0)
+    # Where the start is not compared it stands for an unknown past: the contact was pressed before it was moved to the
+    # first displacement. Pressed and moved at once, more of it would stick.
+    before = int(observation.first > 0 and target[0] != 0)
     time, normal = (np.append(each[:before], each) for each in (observation.time, observation.normal_load))
     loads = SampledLoads(time, normal, np.append(np.zeros(before), target))
     # totals alone: the cost does not grow with the asperities

@@ -131,7 +131,7 @@ def with_load(record, load):
 
 def test_a_record_that_begins_in_mid_stroke_is_said_to_and_its_remedy_helps():
     """Partial slip, whose first quarter is remembered: cut off, and with a zero of its own, friction is far too low."""
-    whole = synthetic.measured("ball", 1, rate=10.03, loads=(0.05,), loops=5, amplitude=30e-9, speed=5e-9)
+    whole = synthetic.measured("ball", 1, 30e-9, (0.05,), 5, 10.03, 5e-9, noise=0.05)
     cut = synthetic.part(whole, np.arange(30, whole.time.size))
     moved = cut["tangential_displacement"]
     own_zero = attrs.evolve(cut, channels={**cut.channels, "tangential_displacement": moved - moved[0]})
