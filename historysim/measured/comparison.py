@@ -8,6 +8,7 @@ import functools
 import itertools
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import attrs
 import numpy as np
@@ -106,7 +107,7 @@ class Observation:
         first_of = np.concatenate([*starts, self.nodes[-1:]])
         sizes = np.diff(first_of, append=self.time.size)
         names = "time", "displacement", "tangential_load", "normal_load"
-        channels = {name: np.add.reduceat(getattr(self, name), first_of) / sizes for name in names}
+        channels: dict[str, Any] = {name: np.add.reduceat(getattr(self, name), first_of) / sizes for name in names}
         white = 1 / math.sqrt(together)
         displacement_noise, load_noise = (
             float(np.clip(noise_of(channels[name]), white * noise, noise))

@@ -248,14 +248,12 @@ def _note_on_start(observation: Observation) -> list[str]:
     turns = observation.turns[1:-1]
     if turns.size < 2:
         return []
-    ends = [
-        [np.median(channel[turns[start::2]]) for start in (0, 1)]
-        for channel in (observation.tangential_load, observation.displacement)
-    ]
-    (load, half_load), (place, half_stroke) = ((np.mean(pair), abs(np.subtract(*pair)) / 2) for pair in ends)
+    channels = observation.tangential_load, observation.displacement
+    ends = [[float(np.median(channel[turns[start::2]])) for start in (0, 1)] for channel in channels]
+    (load, half_load), (place, half_stroke) = (((one + other) / 2, abs(one - other) / 2) for one, other in ends)
     begins = abs(float(observation.tangential_load[0] - load))
     centred = observation.first > 0 and abs(place) <= CENTRED * half_stroke
-    if centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
+    if not half_load or centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
         return []
     text = (
         f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "

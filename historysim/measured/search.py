@@ -412,7 +412,7 @@ class Search:
     def terms(self, unknowns: Floats, scale: Floats) -> Floats:
         """Return what each residual adds to what is minimised (residual)."""
         response = self._walked(unknowns)
-        terms = self._compare(response, unknowns, scale) ** 2
+        terms: Floats = self._compare(response, unknowns, scale) ** 2
         terms[: self.compared.size] -= self._added(response, scale)
         return terms
 
@@ -429,7 +429,8 @@ class Search:
     def _added(self, response: ModelResponse, scale: Floats) -> Floats:
         """Return what noise of the displacement adds to the square of each sample (sample)."""
         added = response.slope[self.compared] * self.observation.displacement_noise / scale
-        return added**2 * self.left_over
+        squares: Floats = added**2 * self.left_over
+        return squares
 
     def _left_over(self, x: Floats, scale: Floats) -> Floats:
         """Return the share of each sample's noise that the node before it does not follow, in moving its branch."""
