@@ -5,7 +5,7 @@
  * in one array, each contact's one after another from its place on; a contact that has no room left moves to the end. A
  * contact that does not touch has no vertex; where it is stands in the place of its first. */
 
-#include "internal.h"
+#include "single.h"
 
 static double load_of(double label) { return label * sqrt(label); }
 

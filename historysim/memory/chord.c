@@ -1,7 +1,11 @@
-/* One chord: the friction of each group on it, by a law at stations, which are graded towards touch, or on its way to a goal;
- * how far asperities slide; where it ends, and all groups carried there. */
+/* Chord: one step of a path on which asperities evolve. From the state at its start it computes the friction of each group at
+ * stations, which are denser towards first touch, how far asperities slide, and the end of the step, and moves all groups there by
+ * the update of a cone that changes linearly (README.md, theory 2 and 7). */
 
 #include "chord.h"
+#include "bracket.h"
+#include "contact.h"
+#include "shape.h"
 
 /* approach of one station over that of the next, which are farther apart close to touch: no root of 2, by which chords
  * half as long would have the same; a change of it that needs none; and stations that a chord may have */
@@ -13,6 +17,13 @@
 #define MOST_TURNS 100
 /* stands for a coefficient that a law is asked for */
 #define ASKED (-1.0)
+
+hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory) {
+    hs_memory *copy = hs_memory_copy(memory);
+    if (!copy || !(w->wears || w->yields) || hs_memory_unshare_contact(copy) == HS_OK) return copy;
+    hs_memory_free(copy);
+    return NULL;
+}
 
 /* Have room for so many stations more. */
 static int make_stations(walk *w, int64_t count) {

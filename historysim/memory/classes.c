@@ -1,6 +1,8 @@
 /* Classes of rings that ride on one rigid body: their nodes, and their steps of second order. */
 
 #include "rings.h"
+#include "lanes.h"
+#include "losses.h"
 
 /* first stage of a step of SDIRK2, 1 - 1/√2; and how much of what slips there belongs to the whole step, (1 - γ)/γ */
 #define STAGE 0.29289321881345254

@@ -1,6 +1,7 @@
-/* Which summits a contact has, which of them share what they remember, and in which order they stand. */
+/* Contact: summits sorted by friction group and gap, from their heights and radii, or a normal curve from its knots; all lengths
+ * and loads dimensionless (README.md, layout). */
 
-#include "internal.h"
+#include "contact.h"
 
 /* Merge sort; what is in order takes no time. */
 int hs_sort_by(const double *key, int64_t *place, int64_t count) {

@@ -1,4 +1,5 @@
-/* Asperities that evolve along a path: friction that depends on the load or on the distance slid, wear, and yielding.
+/* Evolution: paths on which asperities change: their friction with load or slid distance, their summits by wear and yielding
+ * (README.md, theory 10 and a further law).
  *
  * What evolves is followed in chords: on each, approach, displacement, friction and shapes go straight to where they
  * are at its end, which is one exact update of each polyline. There are twice as many of them each time, until state,
@@ -23,6 +24,13 @@
  * grows. Where nothing is strained and the contact is not moved, a path is one chord. */
 
 #include "chord.h"
+#include "contact.h"
+#include "drive.h"
+#include "laws.h"
+#include "readout.h"
+#include "settle.h"
+#include "shape.h"
+#include "walk.h"
 
 #define AS_ONE 1e-9
 /* cuts of paths next to first touch where friction depends on the total load, and approach of one over the next */
@@ -64,22 +72,6 @@ static void free_buffers(walk *w) {
     free(w->stations);
     free(w->scratch);
     free(w->kept);
-}
-
-/* Have a memory hold a contact that it shares with nobody, so that it can be changed where it is. */
-static int own_contact(hs_memory *memory) {
-    hs_contact *own = hs_contact_copy(memory->contact);
-    if (!own) return HS_OUT_OF_MEMORY;
-    hs_contact_free(memory->contact);
-    memory->contact = own;
-    return HS_OK;
-}
-
-hs_memory *hs_copy_to_change(const walk *w, const hs_memory *memory) {
-    hs_memory *copy = hs_memory_copy(memory);
-    if (!copy || !(w->wears || w->yields) || own_contact(copy) == HS_OK) return copy;
-    hs_memory_free(copy);
-    return NULL;
 }
 
 /* Where the cut belongs that is made at an approach: its share of the path. */
@@ -288,7 +280,7 @@ static int prepare_to_yield(walk *w, hs_memory *memory) {
         }
         status = hs_part_ways(memory, w->shape.first, w->shape.last);
     }
-    if (status == HS_OK) status = own_contact(memory);
+    if (status == HS_OK) status = hs_memory_unshare_contact(memory);
     w->parted = 1;
     return status == HS_OK ? make_spares(w, memory) : status;
 }
@@ -540,7 +532,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         int direct = yields ? first >= on.elastic : path->parts == 1 && until == 1.0;
         status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
     }
-    if (status == HS_OK && on.aims && w->alone) status = own_contact(memory);
+    if (status == HS_OK && on.aims && w->alone) status = hs_memory_unshare_contact(memory);
     if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
     if (status == HS_OK && !on.aims && w->drive->saturate && w->course.tangential_by_load && !is_at_rest(w, memory)) {
         if (!on.still || yields) {
@@ -601,7 +593,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
     status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status == HS_OK && !w.alone) {
         /* it changes places with copies whose summits change */
-        if (w.wears || w.yields) status = own_contact(memory);
+        if (w.wears || w.yields) status = hs_memory_unshare_contact(memory);
         if (status == HS_OK) status = make_spares(&w, memory);
     }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {

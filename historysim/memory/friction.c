@@ -1,10 +1,11 @@
-/* A change of the friction coefficients at rest.
+/* Friction: a change of the coefficients of a stationary contact, from the old values and the new ones (README.md, theory 2 and 7).
  *
  * Where a coefficient falls, springs beyond the new limit slip. Under a tangential load, or behind an instrument, the
  * displacement follows while it falls, so that a jump is what many small falls are: the coefficients go straight from the
  * old values to the new ones. Where friction no longer holds the load, everything slides and the displacement stays. */
 
-#include "internal.h"
+#include "move.h"
+#include "state.h"
 
 #define MOST_PARTS (1 << 10)
 
@@ -42,13 +43,10 @@ static int fall(hs_memory *memory, const double *friction, hs_target target) {
         hs_losses losses;
         hs_no_losses(&losses, groups);
         for (int64_t index = 0; index < touching && status == HS_OK; ++index) {
-            hs_cone cone = {friction[index], v1 - v0, 0.0, friction[index] - before[index]};
-            if (v1 == v0 && cone.gain >= 0.0) continue;
+            if (v1 == v0 && friction[index] >= before[index]) continue;
             hs_group group = hs_group_of(memory, index);
-            int64_t depth = hs_carry_and_clip(&group, &losses, memory->depth[index], from, to, loads.load[index], &cone,
-                                              scratch, NULL);
-            memcpy(group.stack, scratch, (size_t)depth * sizeof *scratch);
-            memory->depth[index] = depth;
+            status = hs_carry_group(memory, &group, &losses, index, before[index], from, to, loads.load[index],
+                                    hs_to_displacement(v1), scratch, &v1);
         }
         hs_settle(&losses, memory);
         memory->displacement = v1;

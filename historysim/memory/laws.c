@@ -1,6 +1,8 @@
-/* Laws of friction, wear and first loading. */
+/* Laws: friction coefficients from load, radius and slid distance; worn volumes from load and slip; summits that yield, from the
+ * largest approach (README.md, a further law). */
 
-#include "internal.h"
+#include "laws.h"
+#include "bracket.h"
 
 #define PI 3.141592653589793
 

@@ -1,4 +1,5 @@
-/* The friction limit: where a tangential load meets it on its way, and how the contact slides along it.
+/* Limit: the path fractions at which a requested tangential load crosses the friction limit Σ μ P(a), and the motion along the
+ * limit (README.md, theory 2).
  *
  * A request beyond the limit is held at the limit, and the contact slides. At every moment of a path the tangential load is
  * the request, or the limit where that is less; the displacement takes the value nearest to its present one at which it is.
@@ -8,7 +9,9 @@
  * Requests go straight with the share s of a path: with both loads prescribed the normal load does, too, otherwise the
  * approach. The limit Σ μ P(a) of several groups is straight in neither, so a request may meet it more than once. */
 
-#include "internal.h"
+#include "limit.h"
+#include "bracket.h"
+#include "state.h"
 
 /* shares of a path below which a request that touches the limit does not meet it */
 #define NARROWEST 1e-12

@@ -1,6 +1,8 @@
-/* The energy of springs between two labels: what they hold, and what they lose where they slip. */
+/* Losses: the elastic energy of springs, ½ ∫ v² N'' da, and the energy that they dissipate where they slip, from deflection and slip
+ * at the ends of the straight pieces of a polyline; in closed form (README.md, theory 10). */
 
-#include "internal.h"
+#include "losses.h"
+#include "lanes.h"
 
 /* ∫ slip·drag·N'' da of one asperity of gap h and weight k over labels from low to high > h.
  *
@@ -79,7 +81,7 @@ double hs_spread(hs_curve curve, double *each, const hs_slip *slip) {
 }
 
 void hs_no_losses(hs_losses *losses, int64_t groups) {
-    losses->waits = groups > 1;
+    losses->queues = groups > 1;
     losses->number = 0;
     losses->total = 0.0;
 }
@@ -98,13 +100,13 @@ void hs_work_out(hs_losses *losses, double *each) {
     double lane[HS_LANES] = {0};
     energies(losses);
     hs_add(lane, losses->energy, losses->number);
-    for (int p = 0; p < losses->number; ++p) each[losses->whose[p]] += losses->energy[p];
+    for (int p = 0; p < losses->number; ++p) each[losses->position[p]] += losses->energy[p];
     losses->total += hs_lanes_sum(lane);
     losses->number = 0;
 }
 
 void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
-    if (!losses->waits || group->curve.count > 1) {
+    if (!losses->queues || group->curve.count > 1) {
         losses->total += hs_spread(group->curve, group->each, slip);
         return;
     }

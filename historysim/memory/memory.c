@@ -1,6 +1,52 @@
-/* The memory of a contact: made, copied, with more room; groups that part ways, and summits of another shape. */
+/* Memory: allocates, copies and compares states, and regroups their asperities: groups are split or joined, and summits get other
+ * gaps and weights. Histories w(a) are copied unchanged; loads of their vertices follow (README.md, theory 6 and 9). Sliding times
+ * are shared by copies and copied before they are changed. */
 
-#include "internal.h"
+#include "state.h"
+#include "contact.h"
+
+struct hs_slides *hs_slides_held(struct hs_slides *slides) {
+    if (slides) __atomic_add_fetch(&slides->references, 1, __ATOMIC_RELAXED);
+    return slides;
+}
+
+void hs_slides_let_go(struct hs_slides *slides) {
+    if (slides && __atomic_sub_fetch(&slides->references, 1, __ATOMIC_ACQ_REL) == 0) free(slides);
+}
+
+struct hs_slides *hs_slides_unshare(hs_memory *memory) {
+    struct hs_slides *shared = memory->slides;
+    if (shared && __atomic_load_n(&shared->references, __ATOMIC_ACQUIRE) == 1) return shared;
+    size_t count = (size_t)hs_watched(memory->contact);
+    struct hs_slides *copy = (struct hs_slides *)malloc(sizeof *copy + count * sizeof(double));
+    if (!copy) {
+        memory->lost_slides = 1;
+        return NULL;
+    }
+    copy->references = 1;
+    hs_slide_times(memory, copy->time);
+    hs_slides_let_go(shared);
+    return memory->slides = copy;
+}
+
+void hs_slide_times(const hs_memory *memory, double *time) {
+    int64_t count = hs_watched(memory->contact);
+    if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
+    for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
+}
+
+void hs_forget_slides(hs_memory *memory) {
+    hs_slides_let_go(memory->slides);
+    memory->slides = NULL;
+    memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
+}
+
+int hs_slides_assign(hs_memory *memory, const double *time) {
+    struct hs_slides *slides = hs_slides_unshare(memory);
+    if (!slides) return HS_OUT_OF_MEMORY;
+    if (time) memcpy(slides->time, time, (size_t)hs_watched(memory->contact) * sizeof *time);
+    return HS_OK;
+}
 
 static hs_evolved *evolved_of(int64_t count, int yields) {
     size_t n = (size_t)count, arrays = hs_evolved_arrays(yields);
@@ -193,6 +239,14 @@ hs_memory *hs_memory_copy(const hs_memory *memory) {
     return copy;
 }
 
+int hs_memory_unshare_contact(hs_memory *memory) {
+    hs_contact *copy = hs_contact_copy(memory->contact);
+    if (!copy) return HS_OUT_OF_MEMORY;
+    hs_contact_free(memory->contact);
+    memory->contact = copy;
+    return HS_OK;
+}
+
 int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
     if (capacity <= memory->capacity) return HS_OK;
     hs_memory grown = *memory;
@@ -212,6 +266,17 @@ int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
+}
+
+double hs_total_force(const hs_memory *memory) {
+    double force = 0.0;
+    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
+        force += memory->vertices[index * memory->capacity + memory->depth[index] - 1].tangential;
+    return force;
+}
+
+int64_t hs_contact_count(const hs_memory *memory) {
+    return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
 void hs_refresh_loads(hs_memory *memory) {

@@ -1,6 +1,8 @@
-/* All friction groups together on one straight path in (d, V). */
+/* Move: all friction groups on one straight path in (d, V), from the targets of both channels: solves for the displacement that
+ * the groups share, moves each by its own update (README.md, theory 7), records what first slides, and sums loads and losses. */
 
-#include "internal.h"
+#include "move.h"
+#include "slides.h"
 
 /* how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive */
 #define MUCH_SOFTER 1e6
@@ -46,13 +48,21 @@ int hs_carry_group(hs_memory *memory, const hs_group *group, hs_losses *losses, 
         memory->steep[index] = 0;
     } else if (depth > 0 && (memory->steep[index] || friction != group->friction)) {
         hs_cone cone = {group->friction, to.v - from.v, friction * (to.d - from.d), group->friction - friction};
-        depth = hs_carry_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
-        if (depth > memory->capacity && hs_memory_reserve(memory, 2 * depth) != HS_OK) return HS_OUT_OF_MEMORY;
-        memcpy(memory->vertices + index * memory->capacity, scratch, (size_t)depth * sizeof *scratch);
-        memory->depth[index] = depth;
-        memory->steep[index] = (uint8_t)hs_is_steep(scratch, depth, group->friction);
+        int64_t clipped = hs_carry_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
+        if (hs_is_timed(memory)) {
+            double label = hs_slip_label(scratch, clipped, to.v, cone.friction);
+            hs_find_slides(group, depth, &from, &to, cone.friction - cone.gain, label, 1);
+        }
+        if (clipped > memory->capacity && hs_memory_reserve(memory, 2 * clipped) != HS_OK) return HS_OUT_OF_MEMORY;
+        memcpy(memory->vertices + index * memory->capacity, scratch, (size_t)clipped * sizeof *scratch);
+        memory->depth[index] = clipped;
+        memory->steep[index] = (uint8_t)hs_is_steep(scratch, clipped, group->friction);
     } else {
-        memory->depth[index] = hs_move_group(group, losses, depth, &from, to.d, load, target, reached);
+        hs_update update;
+        hs_solve_update(group, depth, &from, to.d, load, target, &update);
+        hs_note_slides(group, update.depth, &from, &update.to, friction, update.slip_label, 0);
+        memory->depth[index] = hs_apply_update(group, losses, &from, &update);
+        *reached = update.to.v;
     }
     return HS_OK;
 }
@@ -63,11 +73,11 @@ HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_poi
     hs_find_slides(&group, memory->depth[index], from, to, group.friction, low, 0);
 }
 
-/* Do what `hs_move_group` mostly does to a group of one asperity: the front moves inward on one segment, or all springs slide.
- * Adds to the force, and returns 1; or 0, with nothing changed, where it is something else, such as a vertex wiped out by a
- * tie. The approach mostly is `held`. */
+/* Move a group of one asperity to a displacement by the fast path: the slip front moves inward on one segment, or all springs
+ * slide. Add its load to `force` and return 1; return 0, with nothing changed, for all other cases, such as a tie, which
+ * `hs_solve_update` handles. The approach mostly is `held`. */
 static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
-                        double load, int held, double *force) {
+                     double load, int held, double *force) {
     const int64_t place = memory->contact->first[index], depth = memory->depth[index];
     const double friction = memory->friction[index], gap = memory->contact->gap[place], weight = memory->contact->weight[place];
     const double d = to->d, v = to->v;
@@ -77,35 +87,22 @@ static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const 
     if (held && d != edge.label) return 0;
     if (!held && d < edge.label) edge = hs_edge_at(stack, depth, d, load);
     int grows = !held && d > edge.label;
-    double change = v - edge.anchor, sign = change >= 0.0 ? 1.0 : -1.0, slope = sign * friction;
-    double hold = held ? 0.0 : friction * (d - edge.label), tie = HS_TIE * (fabs(v) + fabs(edge.anchor) + friction * d);
-    if (grows ? fabs(change) < hold - tie : fabs(change) <= tie) {
+    if (hs_single_sticks(held ? d : edge.label, edge.anchor, d, v, friction)) {
         *force += held ? stack[depth - 1].tangential : 0.0;
         return held;
     }
-    hs_slip piece = {edge.label, d, sign * change - hold, 0.0, 0.0, 0.0};
-    if (grows && piece.slip_low <= tie) return 0;
-    int64_t kept = edge.segment;
-    for (; kept > 0; --kept) {
-        double slip = sign * (v - stack[kept - 1].anchor) - friction * (d - stack[kept - 1].label);
-        if (slip < -tie && stack[kept].slope != slope) break;
-        if (slip <= tie) return 0;
-        piece.low = stack[kept - 1].label;
-        piece.slip_low = slip;
-    }
-    double inner_slope = stack[kept].slope;
+    const hs_single end = hs_solve_single(hs_labels_of(stack), edge.segment, held ? d : edge.label, edge.anchor, d, v, friction);
+    const int64_t kept = end.kept;
+    if (end.at_vertex || (kept > 0 && end.label == stack[kept - 1].label)) return 0;
+    double sign = end.sign, slope = sign * friction, inner_slope = 0.0;
+    hs_slip piece = {end.label, d, end.slip, 0.0, 0.0, 0.0};
+    front.normal = front.tangential = 0.0;
     if (kept > 0) {
-        front = stack[kept - 1];
-        piece.low = hs_most(piece.low - piece.slip_low / (friction - sign * inner_slope), front.label);
-        piece.slip_low = 0.0;
-        if (piece.low == front.label) return 0;
-        double there = hs_load_of_one(gap, weight, piece.low).load;
-        front.tangential += inner_slope * (there - front.normal);
-        front.normal = there;
-    } else {
-        inner_slope = front.normal = front.tangential = 0.0;
+        inner_slope = stack[kept].slope;
+        front.normal = hs_load_of_one(gap, weight, end.label).load;
+        front.tangential = stack[kept - 1].tangential + inner_slope * (front.normal - stack[kept - 1].normal);
     }
-    front = HS_MADE(hs_vertex){piece.low, v - slope * (d - piece.low), inner_slope, v, front.normal, front.tangential};
+    front = HS_MADE(hs_vertex){end.label, v - slope * (d - end.label), inner_slope, v, front.normal, front.tangential};
     if (piece.low <= gap && hs_is_timed(memory) && !hs_has_slid(memory, memory->contact->order[place]))
         slides_whole(memory, index, from, to, piece.low);
     double lag = 0.0;

@@ -1,7 +1,8 @@
-/* The normal curve: the load P(a) at an approach, and the approach at a load. Of asperities it is Σ k (a - h)^(3/2); between
- * knots it is a parabola. */
+/* Normal curve: the load P(a) at an approach, and the approach at a load, from the gaps and weights of asperities,
+ * P = Σ k (a - h)^(3/2), or from knots, between which P is a parabola (README.md, theory 8). */
 
-#include "internal.h"
+#include "normal.h"
+#include "lanes.h"
 
 /* Count asperities, in ascending gap, whose gap is below an approach. */
 int64_t hs_touching(const double *gap, int64_t count, double approach) {

@@ -1,6 +1,10 @@
 /* A contact that moves in two tangential directions: exact along one line, rings from the first turn on. */
 
 #include "rings.h"
+#include "lanes.h"
+#include "move.h"
+#include "readout.h"
+#include "state.h"
 
 /* halvings of a path at most */
 #define MOST_HALVINGS 12

@@ -1,10 +1,11 @@
-/* One group on one straight path in (d, V): the exact update of its polyline.
+/* Polyline: the exact update of one group's w(a) on one straight path in (d, V), from its vertices and the target of the path
+ * (README.md, theory 7): solved first, then applied.
  *
  * Since dw = m da and dT = m dP along the polyline, any r w + c T over r a + c P(a) is a polyline with the same slopes m,
  * within the same cone: a displacement (r = 1, c = 0), a load (r = 0, c = 1) and the displacement of a drive behind a
  * spring of compliance c (r = 1) all move the contact by one update. */
 
-#include "internal.h"
+#include "polyline.h"
 
 /* Start the empty stack of a group that first touches on a straight path; returns its depth. */
 static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
@@ -16,34 +17,23 @@ static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
 }
 
 hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load) {
-    int64_t top = depth - 1;
-    const hs_vertex *last = stack + top;
-    if (d >= last->label) {
-        return HS_MADE(hs_edge){top, last->label, last->anchor, last->normal, last->tangential};
-    }
-    while (top > 1 && stack[top - 1].label >= d) --top;
-    last = stack + top;
-    return HS_MADE(hs_edge){top, d, last->anchor - last->slope * (last->label - d), load,
-                     last->tangential - last->slope * (last->normal - load)};
+    const int64_t segment = hs_last_segment(hs_labels_of(stack), depth, d);
+    const hs_vertex *last = stack + segment;
+    if (d >= stack[depth - 1].label) return HS_MADE(hs_edge){segment, last->label, last->anchor, last->normal, last->tangential};
+    return HS_MADE(hs_edge){segment, d, last->anchor - last->slope * (last->label - d), load,
+                            last->tangential - last->slope * (last->normal - load)};
 }
 
-/* Where slip from the edge inward ends: how many vertices are kept, rigid·a + compliance·P(a) at the front, the direction
- * of slip, and the slip at the front, which is 0 unless the whole contact slides. */
-typedef struct front {
-    int64_t kept;
-    double x;
-    double sign;
-    double slip;
-} front;
-
-/* Walk from the edge inward to the slip front. x is rigid·a + compliance·P(a), y the same of anchor and tangential load.
- * The front lies on the last vertex kept where x says so; vertices on the way are wiped out. */
-static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, double y_edge, double x1, double y1,
-                        double friction, double rigid, double compliance) {
+/* Find the slip front, from the edge inward; vertices outside it are erased. x is rigid·a + compliance·P(a), y the same of
+ * anchor and tangential load. The front is at the last vertex kept if the label is that vertex's. */
+static void find_slip_front(const hs_vertex *stack, int64_t segment, double x_edge, double y_edge, double x1, double y1,
+                            double friction, double rigid, double compliance, hs_update *update) {
     double sign = y1 >= y_edge ? 1.0 : -1.0;
     double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
     double x = x_edge, slip = sign * (y1 - y_edge) - friction * (x1 - x_edge);
     int met_vertex = x1 > x_edge && slip <= tie;
+    update->sign = sign;
+    update->slip = 0.0;
     while (segment > 0 && !met_vertex) {
         const hs_vertex *low = stack + segment - 1;
         double slope = stack[segment].slope;
@@ -51,7 +41,9 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         double y_low = rigid * low->anchor + compliance * low->tangential;
         double slip_low = sign * (y1 - y_low) - friction * (x1 - x_low);
         if (slip_low < -tie && slope != sign * friction) {
-            return HS_MADE(front){segment, hs_most(x - slip / (friction - sign * slope), x_low), sign, 0.0};
+            update->kept = segment;
+            update->x = hs_most(x - slip / (friction - sign * slope), x_low);
+            return;
         }
         --segment;
         x = x_low;
@@ -59,27 +51,32 @@ static front slip_front(const hs_vertex *stack, int64_t segment, double x_edge, 
         met_vertex = slip <= tie;
     }
     if (!met_vertex) {
-        return HS_MADE(front){0, x, sign, slip};
+        update->kept = 0;
+        update->x = x;
+        update->slip = slip;
+        return;
     }
     while (segment > 0 && stack[segment].slope == sign * friction) --segment;
-    return HS_MADE(front){segment + 1, rigid * stack[segment].label + compliance * stack[segment].normal, sign, 0.0};
+    update->kept = segment + 1;
+    update->x = rigid * stack[segment].label + compliance * stack[segment].normal;
 }
 
 /* Of the springs between the slip front and the edge d1 that slipped on a straight path.
  *
  * While spring a slips by g, ending at approach d1, its mean deflection is μ (d1 - a - g Δd/(2 G)), where G is the slip of
  * a spring that slips all the way. */
-static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_point *to, const hs_edge *edge,
-                         const front *at, double label) {
-    double friction = group->friction, sign = at->sign;
+static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_update *update) {
+    const hs_edge *edge = &update->edge;
+    const hs_point *to = &update->to;
+    double friction = group->friction, sign = update->sign;
     double whole = sign * (to->v - from->v) - friction * (to->d - from->d);
     double lag = whole > 0.0 ? 0.5 * (to->d - from->d) / whole : 0.0;
     hs_slip piece;
-    piece.low = label;
-    piece.slip_low = at->slip;
-    piece.drag_low = friction * hs_most(to->d - label - lag * at->slip, 0.0);
+    piece.low = update->front.label;
+    piece.slip_low = update->slip;
+    piece.drag_low = friction * hs_most(to->d - piece.low - lag * update->slip, 0.0);
     /* the last turn is for the springs that touched on the way and slipped at once */
-    for (int64_t j = at->kept > 1 ? at->kept : 1; j <= edge->segment + 1; ++j) {
+    for (int64_t j = update->kept > 1 ? update->kept : 1; j <= edge->segment + 1; ++j) {
         if (j > edge->segment) {
             piece.high = to->d;
             piece.slip_high = 0.0;
@@ -96,25 +93,25 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_poin
     }
 }
 
-/* Move a group of which springs slip, the front being found. */
-static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
-                          hs_target target, const hs_edge *edge, const front *at, double *reached) {
-    hs_vertex *stack = group->stack;
-    int64_t kept = at->kept, below = kept > 1 ? kept - 1 : 0;
-    double rigid = target.rigid, compliance = target.compliance, slope = at->sign * group->friction;
-    hs_vertex front = stack[below];
-    int inner = kept > 0 && at->x != rigid * front.label + compliance * front.normal;
-    double inner_slope = 0.0;
-    if (inner) {
-        inner_slope = stack[kept].slope;
-        double label = at->x;
+/* Solve for the slip front and the displacement of a group of which springs slip, the front having been found in x. */
+static void solve_slip(const hs_group *group, hs_target target, hs_update *update) {
+    const hs_vertex *stack = group->stack;
+    int64_t kept = update->kept;
+    double rigid = target.rigid, compliance = target.compliance, slope = update->sign * group->friction;
+    double d1 = update->to.d, load = update->load;
+    hs_vertex front = stack[kept > 1 ? kept - 1 : 0];
+    update->makes_vertex = kept > 0 && update->x != rigid * front.label + compliance * front.normal;
+    update->inner_slope = 0.0;
+    if (update->makes_vertex) {
+        double label = update->x;
+        update->inner_slope = stack[kept].slope;
         if (compliance > 0.0) {
-            double outer = kept == edge->segment ? edge->label : stack[kept].label;
-            double total = at->x - rigid * group->curve.gap[0];
+            double outer = kept == update->edge.segment ? update->edge.label : stack[kept].label;
+            double total = update->x - rigid * group->curve.gap[0];
             label = hs_label_at(group->curve, total, outer, rigid, compliance);
             label = hs_least(hs_most(label, front.label), outer);
         }
-        hs_load there = {at->x, HUGE_VAL};
+        hs_load there = {update->x, HUGE_VAL};
         if (rigid != 0.0) {
             there = hs_load_at(group->curve, label);
             if (group->single) {
@@ -122,8 +119,8 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
                 group->single->known_slope = there.slope;
             }
         }
-        front.anchor += inner_slope * (label - front.label);
-        front.tangential += inner_slope * (there.load - front.normal);
+        front.anchor += update->inner_slope * (label - front.label);
+        front.tangential += update->inner_slope * (there.load - front.normal);
         front.label = label;
         front.normal = there.load;
         /* measured from what was prescribed, so that rounding does not add up from loop to loop within one another; the
@@ -134,23 +131,17 @@ static int64_t slip_group(const hs_group *group, hs_losses *losses, int64_t dept
         else
             front.tangential = (y - rigid * front.anchor) / compliance;
     }
-    double v1 = target.value;
-    if (compliance != 0.0) v1 = front.anchor + slope * (d1 - front.label) + rigid * at->sign * at->slip;
-    hs_point to = {d1, v1};
-    hs_note_slides(group, depth, from, &to, group->friction, front.label, 0);
-    if (d1 < from->d) hs_lose_withdrawn(group, losses, depth, edge->segment, from, &to);
-    lose_slipped(group, losses, from, &to, edge, at, front.label);
+    update->to.v = target.value;
+    if (compliance != 0.0)
+        update->to.v = front.anchor + slope * (d1 - front.label) + rigid * update->sign * update->slip;
     if (kept == 0) {
-        stack[0] = HS_MADE(hs_vertex){front.label, v1 - slope * (d1 - front.label), 0.0, v1, 0.0, 0.0};
+        front.anchor = update->to.v - slope * (d1 - front.label);
         front.normal = front.tangential = 0.0;
-        kept = 1;
-    } else if (inner) {
-        stack[kept++] = HS_MADE(hs_vertex){front.label, front.anchor, inner_slope, v1, front.normal, front.tangential};
     }
-    double force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
-    stack[kept] = HS_MADE(hs_vertex){d1, v1, slope, v1, load, force};
-    *reached = v1;
-    return kept + 1;
+    update->front = front;
+    update->slip_label = front.label;
+    update->slope = slope;
+    update->force = rigid == 0.0 ? target.value : front.tangential + slope * (load - front.normal);
 }
 
 /* Displacement that a group reaches which first touches on its straight path: all its springs are strained alike, or all
@@ -163,41 +154,60 @@ static double first_reach(const hs_group *group, const hs_point *from, double d1
     return from->v + slope * (d1 - from->d);
 }
 
-int64_t hs_move_group(const hs_group *group, hs_losses *losses, int64_t depth, const hs_point *from, double d1, double load,
-                      hs_target target, double *reached) {
-    hs_vertex *stack = group->stack;
+void hs_solve_update(const hs_group *group, int64_t depth, const hs_point *from, double d1, double load, hs_target target,
+                     hs_update *update) {
+    const hs_vertex *stack = group->stack;
     double friction = group->friction, y1 = target.value, rigid = target.rigid, compliance = target.compliance;
     if (depth == 0) {
         hs_point to = {d1, first_reach(group, from, d1, load, target)};
         depth = touch(group, *from, to);
     }
-    hs_edge edge = hs_edge_at(stack, depth, d1, load);
+    update->depth = depth;
+    update->load = load;
+    update->to.d = d1;
+    update->edge = hs_edge_at(stack, depth, d1, load);
+    const hs_edge edge = update->edge;
     double x1 = rigid * d1 + compliance * load, x_edge = rigid * edge.label + compliance * edge.normal;
     double y_edge = rigid * edge.anchor + compliance * edge.tangential;
     double change = fabs(y1 - y_edge), hold = friction * (x1 - x_edge);
     double tie = HS_TIE * (fabs(y1) + fabs(y_edge) + friction * x1);
     /* at the edge itself rounding is no reason to slip; new springs slip when they tie with the limit */
-    if (y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie)) {
-        front at = slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance);
-        return slip_group(group, losses, depth, from, d1, load, target, &edge, &at, reached);
+    update->slips = y1 != y_edge && (x1 == x_edge ? change > tie : change >= hold - tie);
+    if (update->slips) {
+        find_slip_front(stack, edge.segment, x_edge, y_edge, x1, y1, friction, rigid, compliance, update);
+        solve_slip(group, target, update);
+        return;
     }
     double slope = x1 > x_edge ? (y1 - y_edge) / (x1 - x_edge) : 0.0;
-    double v1 = compliance == 0.0 ? y1 : edge.anchor + slope * (d1 - edge.label);
-    *reached = v1;
-    if (d1 < from->d) {
-        hs_point to = {d1, v1};
-        hs_note_slides(group, depth, from, &to, friction, HUGE_VAL, 0);
-        hs_lose_withdrawn(group, losses, depth, edge.segment, from, &to);
-        stack[edge.segment] = HS_MADE(hs_vertex){d1, edge.anchor, stack[edge.segment].slope, v1, load, edge.tangential};
-        return edge.segment + 1;
-    }
-    if (d1 > edge.label) {
-        int64_t top = edge.segment > 0 && stack[edge.segment].slope == slope ? edge.segment : edge.segment + 1;
-        double force = rigid == 0.0 ? y1 : edge.tangential + slope * (load - edge.normal);
-        stack[top] = HS_MADE(hs_vertex){d1, v1, slope, v1, load, force};
+    update->slip_label = HUGE_VAL;
+    update->slope = slope;
+    update->to.v = compliance == 0.0 ? y1 : edge.anchor + slope * (d1 - edge.label);
+    update->force = rigid == 0.0 ? y1 : edge.tangential + slope * (load - edge.normal);
+}
+
+int64_t hs_apply_update(const hs_group *group, hs_losses *losses, const hs_point *from, const hs_update *update) {
+    hs_vertex *stack = group->stack;
+    const hs_edge *edge = &update->edge;
+    double d1 = update->to.d, v1 = update->to.v;
+    int64_t top = edge->segment;
+    if (d1 < from->d) hs_lose_withdrawn(group, losses, update->depth, top, from, &update->to);
+    if (update->slips) {
+        lose_slipped(group, losses, from, update);
+        const hs_vertex *front = &update->front;
+        top = update->kept;
+        if (top == 0 || update->makes_vertex)
+            stack[top++] =
+                HS_MADE(hs_vertex){front->label, front->anchor, update->inner_slope, v1, front->normal, front->tangential};
+    } else if (d1 < from->d) {
+        stack[top] = HS_MADE(hs_vertex){d1, edge->anchor, stack[top].slope, v1, update->load, edge->tangential};
         return top + 1;
+    } else if (d1 > edge->label) {
+        top += top == 0 || stack[top].slope != update->slope;
+    } else {
+        return update->depth;
     }
-    return depth;
+    stack[top] = HS_MADE(hs_vertex){d1, v1, update->slope, v1, update->load, update->force};
+    return top + 1;
 }
 
 /* Note on which segment of its polyline a group slips; returns whether that is of use: where there are several groups, and
@@ -246,20 +256,20 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
     if (to.v == edge.anchor) {
         return HS_MADE(hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
     }
-    front at = slip_front(stack, edge.segment, edge.label, edge.anchor, to.d, to.v, friction, 1.0, 0.0);
+    hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, edge.label, edge.anchor, to.d, to.v, friction);
     if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
     double slope = at.sign * friction;
     if (at.kept == 0) {
         return HS_MADE(hs_force){slope * load, 0.0, 0.0};
     }
-    hs_load there = hs_load_at(group->curve, at.x);
+    hs_load there = hs_load_at(group->curve, at.label);
     const hs_vertex *low = stack + at.kept - 1;
     hs_force found = {low->tangential, there.slope, 0.0};
-    if (at.x != low->label) {
+    if (at.label != low->label) {
         double inner_slope = stack[at.kept].slope;
         found.force += inner_slope * (there.load - low->normal);
         /* a single parabola through the foremost asperity stands for P'' here: only the speed depends on it */
-        found.curvature = 0.5 * there.slope / ((at.x - group->curve.gap[0]) * (inner_slope - slope));
+        found.curvature = 0.5 * there.slope / ((at.label - group->curve.gap[0]) * (inner_slope - slope));
     }
     found.force += slope * (load - there.load);
     return found;
@@ -357,11 +367,5 @@ int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t dept
     hs_vertex *stack = scratch + hs_room_to_clip(depth);
     int64_t segment, count = carried(group, depth, to, load, stack, &segment);
     if (losses && to.d < from.d) hs_lose_withdrawn(group, losses, depth, segment, &from, &to);
-    count = clip(group, losses, stack, count, to, cone, scratch, stiffness);
-    if (losses && hs_is_timed(group->memory)) {
-        int slides = hs_sliding_side(scratch, count, count - 1, to.v, cone->friction) != 0.0;
-        double label = slides ? scratch[count - 2].label : HUGE_VAL;
-        hs_find_slides(group, depth, &from, &to, cone->friction - cone->gain, label, 1);
-    }
-    return count;
+    return clip(group, losses, stack, count, to, cone, scratch, stiffness);
 }

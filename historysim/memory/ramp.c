@@ -1,6 +1,9 @@
-/* Straight ramps in (N, T), walked in straight paths in (d, V). */
+/* Ramp: a straight path in (N, T) as straight paths in (d, V), as few as the tolerance of its energy allows (README.md, theory
+ * 10). */
 
-#include "internal.h"
+#include "ramp.h"
+#include "drive.h"
+#include "slides.h"
 
 /* chords of one ramp; a tolerance that takes more is made coarser, by a factor between two */
 #define MOST_CHORDS (1 << 13)

@@ -1,18 +1,13 @@
-/* What a memory says: it is only read. */
+/* Readout: loads, stiffnesses, slopes, tractions, energies and rows of a memory, from its polylines: sums of slope times differences
+ * of P and P' (README.md, theory 8). The memory is only read. */
 
-#include "internal.h"
+#include "readout.h"
+#include "lanes.h"
+#include "state.h"
+#include "losses.h"
 
 /* places in each segment at which tractions are looked at, before the largest is refined */
 #define SAMPLES 16
-
-double hs_sliding_side(const hs_vertex *stack, int64_t depth, int64_t j, double displacement, double friction) {
-    double slope = stack[j].slope;
-    if (fabs(slope) != friction) return 0.0;
-    double side = copysign(1.0, slope), reach = stack[depth - 1].label - stack[j].label;
-    double over = side * (displacement - stack[j].anchor) - friction * reach;
-    double tie = HS_TIE * (fabs(displacement) + fabs(stack[j].anchor) + friction * reach);
-    return fabs(over) <= tie ? side : 0.0;
-}
 
 /* Which springs of a group slide. After a fall of μ an inner disc may slide while the edge sticks. */
 static hs_zone slip_zone(const hs_vertex *stack, int64_t depth, double displacement, double friction, int steep) {
@@ -67,10 +62,6 @@ double hs_normal_stiffness(const hs_memory *memory) {
 
 double hs_stored_energy(const hs_memory *memory) {
     return hs_stored(memory, NULL) * memory->contact->units.energy;
-}
-
-int64_t hs_contact_count(const hs_memory *memory) {
-    return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
 /* Springs that slide lie on the cone, v = ±μ (d - a): they move with the approach alone. Springs that stick move with the

@@ -1,6 +1,7 @@
 /* One class on one step in two directions: the slip of rings as a convex problem. */
 
 #include "rings.h"
+#include "lanes.h"
 
 /* share of the limit by which rings may still move where a solution is settled */
 #define SETTLED 1e-7

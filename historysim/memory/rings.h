@@ -2,7 +2,8 @@
 #ifndef HISTORYSIM_RINGS_H
 #define HISTORYSIM_RINGS_H
 
-#include "internal.h"
+#include "drive.h"
+#include "normal.h"
 
 /* A node of the polyline v(a), the tangential deflection of the springs that first touched at approach `label`. */
 typedef struct hs_node {

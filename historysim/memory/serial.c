@@ -1,10 +1,12 @@
-/* Memories as bytes, and whether what was read is one.
+/* Serial: the bytes of a memory, of one or two directions, and the checks of bytes that are read.
  *
  * The bytes of one direction are: a head, the arrays of the contact, of the memory, its vertices without room above them, what
  * asperities have become, when they first slid, and a checksum (`hs_digest`) of all of that. Those of two directions are: a
  * head, the bytes of the line, classes with their nodes, and a checksum. */
 
+#include "contact.h"
 #include "rings.h"
+#include "state.h"
 
 #define MEMORY_FORMAT 3
 #define PLANAR_FORMAT 2

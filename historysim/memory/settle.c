@@ -1,6 +1,11 @@
-/* A path in as many chords as it takes: twice as many each time, until state, energy, distances and shapes settle. */
+/* Settle: adaptive sub-stepping of a path on which asperities evolve: doubles the chords until state, energy, slid distances and
+ * shapes converge (README.md, theory 10). */
 
+#include "settle.h"
 #include "chord.h"
+#include "contact.h"
+#include "drive.h"
+#include "slides.h"
 
 /* to begin with, of paths on which the approach changes little, and of others */
 #define FEWEST_CHORDS 1

@@ -1,6 +1,9 @@
-/* Summits of another shape amid a path: worn ones lose their cap, or are blunted; those that yield are lowered and flattened. */
+/* Shape: summits that change on a path, from worn volumes or from the approach: worn ones lose their cap or are blunted; those that
+ * yield are lowered and flattened, and their springs relabelled (README.md, theory 1). */
 
-#include "chord.h"
+#include "shape.h"
+#include "contact.h"
+#include "laws.h"
 
 static void turn(uint64_t *low, uint64_t *high) {
     for (; low < high; ++low, --high) {

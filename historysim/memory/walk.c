@@ -1,6 +1,11 @@
-/* Paths one after the other: planned, walked, and recorded. */
+/* Walk: integrates a sequence of paths. Each is planned from its targets, cut at the friction limit, and integrated by a move, a
+ * ramp or pieces of both; rows are recorded between its ends. Row writers: worker threads project finished states while the main
+ * thread integrates the next part. */
 
-#include "internal.h"
+#include "walk.h"
+#include "drive.h"
+#include "readout.h"
+#include "state.h"
 
 void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target) {

@@ -5,7 +5,7 @@
  * walks those of the seeds from FIRST to before LAST, and prints the chords of each. With parts, each ramp is walked once more
  * in so many, and in half as many, and printed is how far both displacements are from that of the whole ramp, over the
  * displacement at which the contact slides, and energies, over that of the ramp. Linked with --wrap=hs_move. */
-#include "internal.h"
+#include "displacement.h"
 
 #include <stdio.h>
 

@@ -3,7 +3,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
-#include "internal.h"
+#include "normal.h"
 
 #if defined(_WIN32)
 #include <windows.h>

@@ -1,8 +1,11 @@
-/* What all friction groups carry together, and the displacement that they share where a load is prescribed. */
+/* Displacement: the normal and tangential load and the friction limit of all groups together, from their polylines, and the
+ * displacement that they share at a tangential load, by Newton's method (README.md, theory 6 and 8). */
 
-#include "internal.h"
+#include "displacement.h"
+#include "lanes.h"
+#include "state.h"
 
-/* so that a quotient has no 0 below it */
+/* avoids division by zero */
 #define SMALL 1e-30
 
 static int one_each(const hs_contact *contact) { return contact->groups > 1 && contact->groups == contact->count; }
@@ -50,13 +53,6 @@ hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
 double hs_friction_limit(const hs_memory *memory, double d, double load) {
     if (memory->contact->groups == 1) return memory->friction[0] * load;
     return hs_limit_and_slopes(memory, d).limit;
-}
-
-double hs_total_force(const hs_memory *memory) {
-    double force = 0.0;
-    for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
-        force += memory->vertices[index * memory->capacity + memory->depth[index] - 1].tangential;
-    return force;
 }
 
 hs_range hs_frictions_at(const hs_memory *memory, double d) {

@@ -1,0 +1,46 @@
+/* Group: the asperities of one friction coefficient, which share one polyline w(a) (README.md, theory 6), and the straight
+ * paths in approach and displacement on which it is moved. */
+#ifndef HISTORYSIM_GROUP_H
+#define HISTORYSIM_GROUP_H
+
+#include "normal.h"
+
+typedef struct hs_group {
+    hs_curve curve;
+    double *each; /* energy dissipated by each of its asperities */
+    hs_vertex *stack;
+    double friction;
+    int64_t start;     /* position of its first asperity */
+    hs_memory *memory;
+    hs_memory *single; /* the memory if it has no other group, which caches P' for it; otherwise NULL */
+} hs_group;
+
+static inline hs_group hs_group_of(const hs_memory *memory, int64_t index) {
+    const hs_contact *contact = memory->contact;
+    int64_t start = contact->first[index];
+    return HS_MADE(hs_group){{contact->gap + start, contact->weight + start, contact->load, contact->first[index + 1] - start},
+                             memory->each + start, memory->vertices + index * memory->capacity, memory->friction[index], start,
+                             (hs_memory *)memory, contact->groups == 1 ? (hs_memory *)memory : NULL};
+}
+
+/* Approach and displacement, dimensionless. */
+typedef struct hs_point {
+    double d;
+    double v;
+} hs_point;
+/* Target of the tangential channel: rigid·V + compliance·T = value. A displacement has (1, 0), a load (0, 1), the displacement
+ * of a drive behind a spring (1, c). */
+typedef struct hs_target {
+    double value;
+    double rigid;
+    double compliance;
+} hs_target;
+
+static inline hs_target hs_to_displacement(double value) {
+    return HS_MADE(hs_target){value, 1.0, 0.0};
+}
+static inline hs_target hs_to_load(double value) {
+    return HS_MADE(hs_target){value, 0.0, 1.0};
+}
+
+#endif

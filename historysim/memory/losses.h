@@ -1,0 +1,60 @@
+/* Losses: the elastic energy of springs, and the energy that they dissipate on a path (README.md, theory 10). */
+#ifndef HISTORYSIM_LOSSES_H
+#define HISTORYSIM_LOSSES_H
+
+#include "group.h"
+
+/* Slip of the springs between two labels, and their mean deflection while they slip; both are linear in the label. */
+typedef struct hs_slip {
+    double low, high;
+    double slip_low, slip_high;
+    double drag_low, drag_high;
+} hs_slip;
+
+/* Energy dissipated on a path. Pieces of groups of one asperity are queued, because each is a chain of dependent roots and
+ * quotients: several at a time take no longer than one. */
+#define HS_MOST_PIECES 128
+typedef struct hs_losses {
+    int queues; /* whether pieces are queued */
+    int number;
+    int64_t position[HS_MOST_PIECES];
+    double gap[HS_MOST_PIECES], weight[HS_MOST_PIECES];
+    double low[HS_MOST_PIECES], high[HS_MOST_PIECES];
+    double slip_low[HS_MOST_PIECES], slip_high[HS_MOST_PIECES];
+    double drag_low[HS_MOST_PIECES], drag_high[HS_MOST_PIECES];
+    double energy[HS_MOST_PIECES];
+    double total; /* of what was not queued, or is no longer */
+} hs_losses;
+
+/* ∫ slip·drag·N'' da over labels, added to each asperity unless that is NULL; returns the sum. */
+double hs_spread(hs_curve curve, double *each, const hs_slip *slip);
+void hs_no_losses(hs_losses *losses, int64_t groups);
+/* Compute the queued energies and add them to the array of all asperities. */
+void hs_work_out(hs_losses *losses, double *each);
+/* Queue the loss of a group of one asperity; `position` is its index in the array of all. */
+static inline void hs_put_off(hs_losses *losses, double gap, double weight, int64_t position, double *each,
+                              const hs_slip *slip) {
+    if (!(slip->low < slip->high && slip->high > gap)) return;
+    if (losses->number == HS_MOST_PIECES) hs_work_out(losses, each);
+    int p = losses->number++;
+    losses->position[p] = position;
+    losses->gap[p] = gap;
+    losses->weight[p] = weight;
+    losses->low[p] = slip->low;
+    losses->high[p] = slip->high;
+    losses->slip_low[p] = slip->slip_low;
+    losses->slip_high[p] = slip->slip_high;
+    losses->drag_low[p] = slip->drag_low;
+    losses->drag_high[p] = slip->drag_high;
+}
+/* Add the loss of a group, distributed over its asperities. */
+void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip);
+/* Add all losses to the dissipated energies of a memory, of each asperity and of all. */
+void hs_settle(hs_losses *losses, hs_memory *memory);
+/* Add the losses of springs that separate on a straight path, down to a segment of the polyline. */
+void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
+                       const hs_point *to);
+/* Elastic energy ½ ∫ v² N'' da of a memory, added per asperity (position) to `each` unless that is NULL. */
+double hs_stored(const hs_memory *memory, double *each);
+
+#endif

@@ -1,0 +1,75 @@
+/* State: the arrays of a memory, its clock, and the times at which its asperities first slid (memory.c; <memory.h> is a header
+ * of some systems). */
+#ifndef HISTORYSIM_STATE_H
+#define HISTORYSIM_STATE_H
+
+#include "group.h"
+
+/* How asperities of a memory evolve: not, 1, or 2 if they may yield; and the number of arrays that this needs. */
+static inline int hs_evolves(const hs_memory *memory) {
+    return !memory->evolved ? 0 : memory->evolved->virgin_height ? 2 : 1;
+}
+static inline size_t hs_evolved_arrays(int yields) { return yields ? 11 : 6; }
+/* Sum the energies of yielding. */
+void hs_sum_yielded(hs_evolved *evolved, int64_t count);
+/* Allocate a memory; its arrays are not filled in. */
+hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
+/* Ensure that each stack can hold `capacity` vertices. */
+int hs_memory_reserve(hs_memory *memory, int64_t capacity);
+/* Copy everything from a memory of the same contact and groups. */
+int hs_memory_assign(hs_memory *memory, const hs_memory *from);
+void hs_memory_swap(hs_memory *one, hs_memory *other);
+/* Replace a memory by another one, which is freed. */
+void hs_memory_take(hs_memory *memory, hs_memory *other);
+/* Replace the contact by a copy that is not shared, so that it can be changed in place. */
+int hs_memory_unshare_contact(hs_memory *memory);
+/* Whether a memory has the arrays that a type of evolution needs, of its number of asperities. */
+int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution);
+/* Recompute the loads stored with the vertices. */
+void hs_refresh_loads(hs_memory *memory);
+/* Erase the history of a group: where it touches, no spring is strained. */
+void hs_touch_unstrained(hs_memory *memory, int64_t index);
+/* Split groups whose asperities differ in a pair of keys (asperity). */
+int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
+/* Replace gaps and weights at the present approach; asperities that are `fresh` lose their history. */
+int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
+/* Whether no spring is strained. */
+int hs_unstrained(const hs_memory *memory);
+/* Whether all springs slide in one direction, as far as each group remembers. */
+int hs_slides_alike(const hs_memory *memory);
+/* Join groups of one coefficient whose histories are the same: empty, or of springs that all slide. */
+int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained);
+/* Vertices of the deepest stack. */
+int64_t hs_deepest(const hs_memory *memory);
+int hs_any_steep(const hs_memory *memory);
+/* Sum of the groups' tangential loads. */
+double hs_total_force(const hs_memory *memory);
+
+/* Times by asperity, in the caller's numbering, NaN for those that have not slid; copies of a memory share them. */
+struct hs_slides {
+    int64_t references;
+    double time[1];
+};
+struct hs_slides *hs_slides_held(struct hs_slides *slides);
+void hs_slides_let_go(struct hs_slides *slides);
+/* Return sliding times that no other memory shares, as a copy if necessary; NULL if out of memory. */
+struct hs_slides *hs_slides_unshare(hs_memory *memory);
+/* Number of sliding times. */
+static inline int64_t hs_watched(const hs_contact *contact) { return contact->watched ? contact->watched : contact->count; }
+/* Set sliding times; NULL only allocates them. */
+int hs_slides_assign(hs_memory *memory, const double *time);
+
+static inline int hs_has_slid(const hs_memory *memory, int64_t asperity) {
+    return memory->slides && !isnan(memory->slides->time[asperity]);
+}
+/* Advance the clock to a time, on a path that is straight in approach and displacement. */
+static inline void hs_tick(hs_memory *memory, double time) {
+    memory->clock = HS_MADE(hs_clock){memory->clock.end, isnan(memory->clock.end) ? memory->clock.end : time, NAN, NAN};
+}
+/* Set the clock, from which on sliding is timed; NaN switches timing off. */
+static inline void hs_set_clock(hs_memory *memory, double time) {
+    memory->clock = HS_MADE(hs_clock){time, time, NAN, NAN};
+}
+static inline int hs_is_timed(const hs_memory *memory) { return !isnan(memory->clock.end); }
+
+#endif
