@@ -1,13 +1,16 @@
-/* Many contacts of one asperity each, which share nothing: a straight path in (d, V) of every one, exactly.
+/* Batch: many contacts of one asperity each, which share nothing: the exact update (README.md, theory 7) of each on a straight
+ * path in (d, V), by the fast path of single.h with P(a) = a^(3/2).
  *
- * It is the update of polyline.c where P(a) = a^(3/2) is a closed form, so that one contact takes no longer than to read and
- * to write what it remembers. Labels and anchors are in m, loads in units of (4/3) E* √R. The vertices of all contacts stand
- * in one array, each contact's one after another from its place on; a contact that has no room left moves to the end. A
- * contact that does not touch has no vertex; where it is stands in the place of its first. */
+ * Labels and anchors are in m, loads in units of (4/3) E* √R. The vertices of all contacts are in one array, each contact's in
+ * sequence from its place; a contact without room left moves to the end of the array. A contact that does not touch has no
+ * vertex; its first vertex then holds its approach and displacement. */
 
 #include "single.h"
 
 static double load_of(double label) { return label * sqrt(label); }
+
+static const double *friction_of(const hs_batch *batch, int64_t i) { return batch->friction + (batch->frictions > 1 ? i : 0); }
+static const double *scale_of(const hs_batch *batch, int64_t i) { return batch->scale + (batch->scales > 1 ? i : 0); }
 
 /* Give a contact at least twice its room at the end of the array. */
 static int relocate(hs_batch *batch, int64_t i, int64_t least) {
@@ -27,75 +30,47 @@ static int relocate(hs_batch *batch, int64_t i, int64_t least) {
     return HS_OK;
 }
 
-/* Carry one contact that touches; returns its depth and the tangential load. */
-static int64_t carry_one(hs_batch_vertex *stack, int64_t depth, double mu, double d1, double v1, double load,
-                         double *tangential) {
-    /* where the polyline ends at d1 before any slip */
+/* Move one contact that touches; returns its depth and the tangential load. */
+static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double friction, double d, double v, double load,
+                            double *tangential) {
+    const hs_labels labels = {&stack->label, (int64_t)(sizeof *stack / sizeof(double))};
     int64_t top = depth - 1;
-    double edge = stack[top].label, anchor = stack[top].anchor, force = stack[top].force, edge_load = 0.0;
-    if (d1 < edge) {
-        while (top > 1 && stack[top - 1].label >= d1) --top;
-        double slope = stack[top].slope;
-        anchor = stack[top].anchor - slope * (stack[top].label - d1);
-        force = stack[top].force - slope * (load_of(stack[top].label) - load);
-        edge = d1;
+    const int cut = d < stack[top].label;
+    if (cut) top = hs_cut_segment(labels, depth, d);
+    double edge = stack[top].label, anchor = stack[top].anchor, force = stack[top].force, slope = stack[top].slope;
+    if (cut) {
+        anchor -= slope * (edge - d);
+        force -= slope * (load_of(edge) - load);
+        edge = d;
     }
-    double change = fabs(v1 - anchor), hold = mu * (d1 - edge);
-    double tie = HS_TIE * (fabs(v1) + fabs(anchor) + mu * d1);
-    /* all as in polyline.c */
-    if (v1 == anchor || (d1 == edge ? change <= tie : change < hold - tie)) {
+    const hs_single_path path = hs_single_path_to(d, v, friction, edge, anchor, 0);
+    double front_load;
+    if (path.sticks) {
         *tangential = force;
-        if (d1 < stack[depth - 1].label) {
-            stack[top] = HS_MADE(hs_batch_vertex){d1, anchor, stack[top].slope, force};
-            return top + 1;
-        }
-        if (d1 == edge) return depth;
-        double slope = (v1 - anchor) / (d1 - edge);
-        edge_load = load_of(edge);
-        *tangential = force + slope * (load - edge_load);
-        if (top == 0 || stack[top].slope != slope) ++top;
-        stack[top] = HS_MADE(hs_batch_vertex){d1, v1, slope, *tangential};
-        return top + 1;
-    }
-    double sign = v1 >= anchor ? 1.0 : -1.0, slope = sign * mu;
-    double slip = sign * (v1 - anchor) - mu * (d1 - edge), front = edge;
-    int inside = 0, met = d1 > edge && slip <= tie;
-    while (top > 0 && !met && !inside) {
-        double inner = stack[top].slope, low = stack[top - 1].label;
-        double slip_low = sign * (v1 - stack[top - 1].anchor) - mu * (d1 - low);
-        if (slip_low < -tie && inner != slope) {
-            front = hs_most(front - slip / (mu - sign * inner), low);
-            inside = 1;
-        } else {
-            --top;
-            front = low;
-            slip = slip_low;
-            met = slip <= tie;
-        }
-    }
-    if (inside) {
-        double low = stack[top - 1].label, inner = stack[top].slope;
-        force = stack[top - 1].force;
-        edge_load = load_of(front);
-        if (front != low) {
-            force += inner * (edge_load - load_of(low));
-            stack[top] = HS_MADE(hs_batch_vertex){front, v1 - slope * (d1 - front), inner, force};
-            ++top;
-        }
-    } else if (met) {
-        while (top > 0 && stack[top].slope == slope) --top;
-        force = stack[top].force;
-        edge_load = load_of(stack[top].label);
-        ++top;
+        if (cut) stack[top] = HS_MADE(hs_batch_vertex){d, anchor, slope, force};
+        if (d == edge) return top + 1;
+        slope = (v - anchor) / (d - edge);
+        front_load = load_of(edge);
+        top += top == 0 || stack[top].slope != slope;
     } else {
-        /* all of it slides */
-        stack[0] = HS_MADE(hs_batch_vertex){0.0, v1 - slope * d1, 0.0, 0.0};
-        force = 0.0;
-        edge_load = 0.0;
-        top = 1;
+        const hs_single front = hs_solve_single(labels, top, &path);
+        slope = path.sign * friction;
+        top = front.kept;
+        force = front_load = 0.0;
+        if (top == 0) {
+            stack[top++] = HS_MADE(hs_batch_vertex){0.0, v - slope * d, 0.0, 0.0};
+        } else {
+            front_load = load_of(front.label);
+            force = stack[top - 1].force;
+            if (front.label != stack[top - 1].label) {
+                const double inner = stack[top].slope;
+                force += inner * (front_load - load_of(stack[top - 1].label));
+                stack[top++] = HS_MADE(hs_batch_vertex){front.label, v - slope * (d - front.label), inner, force};
+            }
+        }
     }
-    *tangential = force + slope * (load - edge_load);
-    stack[top] = HS_MADE(hs_batch_vertex){d1, v1, slope, *tangential};
+    *tangential = force + slope * (load - front_load);
+    stack[top] = HS_MADE(hs_batch_vertex){d, v, slope, *tangential};
     return top + 1;
 }
 
@@ -123,14 +98,13 @@ int hs_batch_step(hs_batch *batch, const double *approach, const double *displac
             if (relocate(batch, i, depth + 2) != HS_OK) return HS_OUT_OF_MEMORY;
             stack = batch->vertices + batch->place[i];
         }
-        double mu = batch->friction[batch->frictions > 1 ? i : 0], unit = batch->scale[batch->scales > 1 ? i : 0];
-        double load = load_of(d1);
+        double unit = *scale_of(batch, i), load = load_of(d1);
         if (depth == 0) {
             double d0 = stack[0].label, v0 = stack[0].anchor;
             stack[0] = HS_MADE(hs_batch_vertex){0.0, v0 - (v1 - v0) * d0 / (d1 - d0), 0.0, 0.0};
             depth = 1;
         }
-        batch->depth[i] = carry_one(stack, depth, mu, d1, v1, load, &force);
+        batch->depth[i] = move_contact(stack, depth, *friction_of(batch, i), d1, v1, load, &force);
         normal_load[i] = unit * load;
         tangential_load[i] = unit * force;
     }
@@ -229,14 +203,14 @@ static int could_be(const hs_batch_vertex *vertices, int64_t depth, double mu) {
 int hs_batch_put(hs_batch *batch, int64_t contact, const hs_batch_vertex *vertices, int64_t depth) {
     int64_t filled = depth > 1 ? depth : 1;
     if (!is_there(batch, contact)) return HS_FOREIGN;
-    if (!could_be(vertices, depth, batch->friction[batch->frictions > 1 ? contact : 0])) return HS_NOT_A_STATE;
+    if (!could_be(vertices, depth, *friction_of(batch, contact))) return HS_NOT_A_STATE;
     if (filled > batch->room[contact] && relocate(batch, contact, filled + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     memcpy(batch->vertices + batch->place[contact], vertices, (size_t)filled * sizeof *vertices);
     batch->depth[contact] = depth;
     return HS_OK;
 }
 
-/* By how much the load changes where a vertex is left out, and its neighbours are joined by a straight line. */
+/* Change of the load if a vertex is left out and its neighbours are joined by a straight line. */
 static double change_without(const hs_batch_vertex *vertex) {
     double low = load_of(vertex[-1].label), here = load_of(vertex->label), high = load_of(vertex[1].label);
     double slope = (vertex[1].anchor - vertex[-1].anchor) / (vertex[1].label - vertex[-1].label);
@@ -248,28 +222,25 @@ static double change_without(const hs_batch_vertex *vertex) {
 double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
     if (!is_there(batch, contact)) return NAN;
     hs_batch_vertex *stack = batch->vertices + batch->place[contact];
-    double mu = batch->friction[batch->frictions > 1 ? contact : 0], lost = 0.0;
+    double lost = 0.0;
     int64_t depth = batch->depth[contact];
     for (; depth > (most > 3 ? most : 3); --depth) {
         int64_t best = 1;
-        double least = HUGE_VAL;
-        for (int64_t j = 1; j < depth - 1; ++j) {
-            double change = fabs(change_without(stack + j));
-            if (change < least) {
-                least = change;
+        double change = change_without(stack + best);
+        for (int64_t j = 2; j < depth - 1; ++j) {
+            double other = change_without(stack + j);
+            if (fabs(other) < fabs(change)) {
+                change = other;
                 best = j;
             }
         }
-        double change = change_without(stack + best);
         double slope = (stack[best + 1].anchor - stack[best - 1].anchor) / (stack[best + 1].label - stack[best - 1].label);
-        for (int64_t j = best; j < depth - 1; ++j) {
-            stack[j] = stack[j + 1];
-            stack[j].force += change;
-        }
+        memmove(stack + best, stack + best + 1, (size_t)(depth - 1 - best) * sizeof *stack);
+        for (int64_t j = best; j < depth - 1; ++j) stack[j].force += change;
         /* chords of a polyline are no steeper than it is, but for rounding */
-        stack[best].slope = hs_within(slope, mu);
+        stack[best].slope = hs_within(slope, *friction_of(batch, contact));
         lost += fabs(change);
     }
     batch->depth[contact] = depth;
-    return lost * batch->scale[batch->scales > 1 ? contact : 0];
+    return lost * *scale_of(batch, contact);
 }

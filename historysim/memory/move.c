@@ -75,26 +75,28 @@ HS_APART static void slides_whole(hs_memory *memory, int64_t index, const hs_poi
 
 /* Move a group of one asperity to a displacement by the fast path: the slip front moves inward on one segment, or all springs
  * slide. Add its load to `force` and return 1; return 0, with nothing changed, for all other cases, such as a tie, which
- * `hs_solve_update` handles. The approach mostly is `held`. */
-static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
+ * `hs_solve_update` handles. Compiled for a constant approach (`held`), which is the most frequent, and for others. */
+static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const hs_point *from, const hs_point *to,
                      double load, int held, double *force) {
     const int64_t place = memory->contact->first[index], depth = memory->depth[index];
     const double friction = memory->friction[index], gap = memory->contact->gap[place], weight = memory->contact->weight[place];
     const double d = to->d, v = to->v;
     hs_vertex *stack = memory->vertices + index * memory->capacity, front;
     if (memory->contact->first[index + 1] > place + 1 || depth < 2) return 0;
-    hs_edge edge = {depth - 1, stack[depth - 1].label, stack[depth - 1].anchor, 0.0, 0.0};
-    if (held && d != edge.label) return 0;
+    const hs_vertex *last = stack + depth - 1;
+    if (held && d != last->label) return 0;
+    hs_edge edge = {depth - 1, held ? d : last->label, last->anchor, 0.0, 0.0};
     if (!held && d < edge.label) edge = hs_edge_at(stack, depth, d, load);
-    int grows = !held && d > edge.label;
-    if (hs_single_sticks(held ? d : edge.label, edge.anchor, d, v, friction)) {
-        *force += held ? stack[depth - 1].tangential : 0.0;
+    const hs_single_path path = hs_single_path_to(d, v, friction, edge.label, edge.anchor, held);
+    if (path.sticks) {
+        *force += held ? last->tangential : 0.0;
         return held;
     }
-    const hs_single end = hs_solve_single(hs_labels_of(stack), edge.segment, held ? d : edge.label, edge.anchor, d, v, friction);
+    const hs_single end = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
     const int64_t kept = end.kept;
     if (end.at_vertex || (kept > 0 && end.label == stack[kept - 1].label)) return 0;
-    double sign = end.sign, slope = sign * friction, inner_slope = 0.0;
+    const double sign = path.sign, slope = sign * friction;
+    double inner_slope = 0.0;
     hs_slip piece = {end.label, d, end.slip, 0.0, 0.0, 0.0};
     front.normal = front.tangential = 0.0;
     if (kept > 0) {
@@ -124,7 +126,7 @@ static int slide_one(hs_memory *memory, int64_t index, hs_losses *losses, const 
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
     }
-    if (grows) {
+    if (path.grows) {
         piece.high = d;
         piece.slip_high = piece.drag_high = 0.0;
         hs_put_off(losses, gap, weight, place, memory->each, &piece);
@@ -157,7 +159,9 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
         if (index >= loads->count && depth == 0) break;
         if (given && index < loads->count && !memory->steep[index]) {
             double own = loads->load[index];
-            if (slide_one(memory, index, &losses, &from, &to, own, d == from.d, &force)) continue;
+            if (d == from.d ? slide_one(memory, index, &losses, &from, &to, own, 1, &force)
+                            : slide_one(memory, index, &losses, &from, &to, own, 0, &force))
+                continue;
         }
         hs_group group = hs_group_of(memory, index);
         double own = index < loads->count ? loads->load[index] : 0.0;

@@ -24,6 +24,13 @@
 #define HS_APART
 #endif
 
+/* functions that are compiled anew for the constants with which each call has them */
+#ifdef __GNUC__
+#define HS_INLINE inline __attribute__((always_inline))
+#else
+#define HS_INLINE inline
+#endif
+
 /* relative difference of displacements or loads that rounding alone may cause; closed loops are recognised by it */
 #define HS_TIE (32.0 * DBL_EPSILON)
 /* relative rounding that a request at the friction limit may have from the conversion of its units */

@@ -17,9 +17,10 @@ static int64_t touch(const hs_group *group, hs_point from, hs_point to) {
 }
 
 hs_edge hs_edge_at(const hs_vertex *stack, int64_t depth, double d, double load) {
-    const int64_t segment = hs_last_segment(hs_labels_of(stack), depth, d);
-    const hs_vertex *last = stack + segment;
-    if (d >= stack[depth - 1].label) return HS_MADE(hs_edge){segment, last->label, last->anchor, last->normal, last->tangential};
+    const hs_vertex *last = stack + depth - 1;
+    if (d >= last->label) return HS_MADE(hs_edge){depth - 1, last->label, last->anchor, last->normal, last->tangential};
+    const int64_t segment = hs_cut_segment(hs_labels_of(stack), depth, d);
+    last = stack + segment;
     return HS_MADE(hs_edge){segment, d, last->anchor - last->slope * (last->label - d), load,
                             last->tangential - last->slope * (last->normal - load)};
 }
@@ -256,9 +257,10 @@ hs_force hs_force_of_group(const hs_group *group, int64_t depth, hs_point from, 
     if (to.v == edge.anchor) {
         return HS_MADE(hs_force){edge.tangential, hs_load_at(group->curve, edge.label).slope, 0.0};
     }
-    hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, edge.label, edge.anchor, to.d, to.v, friction);
-    if (note_front(fronts, index, &met, depth, at.kept, at.sign)) return none;
-    double slope = at.sign * friction;
+    hs_single_path path = hs_single_path_to(to.d, to.v, friction, edge.label, edge.anchor, 0);
+    hs_single at = hs_solve_single(hs_labels_of(stack), edge.segment, &path);
+    if (note_front(fronts, index, &met, depth, at.kept, path.sign)) return none;
+    double slope = path.sign * friction;
     if (at.kept == 0) {
         return HS_MADE(hs_force){slope * load, 0.0, 0.0};
     }

@@ -50,6 +50,35 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     np.testing.assert_allclose(view(memory.each, 20), lost, rtol=1e-13)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
+    """Both use the fast path; an asperity that is alone uses the general update."""
+    random = np.random.default_rng(seed)
+    friction = np.array([0.0, 0.2, 0.3, 0.45])
+    # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit scale
+    contact = lib.hs_contact_new(1, [0.0], [1.0], ffi.NULL, ffi.NULL, 1.0, 1.0)
+    alone = [owned(lib.hs_memory_new(contact, [coefficient])) for coefficient in friction]
+    lib.hs_contact_free(contact)
+    batch = ffi.gc(lib.hs_batch_new(4, 4, list(friction), 1, [1.0], 1.0), lib.hs_batch_free)
+    approach, met, loads, vertices = 1e-3, [0.0], ffi.new("double[8]"), ffi.new("hs_batch_vertex[]", 100)
+    for _ in range(300):
+        # held, grown, withdrawn, separated; loops within loops, earlier displacements, gross slip, the friction limit
+        before, approach = approach, random.choice([approach] * 4 + [random.uniform(-2e-4, 2e-3), approach + 1e-6])
+        ways = [random.uniform(-1e-4, 1e-4), random.uniform(-1e-3, 1e-3), met[-1] + 1e-16]
+        ways += [met[-1] + sign * random.choice(friction) * (approach - before) for sign in (-1.0, 1.0)]
+        met.append(random.choice([*met[-4:], *ways]))
+        check(lib.hs_batch_step(batch, [approach] * 4, [met[-1]] * 4, loads, loads + 4))
+        for number, memory in enumerate(alone):
+            move(memory, approach, met[-1])
+            assert (loads[number], loads[4 + number]) == (memory.normal_load, memory.tangential_load)
+            depth = lib.hs_batch_take(batch, number, vertices)
+            contact_vertices = [(v.label, v.anchor, v.slope, v.force) for v in vertices[0:depth]]
+            general = stack(memory)
+            assert contact_vertices == list(
+                zip(*(general[key] for key in ("label", "anchor", "slope", "tangential")), strict=True)
+            )
+
+
 @pytest.mark.parametrize("stiffness", [np.inf, 1.0])
 @pytest.mark.parametrize("shared", [0.0, 0.3])
 def test_a_displacement_that_was_searched_leads_to_the_load(shared, stiffness):
