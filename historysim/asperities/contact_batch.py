@@ -15,7 +15,7 @@ from historysim.memory.binding import check, owned
 
 # what a step need not look up
 _FLOAT, _DOUBLES, _row_of = np.dtype(np.float64), ffi.typeof("double[]"), ffi.from_buffer
-_takes, _step = lib.hs_batch_takes, lib.hs_batch_step
+_takes, _step = lib.hs_batch_accepts, lib.hs_batch_step
 
 
 class ContactBatch:

@@ -536,7 +536,7 @@ class Ensemble:
             return PlanarState(planar)
         memory = copied(line)
         if memory.evolved:
-            view(memory.evolved.given, self.elements)[chosen] = 1
+            view(memory.evolved.friction_overridden, self.elements)[chosen] = 1
         with _driven_by_load(memory, instrument) as through:
             check(lib.hs_set_friction(memory, pointer(coefficients), self.driven(False, through)))
         return EnsembleState(memory, self._beginning)
@@ -633,14 +633,14 @@ class Ensemble:
         refusal = ffi.new("hs_refusal *")
         driven = self.driven(saturate, RIGID if planar else instrument, threads)
         if planar:
-            status = lib.hs_planar_walk(*way, _compliances(instrument), driven, until, refusal)
+            status = lib.hs_planar_integrate(*way, _compliances(instrument), driven, until, refusal)
         elif memory.evolved:
             if friction is not None:
-                view(memory.evolved.given, self.elements)[:] = 1
+                view(memory.evolved.friction_overridden, self.elements)[:] = 1
             with self._evolution(self._virgin_radius(memory), friction) as evolution:
-                status = lib.hs_walk_evolving(*way, driven, until, evolution, refusal)
+                status = lib.hs_integrate_evolving(*way, driven, until, evolution, refusal)
         else:
-            status = lib.hs_walk(*way, driven, until, refusal)
+            status = lib.hs_integrate(*way, driven, until, refusal)
         check(status, refusal)
         return PlanarState(memory) if planar else EnsembleState(memory, self._beginning)
 
@@ -669,7 +669,7 @@ class Ensemble:
     def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
         memory = self._memory_of(state, planar=True)
-        found = np.empty(memory.contact.watched or memory.contact.count)
+        found = np.empty(memory.contact.query_count or memory.contact.count)
         lib.hs_slide_times(memory, pointer(found))
         return found
 

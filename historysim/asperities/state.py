@@ -63,6 +63,10 @@ class SavedState:
             unfinished.write_bytes(self.to_bytes())
 
 
+# fields that have another name in `hs_evolved`
+IN_C = {"given": "friction_overridden"}
+
+
 class Evolved(NamedTuple):
     """What has become of asperities since the start, beside what their tractions remember; arrays are (asperity)."""
 
@@ -216,7 +220,7 @@ class EnsembleState(WholeContact, SavedState):
     def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
         """Return the fields of ``hs_evolved`` that a tuple has, arrays as copies."""
         found, count = self.memory.evolved, self.memory.contact.count
-        values: dict[str, Any] = {name: getattr(found, name) for name in kind._fields}
+        values: dict[str, Any] = {name: getattr(found, IN_C.get(name, name)) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
                 values[name] = binding.view(value, count).astype(bool if name == "given" else float)

@@ -74,7 +74,7 @@ static int64_t move_contact(hs_batch_vertex *stack, int64_t depth, double fricti
     return top + 1;
 }
 
-int hs_batch_takes(const hs_batch *batch, const double *approach, const double *displacement, double largest) {
+int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement, double largest) {
     int good = 1;
     /* comparisons with what is no number are false */
     for (int64_t i = 0; i < batch->count; ++i) good &= (fabs(approach[i]) <= largest) & (fabs(displacement[i]) <= largest);
@@ -146,7 +146,7 @@ hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *friction,
     if (!batch) return NULL;
     batch->displacement_ratio = displacement_ratio;
     batch->used = FIRST_ROOM * count;
-    for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_usable_friction(friction[i]);
+    for (int64_t i = 0; i < frictions; ++i) batch->friction[i] = hs_bound_friction(friction[i]);
     memcpy(batch->scale, scale, (size_t)scales * sizeof *scale);
     for (int64_t i = 0; i < count; ++i) {
         batch->place[i] = FIRST_ROOM * i;
@@ -238,7 +238,7 @@ double hs_batch_shorten(hs_batch *batch, int64_t contact, int64_t most) {
         memmove(stack + best, stack + best + 1, (size_t)(depth - 1 - best) * sizeof *stack);
         for (int64_t j = best; j < depth - 1; ++j) stack[j].force += change;
         /* chords of a polyline are no steeper than it is, but for rounding */
-        stack[best].slope = hs_within(slope, *friction_of(batch, contact));
+        stack[best].slope = hs_clamp(slope, *friction_of(batch, contact));
         lost += fabs(change);
     }
     batch->depth[contact] = depth;

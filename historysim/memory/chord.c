@@ -49,7 +49,7 @@ static void ask(walk *w, int64_t number, const hs_contact *contact, double weigh
     w->asked[2][number] = slid;
 }
 
-int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
+int hs_set_stations(walk *w, const hs_memory *memory, double d, double load, double share, const double *ahead) {
     const hs_evolution *evolution = w->evolution;
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
@@ -63,7 +63,7 @@ int hs_put_stations(walk *w, const hs_memory *memory, double d, double load, dou
         if (make_stations(w, count + MOST_STATIONS) != HS_OK) return HS_OUT_OF_MEMORY;
         w->first_station[index] = count;
         if (by_goal) friction = hs_toward(w->goal[0][whose], w->goal[1][whose], share);
-        if (by_law && !evolved->given[whose]) {
+        if (by_law && !evolved->friction_overridden[whose]) {
             double start = starts_at(w, memory, index) - contact->gap[i], end = d - contact->gap[i];
             double weight = contact->weight[i];
             double most = hs_most(start, end), least = hs_most(hs_least(start, end), 0.0), at[MOST_STATIONS];
@@ -253,13 +253,13 @@ static void normal_at(const walk *w, const hs_memory *memory, double share, doub
     const route *c = &w->course;
     if (c->both_loads) {
         *load = hs_toward(c->load[0], c->load[1], share);
-        *d = hs_approach_for(memory, *load);
+        *d = hs_approach_at_load(memory, *load);
         return;
     }
     *d = hs_toward(c->d[0], c->d[1], share);
     if (c->normal_by_load) {
         *load = share == 1.0 ? c->load[1] : hs_load_at(hs_all_of(c->first ? c->first : memory->contact), *d).load;
-        if (w->wears) *d = hs_approach_for(memory, *load);
+        if (w->wears) *d = hs_approach_at_load(memory, *load);
     } else {
         *load = hs_load_at(hs_all_of(memory->contact), *d).load;
     }
@@ -313,17 +313,17 @@ static int find_end(walk *w, hs_memory *memory, double share, chord_end *end) {
         target = hs_to_load(end->force);
     }
     hs_fronts fronts;
-    int status = hs_no_fronts(&fronts, loads.count);
+    int status = hs_init_fronts(&fronts, loads.count);
     if (status != HS_OK) return status;
     if (!changes || loads.count == 0) {
-        status = hs_displacement_with(memory, &loads, &fronts, end->d, target, &end->v);
+        status = hs_solve_displacement_with(memory, &loads, &fronts, end->d, target, &end->v);
     } else {
         /* any cone may cut any polyline */
         double *kept = memory->friction;
         memcpy(w->steep, memory->steep, (size_t)contact->groups);
         memset(memory->steep, 1, (size_t)contact->groups);
         memory->friction = w->friction;
-        status = hs_found_displacement(memory, &loads, &fronts, end->d, target, &end->v);
+        status = hs_search_displacement(memory, &loads, &fronts, end->d, target, &end->v);
         memory->friction = kept;
         memcpy(memory->steep, w->steep, (size_t)contact->groups);
     }
@@ -357,7 +357,7 @@ static int carry_group(walk *w, hs_memory *memory, int64_t index, const way *on,
     hs_group group = hs_group_of(memory, index);
     group.each = each + group.start;
     group.friction = on->to.d <= group.curve.gap[0] ? on->friction[0] : on->friction[2];
-    return hs_carry_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load, hs_to_displacement(on->to.v),
+    return hs_move_group(memory, &group, losses, index, on->friction[0], on->from, on->to, load, hs_to_displacement(on->to.v),
                           w->scratch, &reached);
 }
 
@@ -394,7 +394,7 @@ static int carry_by_stations(walk *w, hs_memory *memory, int64_t g, const chord_
     return status;
 }
 
-int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
+int hs_solve_slid_distances(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
     const hs_contact *contact = memory->contact;
     way on = {{memory->approach, memory->displacement}, {end->d, end->v}, {0.0, 0.0, 0.0}, 1.0, {0.0, 1.0}};
     for (int64_t i = 0; i < contact->count; ++i) forget_sliding(w, i);
@@ -420,7 +420,7 @@ int hs_slide_all(walk *w, hs_memory *memory, const chord_end *end, int ahead) {
             if (!w->kept) return HS_OUT_OF_MEMORY;
         }
         memcpy(w->kept, group.stack, (size_t)depth * sizeof *w->kept);
-        hs_no_losses(&losses, contact->groups);
+        hs_init_losses(&losses, contact->groups);
         /* it is only tried */
         const hs_clock clock = memory->clock;
         hs_set_clock(memory, NAN);
@@ -445,16 +445,16 @@ static int carry(walk *w, hs_memory *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     double deepest = hs_most(memory->approach, end->d);
     hs_losses losses;
-    hs_no_losses(&losses, contact->groups);
+    hs_init_losses(&losses, contact->groups);
     for (int64_t g = 0; g < contact->groups && contact->gap[contact->first[g]] < deepest; ++g) {
-        int status = carry_by_stations(w, memory, g, end, memory->each, &losses);
+        int status = carry_by_stations(w, memory, g, end, memory->dissipated_each, &losses);
         if (status != HS_OK) return status;
     }
     /* what was foreseen has shaped the summits */
     if (w->wears) memcpy(w->slid, w->ahead, (size_t)contact->count * sizeof *w->slid);
     w->together = w->wears ? w->together_ahead : hs_slid_together(w, memory, end);
     memcpy(memory->friction, w->friction, (size_t)contact->groups * sizeof(double));
-    hs_settle(&losses, memory);
+    hs_commit_losses(&losses, memory);
     memory->approach = end->d;
     memory->displacement = end->v;
     memory->normal_load = end->load;
@@ -473,11 +473,11 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
     int passes = w->wears ? 2 : by_distance, searches = w->course.tangential_by_load || w->compliance > 0.0;
     for (int pass = 0;; ++pass) {
         if (!w->yield.now) normal_at(w, memory, share, &end->d, &end->load);
-        int status = hs_put_stations(w, memory, end->d, end->load, share, pass ? w->ahead : NULL);
+        int status = hs_set_stations(w, memory, end->d, end->load, share, pass ? w->ahead : NULL);
         if (status == HS_OK) status = find_end(w, memory, share, end);
         if (status != HS_OK) return status;
         w->moved = fabs(end->v - memory->displacement) * contact->units.displacement;
-        status = hs_slide_all(w, memory, end, w->wears && pass < passes);
+        status = hs_solve_slid_distances(w, memory, end, w->wears && pass < passes);
         if (status != HS_OK) return status;
         for (int64_t i = 0; i < contact->count && !*slides; ++i) *slides = w->slid[i] > 0.0;
         if (pass == passes) return HS_OK;
@@ -493,7 +493,7 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
         w->together_ahead = hs_most(w->together, 0.5 * w->together_begun);
         if (!*slides) return HS_OK;
         if (!w->wears) continue;
-        status = hs_foresee_wear(w, memory, end);
+        status = hs_predict_wear(w, memory, end);
         if (status != HS_OK) return status;
         hs_set_shape(memory, w->shape.end_height, w->shape.end_radius, w->depth);
         if (searches) hs_refresh_loads(memory);
@@ -502,7 +502,7 @@ static int find_sliding(walk *w, hs_memory *memory, double share, chord_end *end
 
 /* Put down friction and loads at the end of a chord on which summits wear: groups may stand in another order there. */
 static int weigh_worn(walk *w, const hs_memory *memory, double share, chord_end *end) {
-    int status = hs_put_stations(w, memory, end->d, end->load, share, w->ahead);
+    int status = hs_set_stations(w, memory, end->d, end->load, share, w->ahead);
     for (end->touching = 0; end->touching < memory->contact->groups && status == HS_OK; ++end->touching) {
         hs_curve curve = hs_group_of(memory, end->touching).curve;
         if (curve.gap[0] >= end->d) break;
@@ -517,7 +517,7 @@ static int lose_volumes(walk *w, hs_memory *memory, int shaped) {
     hs_evolved *evolved = memory->evolved;
     const size_t size = (size_t)contact->count * sizeof(double);
     for (int64_t i = 0; i < contact->count; ++i)
-        w->shape.energy[contact->order[i]] = (memory->each[i] - w->before[contact->order[i]]) * contact->units.energy;
+        w->shape.energy[contact->order[i]] = (memory->dissipated_each[i] - w->before[contact->order[i]]) * contact->units.energy;
     if (!shaped) {
         memset(w->shape.mean_load, 0, size);
         memset(w->shape.taken, 0, size);
@@ -541,16 +541,16 @@ static int foresee(walk *w, hs_memory *memory, double share, chord_end *end, int
     w->yield.now = w->yields && share > w->yield.onset;
     if (w->yield.now) {
         int status = hs_yielding_end(w, memory, share, &end->d, &end->load);
-        if (status == HS_OK) status = hs_yield_on(w, memory, end->d);
+        if (status == HS_OK) status = hs_apply_yielding(w, memory, end->d);
         if (status != HS_OK) return status;
         if (isnan(end->load)) end->load = hs_load_at(hs_all_of(contact), end->d).load;
     }
-    hs_note_gaps(w, contact);
+    hs_store_gaps(w, contact);
     if (w->wears) {
-        for (int64_t i = 0; i < contact->count; ++i) w->before[contact->order[i]] = memory->each[i];
+        for (int64_t i = 0; i < contact->count; ++i) w->before[contact->order[i]] = memory->dissipated_each[i];
         memcpy(w->shape.end_height, evolved->summit_height, size);
         memcpy(w->shape.end_radius, evolved->summit_radius, size);
-        hs_note_depths(w, memory);
+        hs_store_depths(w, memory);
     }
     return find_sliding(w, memory, share, end, slides);
 }
@@ -576,8 +576,8 @@ static int follow(walk *w, hs_memory *memory, double share, double stored, chord
     if (status == HS_OK) status = carry(w, memory, end);
     if (status != HS_OK) return status;
     if (shaped) {
-        hs_note_depths(w, memory);
-        erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_stored(memory, NULL));
+        hs_store_depths(w, memory);
+        erased += hs_wear_to(w, memory, w->shape.end_height, w->shape.end_radius, hs_elastic_energy(memory, NULL));
         hs_forget_worn(memory);
         memory->normal_load = end->load;
         if (isnan(end->force)) memory->tangential_load = hs_total_force(memory);
@@ -659,7 +659,7 @@ int hs_chord(walk *w, hs_memory *memory, double before, double share) {
     const route *c = &w->course;
     const int crosses = w->drive->saturate && c->tangential_by_load && !c->straight && !c->ends_separated;
     for (int turn = 0; before < share; ++turn) {
-        double stored = w->wears ? hs_stored(memory, NULL) : 0.0, stop = share;
+        double stored = w->wears ? hs_elastic_energy(memory, NULL) : 0.0, stop = share;
         int slides = 0, copies = crosses && w->yields && share > w->yield.onset;
         chord_start at = {memory, copies ? hs_copy_to_change(w, memory) : memory, before,
                           hs_toward(c->tangential[0], c->tangential[1], before), 0.0, memory->normal_load};

@@ -70,7 +70,7 @@ hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance) {
     body->slide_time = numbers + count;
     body->scratch = numbers + 2 * count;
     for (size_t i = 0; i < count; ++i) body->slide_time[i] = NAN;
-    memcpy(body->each, line->each, count * sizeof *numbers);
+    memcpy(body->each, line->dissipated_each, count * sizeof *numbers);
     return body;
 }
 
@@ -420,8 +420,8 @@ static void add_stored(const hs_class *part, double *each) {
         hs_vector a = inner->deflection, b = outer->deflection;
         hs_slip x = {inner->label, outer->label, a.x, b.x, 0.5 * a.x, 0.5 * b.x};
         hs_slip y = {inner->label, outer->label, a.y, b.y, 0.5 * a.y, 0.5 * b.y};
-        hs_spread(part->curve, each, &x);
-        hs_spread(part->curve, each, &y);
+        hs_add_energy(part->curve, each, &x);
+        hs_add_energy(part->curve, each, &y);
     }
 }
 
@@ -454,7 +454,7 @@ static void spread_by_stored(hs_body *body, const hs_class *part, double lost) {
     for (int64_t i = 0; i < curve->count; ++i) sum += own[i];
     if (!(sum > 0.0)) {
         double edge = part->nodes[0].label;
-        add_node(curve->gap, curve->weight, hs_touching(curve->gap, curve->count, edge), edge, 1.0, own);
+        add_node(curve->gap, curve->weight, hs_count_touching(curve->gap, curve->count, edge), edge, 1.0, own);
         for (int64_t i = 0; i < curve->count; ++i) sum += own[i];
     }
     for (int64_t i = 0; sum > 0.0 && i < curve->count; ++i) body->each[part->start + i] += lost / sum * own[i];
@@ -469,12 +469,12 @@ static void spread_loss(hs_body *body, const hs_class *before, const hs_class *p
         spread_by_stored(body, before, lost);
         return;
     }
-    int64_t touching = hs_touching(part->curve.gap, part->curve.count, part->held[0].label);
+    int64_t touching = hs_count_touching(part->curve.gap, part->curve.count, part->held[0].label);
     memset(own, 0, (size_t)touching * sizeof *own);
     for (int32_t k = 0; k < part->slid; ++k) {
         const hs_held *here = part->held + k, *inner = here + 1;
         double next = k + 1 < part->slid ? (inner->product - here->product) / (here->label - inner->label) : 0.0;
-        int64_t below = hs_touching(part->curve.gap, part->curve.count, here->label);
+        int64_t below = hs_count_touching(part->curve.gap, part->curve.count, here->label);
         if (next != slope) add_node(part->curve.gap, part->curve.weight, below, here->label, next - slope, own);
         slope = next;
     }
@@ -843,11 +843,11 @@ static void note_slides(hs_body *body, const hs_body *after) {
         if (then->count == 0) continue;
         double deepest = deepest_of(part), from = hs_least(hs_class_front(body, part), body->approach);
         double to = hs_least(hs_class_front(after, then), after->approach);
-        for (int64_t i = hs_touching(part->curve.gap, part->curve.count, after->approach) - 1; i >= 0; --i) {
+        for (int64_t i = hs_count_touching(part->curve.gap, part->curve.count, after->approach) - 1; i >= 0; --i) {
             double gap = part->curve.gap[i], *time = body->slide_time + part->start + i;
             if (gap < to) break;
             if (!isnan(*time)) continue;
-            double way = from - hs_most(to, deepest), share = way > 0.0 ? hs_within((from - gap) / way, 1.0) : 0.0;
+            double way = from - hs_most(to, deepest), share = way > 0.0 ? hs_clamp((from - gap) / way, 1.0) : 0.0;
             *time = hs_toward(body->time, after->time, hs_most(share, 0.0));
             body->slid = 1;
         }
@@ -857,7 +857,7 @@ static void note_slides(hs_body *body, const hs_body *after) {
 /* Be where a step of two halves has led. What it has lost is worked out as if it were of no error of second order. */
 static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const hs_body *two) {
     double lost = two->dissipated - body->dissipated, more = (two->dissipated - one->dissipated) / 3.0;
-    double scale = lost > 0.0 ? 1.0 + hs_within(more / lost, 0.2) : 1.0, end = body->dissipated + scale * lost;
+    double scale = lost > 0.0 ? 1.0 + hs_clamp(more / lost, 0.2) : 1.0, end = body->dissipated + scale * lost;
     spread_losses(body, body, first, scale);
     spread_losses(body, first, two, scale);
     note_slides(body, two);

@@ -96,8 +96,8 @@ static hs_contact *blank(int64_t count, int64_t groups, int knots, const hs_unit
     contact->units = *units;
     contact->datum = datum;
     contact->references = 1;
-    contact->watched = 0;
-    contact->watch = NULL;
+    contact->query_count = 0;
+    contact->query_label = NULL;
     return contact;
 }
 
@@ -125,8 +125,8 @@ int hs_contact_alike(const hs_contact *one, const hs_contact *other) {
     return one->count == other->count && one->groups == other->groups && !one->load == !other->load &&
            memcmp(&one->units, &other->units, sizeof one->units) == 0 && one->datum == other->datum &&
            memcmp(one->gap, other->gap, size_of_arrays(one->count, one->groups, one->load != NULL)) == 0 &&
-           one->watched == other->watched &&
-           (!one->watched || memcmp(one->watch, other->watch, (size_t)one->watched * sizeof *one->watch) == 0);
+           one->query_count == other->query_count &&
+           (!one->query_count || memcmp(one->query_label, other->query_label, (size_t)one->query_count * sizeof *one->query_label) == 0);
 }
 
 hs_contact *hs_contact_new(int64_t count, const double *summit_height, const double *summit_radius, const double *stiffness,
@@ -156,25 +156,25 @@ hs_contact *hs_contact_new(int64_t count, const double *summit_height, const dou
     return contact;
 }
 
-hs_contact *hs_contact_held(hs_contact *contact) {
+hs_contact *hs_contact_retain(hs_contact *contact) {
     __atomic_add_fetch(&contact->references, 1, __ATOMIC_RELAXED);
     return contact;
 }
 
 void hs_contact_free(hs_contact *contact) {
     if (!contact || __atomic_sub_fetch(&contact->references, 1, __ATOMIC_ACQ_REL) > 0) return;
-    free(contact->watch);
+    free(contact->query_label);
     free(contact);
 }
 
 int hs_contact_watch(hs_contact *contact, int64_t count, const double *approach) {
     double *watch = (double *)malloc((size_t)count * sizeof *watch);
-    if (!watch || contact->groups > 1 || contact->watch) {
+    if (!watch || contact->groups > 1 || contact->query_label) {
         free(watch);
         return watch ? HS_FOREIGN : HS_OUT_OF_MEMORY;
     }
     for (int64_t i = 0; i < count; ++i) watch[i] = approach[i] / contact->units.length;
-    contact->watched = count;
-    contact->watch = watch;
+    contact->query_count = count;
+    contact->query_label = watch;
     return HS_OK;
 }

@@ -10,7 +10,7 @@ int hs_sort_by(const double *key, int64_t *place, int64_t count);
 hs_contact *hs_contact_of(int64_t count, int64_t groups, const double *gap, const double *weight, const int64_t *group,
                           int knots, const hs_units *units, double datum);
 /* Count one more reference. */
-hs_contact *hs_contact_held(hs_contact *contact);
+hs_contact *hs_contact_retain(hs_contact *contact);
 void hs_contact_assign(hs_contact *contact, const hs_contact *from);
 hs_contact *hs_contact_copy(const hs_contact *contact);
 int hs_contact_alike(const hs_contact *one, const hs_contact *other);

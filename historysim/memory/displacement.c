@@ -26,10 +26,10 @@ hs_limit hs_limit_and_slopes(const hs_memory *memory, double d) {
     const hs_contact *contact = memory->contact;
     const double *friction = memory->friction;
     if (one_each(contact)) {
-        int64_t count = hs_touching(contact->gap, contact->count, d);
+        int64_t count = hs_count_touching(contact->gap, contact->count, d);
         double limit[HS_LANES] = {0}, limit_slope[HS_LANES] = {0}, load_slope[HS_LANES] = {0};
-        double term[3][HS_AT_ONCE];
-        for (int64_t begin = 0; begin < count; begin += HS_AT_ONCE) {
+        double term[3][HS_BLOCK];
+        for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
             int size = hs_size_of_block(count - begin);
             limits(contact->gap + begin, contact->weight + begin, friction + begin, size, d, term[0], term[1], term[2]);
             hs_add(limit, term[0], size);
@@ -55,7 +55,7 @@ double hs_friction_limit(const hs_memory *memory, double d, double load) {
     return hs_limit_and_slopes(memory, d).limit;
 }
 
-hs_range hs_frictions_at(const hs_memory *memory, double d) {
+hs_range hs_friction_range(const hs_memory *memory, double d) {
     const hs_contact *contact = memory->contact;
     hs_range found = {memory->friction[0], memory->friction[0]};
     for (int64_t index = 1; index < contact->groups && contact->gap[contact->first[index]] < d; ++index) {
@@ -85,7 +85,7 @@ int hs_loads_of_groups(const hs_memory *memory, double d, double load, hs_group_
         return HS_OK;
     }
     if (one_each(contact))
-        count = hs_touching(contact->gap, contact->count, d);
+        count = hs_count_touching(contact->gap, contact->count, d);
     else
         for (count = 0; count < contact->groups && contact->gap[contact->first[count]] < d;) ++count;
     loads->count = count;
@@ -105,7 +105,7 @@ void hs_free_group_loads(hs_group_loads *loads) {
     if (loads->load != loads->one) free(loads->load);
 }
 
-double hs_approach_for(const hs_memory *memory, double load) {
+double hs_approach_at_load(const hs_memory *memory, double load) {
     double present = memory->approach;
     if (load == memory->normal_load) return present;
     if (load <= 0.0) return hs_least(present, memory->contact->sorted_gap[0]);
@@ -118,7 +118,7 @@ double hs_approach_for(const hs_memory *memory, double load) {
     return approach;
 }
 
-int hs_no_fronts(hs_fronts *fronts, int64_t groups) {
+int hs_init_fronts(hs_fronts *fronts, int64_t groups) {
     size_t count = (size_t)groups;
     double *memory = fronts->memory = (double *)calloc(11 * (count ? count : 1), sizeof *memory);
     if (!memory) return HS_OUT_OF_MEMORY;
@@ -165,8 +165,8 @@ HS_WIDE static void terms_on_fronts(const hs_fronts *fronts, const double *restr
  * segment noted; returns whether that is so of any: they are to be found once more. */
 static int force_on_fronts(const hs_fronts *fronts, const hs_group_loads *loads, hs_point to, hs_force *found) {
     double force[HS_LANES] = {0}, stiffness[HS_LANES] = {0}, curvature[HS_LANES] = {0}, misses[HS_LANES] = {0};
-    double term[3][HS_AT_ONCE];
-    for (int64_t begin = 0; begin < loads->count; begin += HS_AT_ONCE) {
+    double term[3][HS_BLOCK];
+    for (int64_t begin = 0; begin < loads->count; begin += HS_BLOCK) {
         int count = hs_size_of_block(loads->count - begin);
         terms_on_fronts(fronts, loads->load + begin, begin, count, to, term[0], term[1], term[2]);
         hs_add(force, term[0], count);
@@ -195,12 +195,12 @@ int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *front
         if (loads->from) from.d = loads->from[index];
         if (memory->steep[index] && depth > 0) {
             if (!scratch) {
-                size_t room = 2 * (size_t)hs_room_to_clip(hs_deepest(memory));
+                size_t room = 2 * (size_t)hs_room_to_clip(hs_max_depth(memory));
                 scratch = (hs_vertex *)malloc(room * sizeof *scratch);
                 if (!scratch) return HS_OUT_OF_MEMORY;
             }
             hs_cone cone = {group.friction, 0.0, 0.0, 0.0};
-            int64_t count = hs_carry_and_clip(&group, NULL, depth, from, to, loads->load[index], &cone, scratch,
+            int64_t count = hs_move_and_clip(&group, NULL, depth, from, to, loads->load[index], &cone, scratch,
                                               &part.stiffness);
             part.force = scratch[count - 1].tangential;
         } else {
@@ -218,7 +218,7 @@ int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *front
     return HS_OK;
 }
 
-int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
+int hs_force_on_path(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force) {
     hs_group_loads loads;
     hs_force found;
     hs_point to = {d, v};
@@ -267,13 +267,13 @@ static double next_guess(double v, double missing, double stiffness, double curv
     return next;
 }
 
-int hs_displacement_at(hs_memory *memory, double d, double load, hs_target target, double *found) {
+int hs_solve_displacement(hs_memory *memory, double d, double load, hs_target target, double *found) {
     hs_group_loads loads;
     hs_fronts fronts;
     fronts.memory = NULL;
     int status = hs_loads_of_groups(memory, d, load, &loads);
-    if (status == HS_OK) status = hs_no_fronts(&fronts, loads.count);
-    if (status == HS_OK) status = hs_displacement_with(memory, &loads, &fronts, d, target, found);
+    if (status == HS_OK) status = hs_init_fronts(&fronts, loads.count);
+    if (status == HS_OK) status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, found);
     hs_free_fronts(&fronts);
     hs_free_group_loads(&loads);
     return status;
@@ -289,7 +289,7 @@ static double limit_of(const hs_memory *memory, const hs_group_loads *loads) {
  *
  * Where nothing touches at d, a load leaves V at the anchor of the last spring to leave, which is one of the highest
  * summit. */
-int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+int hs_solve_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     if (loads->count == 0) {
         *found = target.rigid > 0.0 ? target.value : memory->depth[0] > 0 ? memory->vertices[0].anchor : memory->displacement;
         return HS_OK;
@@ -303,15 +303,15 @@ int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fron
             return HS_OK;
         }
     }
-    return hs_found_displacement(memory, loads, fronts, d, target, found);
+    return hs_search_displacement(memory, loads, fronts, d, target, found);
 }
 
 /* The same where something touches at d, whatever the contact carries now. A load at the friction limit is met by the
  * displacement at which the last spring begins to slide. */
-int hs_found_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
+int hs_search_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found) {
     double goal = target.value, rigid = target.rigid, compliance = target.compliance;
     double limit = limit_of(memory, loads);
-    double reach = hs_frictions_at(memory, HUGE_VAL).most * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
+    double reach = hs_friction_range(memory, HUGE_VAL).most * (d - memory->contact->sorted_gap[0]), stride = HUGE_VAL;
     if (rigid == 0.0) {
         if (fabs(goal) >= (1.0 - HS_TIE) * limit) {
             *found = sliding_displacement(memory, loads, d, copysign(1.0, goal));

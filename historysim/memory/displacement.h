@@ -5,7 +5,7 @@
 #include "polyline.h"
 
 /* Make a table of slip fronts without entries. */
-int hs_no_fronts(hs_fronts *fronts, int64_t groups);
+int hs_init_fronts(hs_fronts *fronts, int64_t groups);
 void hs_free_fronts(hs_fronts *fronts);
 
 /* Normal loads of the groups that touch at an approach, which are the first ones. */
@@ -29,19 +29,19 @@ double hs_friction_limit(const hs_memory *memory, double d, double load);
 typedef struct hs_range {
     double least, most;
 } hs_range;
-hs_range hs_frictions_at(const hs_memory *memory, double d);
+hs_range hs_friction_range(const hs_memory *memory, double d);
 /* Approach at a normal load; exactly a label of the polyline if they tie. */
-double hs_approach_for(const hs_memory *memory, double load);
+double hs_approach_at_load(const hs_memory *memory, double load);
 
 /* Tangential load at the end of a straight path, with its derivatives; slip fronts are cached. */
 int hs_force_at(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, hs_point to, hs_force *found);
 /* Tangential load on a straight path, at approach d and displacement v. */
-int hs_force_on_way(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force);
+int hs_force_on_path(hs_memory *memory, hs_fronts *fronts, double d, double v, double *force);
 /* Displacement at which a straight path to approach d reaches its target. */
-int hs_displacement_at(hs_memory *memory, double d, double load, hs_target target, double *found);
+int hs_solve_displacement(hs_memory *memory, double d, double load, hs_target target, double *found);
 /* The same with the groups' loads at d, and with slip fronts, which are cached. */
-int hs_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
+int hs_solve_displacement_with(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
 /* The same for groups that touch at d, also if the present state meets the target already. */
-int hs_found_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
+int hs_search_displacement(hs_memory *memory, const hs_group_loads *loads, hs_fronts *fronts, double d, hs_target target, double *found);
 
 #endif

@@ -30,7 +30,7 @@
 #include "readout.h"
 #include "settle.h"
 #include "shape.h"
-#include "walk.h"
+#include "integrate.h"
 
 #define AS_ONE 1e-9
 /* cuts of paths next to first touch where friction depends on the total load, and approach of one over the next */
@@ -128,7 +128,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     route *c = &w->course;
     hs_target target;
     double request = memory->tangential_load + (w->drive->saturate ? memory->excess : 0.0);
-    hs_destination(memory, path, w->compliance, request, &c->d[1], &c->load[1], &target);
+    hs_path_end(memory, path, w->compliance, request, &c->d[1], &c->load[1], &target);
     c->times[0] = path->begin;
     c->times[1] = path->end;
     c->d[0] = memory->approach;
@@ -163,7 +163,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i) {
             int64_t whose = contact->order[i];
             w->goal[0][whose] = memory->friction[g];
-            w->goal[1][whose] = hs_toward(memory->friction[g], hs_usable_friction(evolution->goal[whose]), evolution->goal_fraction);
+            w->goal[1][whose] = hs_toward(memory->friction[g], hs_bound_friction(evolution->goal[whose]), evolution->goal_fraction);
         }
     return HS_OK;
 }
@@ -175,7 +175,7 @@ static int is_still(const walk *w, const hs_memory *memory) {
     if (w->wears) return 0;
     if (w->evolution->goal) return memcmp(w->goal[0], w->goal[1], (size_t)count * sizeof(double)) == 0;
     if (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) return 1;
-    if (!memchr(memory->evolved->given, 0, (size_t)count)) return 1;
+    if (!memchr(memory->evolved->friction_overridden, 0, (size_t)count)) return 1;
     return law->depends_on != HS_ON_SLID_DISTANCE && w->course.d[0] == w->course.d[1];
 }
 
@@ -195,7 +195,7 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
             status = fine ? hs_settle_in_chords(w, start, w->spare[1], fine, before, stop) : (int)HS_OUT_OF_MEMORY;
             hs_memory_free(fine);
         }
-        if (status == HS_OK) status = hs_walk_on(memory, plan, before, stop, w->drive);
+        if (status == HS_OK) status = hs_integrate_part(memory, plan, before, stop, w->drive);
         if (status != HS_OK) return status;
         if (bent) {
             memcpy(memory->evolved->slid_distance, start->evolved->slid_distance,
@@ -205,8 +205,8 @@ static int walk_still(walk *w, hs_memory *memory, const hs_plan *plan, double be
             chord_end end = {memory->approach, memory->normal_load, memory->displacement, NAN, NAN, NAN, 0.0,
                              memory->contact->groups};
             memcpy(w->friction, memory->friction, (size_t)memory->contact->groups * sizeof(double));
-            hs_note_gaps(w, memory->contact);
-            status = hs_slide_all(w, start, &end, 0);
+            hs_store_gaps(w, memory->contact);
+            status = hs_solve_slid_distances(w, start, &end, 0);
             w->together = hs_slid_together(w, start, &end);
             hs_add_slides(w, memory);
         }
@@ -221,17 +221,17 @@ static int part_as_they_evolve(hs_memory *memory, const hs_evolution *evolution)
     size_t count = (size_t)memory->contact->count;
     int depends = law->kind != HS_NO_LAW && law->depends_on != HS_ON_NOTHING, status = HS_OK;
     if (evolution->wear.kind != HS_NO_WEAR || (depends && law->depends_on != HS_ON_TOTAL_LOAD))
-        status = hs_part_ways(memory, memory->evolved->summit_height, memory->evolved->summit_radius);
-    if (status == HS_OK && depends && memchr(memory->evolved->given, 1, count)) {
+        status = hs_split_groups(memory, memory->evolved->summit_height, memory->evolved->summit_radius);
+    if (status == HS_OK && depends && memchr(memory->evolved->friction_overridden, 1, count)) {
         double *given = (double *)malloc(count * sizeof *given);
         if (!given) return HS_OUT_OF_MEMORY;
-        for (size_t i = 0; i < count; ++i) given[i] = memory->evolved->given[i];
-        status = hs_part_ways(memory, given, given);
+        for (size_t i = 0; i < count; ++i) given[i] = memory->evolved->friction_overridden[i];
+        status = hs_split_groups(memory, given, given);
         free(given);
     }
     if (status == HS_OK && evolution->goal) {
-        status = hs_part_ways(memory, evolution->goal, evolution->goal);
-        memset(memory->evolved->given, 1, count);
+        status = hs_split_groups(memory, evolution->goal, evolution->goal);
+        memset(memory->evolved->friction_overridden, 1, count);
     }
     return status;
 }
@@ -269,7 +269,7 @@ static int yield_at_rest(walk *w, hs_memory *memory, double share) {
 /* Have those stand alone that yield on the path, and all be ready to follow them in chords. */
 static int prepare_to_yield(walk *w, hs_memory *memory) {
     const hs_evolved *evolved = memory->evolved;
-    int status = hs_those_to_yield(memory, w->evolution, w->course.d[1], w->yield.changed);
+    int status = hs_flag_yielding(memory, w->evolution, w->course.d[1], w->yield.changed);
     for (int pass = 0; pass < 2 && status == HS_OK; ++pass) {
         evolved = memory->evolved;
         const double *height = pass ? evolved->summit_height : evolved->virgin_height;
@@ -278,7 +278,7 @@ static int prepare_to_yield(walk *w, hs_memory *memory) {
             w->shape.first[i] = w->yield.changed[i] ? height[i] : HUGE_VAL;
             w->shape.last[i] = w->yield.changed[i] ? radius[i] : 0.0;
         }
-        status = hs_part_ways(memory, w->shape.first, w->shape.last);
+        status = hs_split_groups(memory, w->shape.first, w->shape.last);
     }
     if (status == HS_OK) status = hs_memory_unshare_contact(memory);
     w->parted = 1;
@@ -322,9 +322,9 @@ static int walk_elastic(walk *w, hs_memory *memory, double before, double share)
     double reached = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
     hs_path path = {hs_toward(c->d[0], c->d[1], share), 1.0, reached, 1.0, 1, 0, HS_DISPLACED, HS_DISPLACED, 0, 0,
                     hs_toward(c->times[0], c->times[1], before), hs_toward(c->times[0], c->times[1], share)};
-    int status = hs_planned(memory, &path, 0.0, 0, 1, &plan, w->refusal);
+    int status = hs_plan_path(memory, &path, 0.0, 0, 1, &plan, w->refusal);
     if (status != HS_OK) return status;
-    return w->alone ? hs_walk_on(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
+    return w->alone ? hs_integrate_part(memory, &plan, 0.0, 1.0, w->drive) : walk_still(w, memory, &plan, 0.0, 1.0);
 }
 
 /* Integrate a part of a path within one piece of its request. */
@@ -339,7 +339,7 @@ static int walk_part(walk *w, hs_memory *memory, const leg *on, double before, d
         else if (on->aims)
             status = walk_elastic(w, memory, before, end);
         else if (w->alone)
-            status = hs_walk_on(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
+            status = hs_integrate_part(memory, &on->plan, before / on->elastic, end / on->elastic, w->drive);
         else
             status = walk_still(w, memory, &on->plan, before / on->elastic, end / on->elastic);
         before = end;
@@ -365,7 +365,7 @@ static int guess_displacement(walk *w, const hs_memory *memory, hs_memory *tried
     }
     hs_target target = {hs_toward(c->tangential[0], c->tangential[1], end), 1.0, w->compliance};
     if (c->tangential_by_load) target = hs_to_load(target.value);
-    return hs_displacement_at((hs_memory *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
+    return hs_solve_displacement((hs_memory *)memory, d, hs_load_at(hs_all_of(memory->contact), d).load, target, found);
 }
 
 /* Find the displacement to which the present piece of a path is straight: where its last chord meets the request. `reached` is
@@ -389,7 +389,7 @@ static int aim(walk *w, const hs_memory *memory, const leg *on, hs_memory **reac
         if (turn == 0) continue;
         double gap = tried->displacement - c->aim[1], rate = (gap - missed) / (c->aim[1] - aimed);
         double top = hs_most(hs_most(memory->approach, tried->approach) - touch, 0.0);
-        double tolerated = AIM * w->drive->tolerance * hs_frictions_at(tried, HUGE_VAL).most * top;
+        double tolerated = AIM * w->drive->tolerance * hs_friction_range(tried, HUGE_VAL).most * top;
         if (fabs(gap) <= tolerated || turn == MOST_AIMS) break;
         aimed = c->aim[1];
         missed = gap;
@@ -418,7 +418,7 @@ static int find_crossings(walk *w, const hs_memory *memory, leg *on, int chords,
         else
             ++k;
         if (status == HS_OK) status = hs_chord(w, tried, before, share);
-        if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
+        if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
         if (status == HS_OK && !saturate && fabs(tried->excess) > excess) {
             excess = fabs(tried->excess);
             w->refusal->request = hs_toward(c->tangential[0], c->tangential[1], share) * memory->contact->units.load;
@@ -530,7 +530,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     if (status == HS_OK && on.still && !on.aims && on.elastic > 0.0) {
         hs_path leg = yields ? path_to_onset(w, path) : *path;
         int direct = yields ? first >= on.elastic : path->parts == 1 && until == 1.0;
-        status = hs_planned(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
+        status = hs_plan_path(memory, &leg, w->compliance, w->drive->saturate, direct, &on.plan, w->refusal);
     }
     if (status == HS_OK && on.aims && w->alone) status = hs_memory_unshare_contact(memory);
     if (status == HS_OK && on.aims) status = find_pieces(w, memory, &on);
@@ -546,7 +546,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         double share = until * ((double)part / (double)path->parts);
         status = walk_pieces(w, memory, &on, before, share);
         before = share;
-        if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 1 + memory->contact->count / 8);
+        if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 1 + memory->contact->count / 8);
         if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
         if (status != HS_OK) break;
         *flag |= memory->excess != 0.0;
@@ -568,7 +568,7 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
     return status;
 }
 
-int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                      double until, const hs_evolution *evolution, hs_refusal *refusal) {
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
@@ -597,7 +597,7 @@ int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, con
         if (status == HS_OK) status = make_spares(&w, memory);
     }
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
-        hs_path path = hs_without_dimension(&memory->contact->units, paths + p);
+        hs_path path = hs_scale_path(&memory->contact->units, paths + p);
         refusal->path = p;
         status = walk_path(&w, memory, &path, until, &recorder, &flag);
     }
@@ -614,7 +614,7 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     if (!hs_can_evolve(memory, evolution)) return HS_FOREIGN;
     int status = HS_OK;
     hs_evolved *evolved = memory->evolved;
-    double stored = hs_stored(memory, NULL), erased = 0.0;
+    double stored = hs_elastic_energy(memory, NULL), erased = 0.0;
     for (int64_t i = 0; i < count; ++i)
         erased += fresh[memory->contact->order[i]] && memory->contact->gap[i] < memory->approach;
     /* they may be the memory's own, which moves when groups part */
@@ -645,12 +645,12 @@ int hs_set_summits(hs_memory *memory, const double *summit_height, const double 
     free(gap);
     if (status != HS_OK) return status;
     memory->evolved->erased_memories += erased;
-    memory->evolved->erased_energy += (stored - hs_stored(memory, NULL)) * memory->contact->units.energy;
+    memory->evolved->erased_energy += (stored - hs_elastic_energy(memory, NULL)) * memory->contact->units.energy;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
-    status = hs_put_stations(&w, memory, memory->approach, memory->normal_load, 1.0, NULL);
+    status = hs_set_stations(&w, memory, memory->approach, memory->normal_load, 1.0, NULL);
     if (status == HS_OK) {
         memcpy(memory->friction, w.friction, (size_t)memory->contact->groups * sizeof(double));
-        hs_note_steep(memory);
+        hs_flag_steep(memory);
     }
     free_buffers(&w);
     return status;

@@ -11,7 +11,7 @@
 
 /* Change the coefficients, and the displacement to where it aims, straight together. */
 static int fall(hs_memory *memory, const double *friction, hs_target target) {
-    int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_deepest(memory));
+    int64_t groups = memory->contact->groups, touching = 0, room = hs_room_to_clip(hs_max_depth(memory));
     double d = memory->approach, v0 = memory->displacement, v1 = target.value;
     hs_point from = {d, v0};
     hs_tick(memory, memory->clock.end);
@@ -33,22 +33,22 @@ static int fall(hs_memory *memory, const double *friction, hs_target target) {
             hs_fronts fronts;
             /* any cone may cut any polyline */
             memset(memory->steep, 1, (size_t)groups);
-            status = hs_no_fronts(&fronts, touching);
+            status = hs_init_fronts(&fronts, touching);
             if (status == HS_OK) {
-                status = hs_found_displacement(memory, &loads, &fronts, d, target, &v1);
+                status = hs_search_displacement(memory, &loads, &fronts, d, target, &v1);
                 hs_free_fronts(&fronts);
             }
         }
         hs_point to = {d, v1};
         hs_losses losses;
-        hs_no_losses(&losses, groups);
+        hs_init_losses(&losses, groups);
         for (int64_t index = 0; index < touching && status == HS_OK; ++index) {
             if (v1 == v0 && friction[index] >= before[index]) continue;
             hs_group group = hs_group_of(memory, index);
-            status = hs_carry_group(memory, &group, &losses, index, before[index], from, to, loads.load[index],
+            status = hs_move_group(memory, &group, &losses, index, before[index], from, to, loads.load[index],
                                     hs_to_displacement(v1), scratch, &v1);
         }
-        hs_settle(&losses, memory);
+        hs_commit_losses(&losses, memory);
         memory->displacement = v1;
         memory->tangential_load = hs_total_force(memory);
     }
@@ -67,8 +67,8 @@ static void mix(const double *first, const double *last, double share, double *t
  * asperities share it. */
 static int fall_in_parts(hs_memory *memory, const double *friction, hs_target target, double tolerance) {
     int64_t groups = memory->contact->groups;
-    double before = hs_stored(memory, NULL), lost = memory->dissipated, reached = HUGE_VAL, balance = 0.0, told = 0.0;
-    double reach = hs_frictions_at(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
+    double before = hs_elastic_energy(memory, NULL), lost = memory->dissipated, reached = HUGE_VAL, balance = 0.0, told = 0.0;
+    double reach = hs_friction_range(memory, HUGE_VAL).most * (memory->approach - memory->contact->sorted_gap[0]);
     double *first = (double *)malloc(2 * (size_t)groups * sizeof *first), *there = first + groups;
     hs_memory *fine = NULL;
     int status = first ? HS_OK : HS_OUT_OF_MEMORY;
@@ -83,7 +83,7 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_target ta
         if (status != HS_OK) break;
         double moved = fine->displacement - memory->displacement;
         double work = 0.5 * (memory->tangential_load + hs_total_force(fine)) * moved;
-        balance = work + before - hs_stored(fine, NULL);
+        balance = work + before - hs_elastic_energy(fine, NULL);
         told = fine->dissipated - lost;
         int settled = fabs(fine->displacement - reached) <= tolerance * reach;
         if (parts >= MOST_PARTS || (settled && fabs(told - balance) <= 1e-3 * told + tolerance * tolerance * before))
@@ -95,7 +95,7 @@ static int fall_in_parts(hs_memory *memory, const double *friction, hs_target ta
     if (status == HS_OK) {
         double share = told > 0.0 ? hs_most(balance, 0.0) / told : 1.0;
         for (int64_t i = 0; i < memory->contact->count; ++i)
-            fine->each[i] = memory->each[i] + share * (fine->each[i] - memory->each[i]);
+            fine->dissipated_each[i] = memory->dissipated_each[i] + share * (fine->dissipated_each[i] - memory->dissipated_each[i]);
         fine->dissipated = lost + share * told;
         hs_memory_take(memory, fine);
         fine = NULL;
@@ -115,7 +115,7 @@ static int change(hs_memory *memory, const double *friction, hs_target target, d
         falls |= memory->depth[index] > 0 && friction[index] < memory->friction[index];
     if (!falls) {
         memcpy(memory->friction, friction, groups * sizeof *friction);
-        hs_note_steep(memory);
+        hs_flag_steep(memory);
         return HS_OK;
     }
     double *there = (double *)malloc(2 * groups * sizeof *there), *first = there + groups;
@@ -124,7 +124,7 @@ static int change(hs_memory *memory, const double *friction, hs_target target, d
     double before = hs_friction_limit(memory, memory->approach, memory->normal_load);
     memcpy(memory->friction, friction, groups * sizeof *first);
     double after = hs_friction_limit(memory, memory->approach, memory->normal_load);
-    hs_note_steep(memory);
+    hs_flag_steep(memory);
     memcpy(memory->friction, first, groups * sizeof *first);
     if (target.rigid == 0.0 && fabs(force) > after)
         held = hs_least(hs_most((before - fabs(force)) / (before - after), 0.0), 1.0);
@@ -136,7 +136,7 @@ static int change(hs_memory *memory, const double *friction, hs_target target, d
         status = fall(memory, friction, hs_to_displacement(memory->displacement));
     if (status == HS_OK) {
         memcpy(memory->friction, friction, groups * sizeof *friction);
-        hs_note_steep(memory);
+        hs_flag_steep(memory);
         memory->tangential_load = target.rigid == 0.0 ? force : hs_total_force(memory);
     }
     free(there);
@@ -147,7 +147,7 @@ int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *d
     const hs_contact *contact = memory->contact;
     double compliance = drive->compliance * contact->units.stiffness;
     hs_target target = hs_to_load(memory->tangential_load);
-    int status = hs_part_ways(memory, friction, friction);
+    int status = hs_split_groups(memory, friction, friction);
     if (status != HS_OK) return status;
     contact = memory->contact;
     if (memory->tangential_control != HS_LOAD) {
@@ -158,7 +158,7 @@ int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *d
     double *leading = (double *)malloc((size_t)contact->groups * sizeof *leading);
     if (!leading) return HS_OUT_OF_MEMORY;
     for (int64_t index = 0; index < contact->groups; ++index)
-        leading[index] = hs_usable_friction(friction[contact->order[contact->first[index]]]);
+        leading[index] = hs_bound_friction(friction[contact->order[contact->first[index]]]);
     status = change(memory, leading, target, drive->tolerance);
     free(leading);
     return status;

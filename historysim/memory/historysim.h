@@ -1,7 +1,7 @@
 /* The traction memory of rough frictional contacts: exact for any load history, without time steps.
  *
  * A contact is made of its summits (`hs_contact_new`), a memory of a contact and its friction (`hs_memory_new`).
- * A memory is carried along straight paths (`hs_step`, `hs_advance`, `hs_walk`), asked for what it says (`hs_totals_of`,
+ * A memory is carried along straight paths (`hs_step`, `hs_advance`, `hs_integrate`), asked for what it says (`hs_totals_of`,
  * `hs_slopes_of`, …), copied as often as one likes (`hs_memory_copy`), and written to bytes (`hs_memory_write`).
  *
  * README.md in this folder has the theory, and how a memory is laid out. Structs show numbers without dimension: lengths
@@ -79,8 +79,8 @@ typedef struct hs_contact {
     const double *sorted_gap;    /* (count) of all asperities by ascending gap */
     const double *sorted_weight; /* (count) */
     hs_units units;
-    int64_t watched;             /* labels in `watch`, or 0 */
-    double *watch;               /* ascending labels that are watched for sliding in place of asperities */
+    int64_t query_count;         /* labels in `query_label`, or 0 */
+    double *query_label;         /* ascending labels that are queried for sliding in place of asperities */
     double datum;                /* height of the highest summit at the start, where gaps are 0 [m] */
     int64_t references;
 } hs_contact;
@@ -122,7 +122,7 @@ typedef struct hs_evolved {
     double *worn_volume;    /* lost since the start [m³] */
     double *waiting_volume; /* what of it has not yet shaped the summit [m³] */
     double *shaped_volume;  /* what has, since the summit was last a whole paraboloid [m³] */
-    uint8_t *given;         /* whose friction an event has given, in place of the law */
+    uint8_t *friction_overridden; /* whose friction an event has given, in place of the law */
     double slid_together;   /* ∫|dU| while all asperities in contact slid [m] */
     double erased_memories; /* contacts whose memory a change of their geometry has erased */
     double erased_energy;   /* tangential elastic energy that went with it, or with what was worn [J] */
@@ -145,7 +145,7 @@ typedef struct hs_clock {
 typedef struct hs_memory {
     hs_contact *contact;
     double *friction;       /* (group) present coefficients */
-    double *each;           /* (count) energy that each asperity has dissipated, by its position */
+    double *dissipated_each; /* (count) energy that each asperity has dissipated, by its position */
     int64_t *depth;         /* (group) vertices of each stack, the deepest first */
     uint8_t *steep;         /* (group) whether the polyline has slopes beyond μ */
     hs_vertex *vertices;    /* (group, capacity) */
@@ -226,7 +226,7 @@ typedef struct hs_refusal {
 } hs_refusal;
 
 /* Carry a memory along one straight path to targets in N or m; NaN holds a channel as it was controlled last.
- * Of a path that is refused nothing is changed. Nothing evolves on it (see `hs_walk_evolving`). `refusal` may be NULL. */
+ * Of a path that is refused nothing is changed. Nothing evolves on it (see `hs_integrate_evolving`). `refusal` may be NULL. */
 HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
 /* Return a new memory that has done so; NULL where the path was not walked. */
@@ -279,7 +279,7 @@ typedef struct hs_rows {
 
 /* Carry a memory along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
  * share `until` is walked. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
-HS_API int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+HS_API int hs_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
                    double until, hs_refusal *refusal);
 /* Record one row of a memory as it is. */
 HS_API int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row);
@@ -410,9 +410,9 @@ HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *nor
 HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count, const double *approach,
                             const double *summit_radius, double *normal_load, double *contact_radius);
 
-/* Do what `hs_walk` does where asperities evolve; the memory was made so, of as many asperities. Only a single path may
+/* Do what `hs_integrate` does where asperities evolve; the memory was made so, of as many asperities. Only a single path may
  * have a goal. `refusal` may be NULL. */
-HS_API int hs_walk_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
+HS_API int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
                             const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
 /* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
  * contacts: nothing is remembered. Then friction is what the law says. */
@@ -499,9 +499,9 @@ typedef struct hs_planar_rows {
     double *tangential_load; /* (row, 2) [N] */
     double *displacement;    /* (row, 2) [m] */
 } hs_planar_rows;
-/* Do what `hs_walk` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place
+/* Do what `hs_integrate` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place
  * of the drive's. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
-HS_API int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
+HS_API int hs_planar_integrate(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
                           const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal);
 /* Record one row of it as it is. */
 HS_API int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row);
@@ -546,7 +546,7 @@ HS_API hs_batch *hs_batch_new(int64_t count, int64_t frictions, const double *fr
 HS_API hs_batch *hs_batch_copy(const hs_batch *batch);
 HS_API void hs_batch_free(hs_batch *batch);
 /* Whether all of them, one per contact, are numbers, and at most so large in size. */
-HS_API int hs_batch_takes(const hs_batch *batch, const double *approach, const double *displacement, double largest);
+HS_API int hs_batch_accepts(const hs_batch *batch, const double *approach, const double *displacement, double largest);
 /* Carry each contact straight to its approach and displacement [m], and tell its loads [N]. */
 HS_API int hs_batch_step(hs_batch *batch, const double *approach, const double *displacement, double *normal_load,
                          double *tangential_load);

@@ -7,7 +7,7 @@
 
 #define HS_LANES 8
 /* terms of one block */
-#define HS_AT_ONCE 256
+#define HS_BLOCK 256
 
 /* Loops over asperities are vectorised at any level of optimisation: gcc's -O2 leaves most of them scalar. The attribute may
  * discard options of the command line, so it repeats those that fix the bits. */
@@ -33,6 +33,6 @@ static inline void hs_add(double *lane, const double *term, int count) {
         for (int l = 0; l < HS_LANES; ++l) lane[l] += term[i + l];
     for (int l = 0; i + l < count; ++l) lane[l] += term[i + l];
 }
-static inline int hs_size_of_block(int64_t left) { return left < HS_AT_ONCE ? (int)left : HS_AT_ONCE; }
+static inline int hs_size_of_block(int64_t left) { return left < HS_BLOCK ? (int)left : HS_BLOCK; }
 
 #endif

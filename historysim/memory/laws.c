@@ -50,7 +50,7 @@ int hs_coefficients(const hs_law *law, double modulus, const hs_loaded *loaded, 
         } else {
             friction[i] = total;
         }
-        friction[i] = hs_usable_friction(friction[i]);
+        friction[i] = hs_bound_friction(friction[i]);
     }
     return HS_OK;
 }
@@ -274,7 +274,7 @@ int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, dou
 }
 
 int hs_yielding_approach(const hs_memory *memory, const hs_evolution *evolution, double load, double *approach) {
-    double low = hs_most(hs_approach_for(memory, load), memory->approach);
+    double low = hs_most(hs_approach_at_load(memory, load), memory->approach);
     double touch = memory->contact->sorted_gap[0], step = 0.25 * (low - touch);
     hs_bracket root = {low, low, 0.0, 0.0, 0};
     yielding_summits place;
@@ -371,7 +371,7 @@ int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint
     return status;
 }
 
-int hs_those_to_yield(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which) {
+int hs_flag_yielding(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which) {
     yielding_summits at;
     int status = gather(&at, memory->contact->count);
     if (status != HS_OK) return status;

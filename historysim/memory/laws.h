@@ -21,7 +21,7 @@ double hs_yields_at(const hs_memory *memory, const hs_yielding *law, int64_t asp
 /* Normal load at an approach, with yielding on the way. */
 int hs_yielding_load(const hs_memory *memory, const hs_evolution *evolution, double d, double *load);
 /* Flag the asperities (in the caller's numbering) that yield on the way to an approach. */
-int hs_those_to_yield(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which);
+int hs_flag_yielding(const hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *which);
 /* Update summits for yielding up to an approach; contact and history are not changed. */
 int hs_yield_to(hs_memory *memory, const hs_evolution *evolution, double d, uint8_t *changed);
 

@@ -53,7 +53,7 @@ static void slopes_of_limit(const hs_memory *memory, const hs_request *request, 
     if (request->both_loads) {
         double load_least = hs_least(low->at.load_slope, high->at.load_slope);
         double load_most = hs_most(low->at.load_slope, high->at.load_slope);
-        hs_range friction = hs_frictions_at(memory, hs_most(low->d, high->d));
+        hs_range friction = hs_friction_range(memory, hs_most(low->d, high->d));
         least = load_most > 0.0 ? hs_most(friction.least, limit_least / load_most) : friction.least;
         most = load_least > 0.0 ? hs_least(friction.most, limit_most / load_least) : friction.most;
         rate = request->load[1] - request->load[0];
@@ -188,7 +188,7 @@ static void place_on(const hs_memory *memory, const hs_request *request, double 
         *load = request->load[1];
     } else if (request->both_loads) {
         *load = hs_toward(request->load[0], request->load[1], share);
-        *d = hs_approach_for(memory, *load);
+        *d = hs_approach_at_load(memory, *load);
     } else {
         *d = hs_toward(request->d[0], request->d[1], share);
         *load = hs_load_at(hs_all_of(memory->contact), *d).load;
@@ -200,7 +200,7 @@ static double request_at(const hs_memory *memory, const hs_request *request, con
                          double share, double d, double load) {
     double limit = hs_friction_limit(memory, d, load);
     if (share == pieces->end[piece] && piece + 1 < pieces->count) return pieces->side[piece + 1] * limit;
-    return hs_within(hs_toward(request->force[0], request->force[1], share), limit);
+    return hs_clamp(hs_toward(request->force[0], request->force[1], share), limit);
 }
 
 /* Let the clock go on along the limit, where a load is straight in time if both are prescribed. */
@@ -248,7 +248,7 @@ static int slide(hs_memory *memory, const hs_request *request, double d, double 
 }
 
 /* Walk a request, cut into pieces, from one share to another; tell which limit it follows there. */
-int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
+int hs_follow_limit(hs_memory *memory, const hs_request *request, const hs_pieces *pieces, double before, double share,
               const double *times, const hs_drive *drive, int *side) {
     *side = 0;
     for (int k = 0; k < pieces->count; ++k) {
@@ -269,7 +269,7 @@ int hs_follow(hs_memory *memory, const hs_request *request, const hs_pieces *pie
             status = HS_OK;
             if (stop < end) {
                 double reached = 0.0;
-                status = hs_displacement_at(memory, d_end, load_end, target, &reached);
+                status = hs_solve_displacement(memory, d_end, load_end, target, &reached);
                 target = hs_to_displacement(hs_toward(memory->displacement, reached, (stop - before) / (end - before)));
             }
             hs_tick(memory, time);

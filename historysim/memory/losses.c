@@ -38,7 +38,7 @@ HS_WIDE static void parts(const double *restrict gap, const double *restrict wei
 static double between_knots(hs_curve curve, const hs_slip *slip) {
     const double rate = 1.0 / (slip->high - slip->low);
     const double slip_slope = (slip->slip_high - slip->slip_low) * rate, drag_slope = (slip->drag_high - slip->drag_low) * rate;
-    int64_t i = hs_touching(curve.gap, curve.count, slip->low);
+    int64_t i = hs_count_touching(curve.gap, curve.count, slip->low);
     double total = 0.0, before = i > 0 ? curve.weight[i - 1] : 0.0;
     if (i > 0) --i;
     for (; i < curve.count && curve.gap[i] < slip->high; ++i) {
@@ -59,8 +59,8 @@ static double between_knots(hs_curve curve, const hs_slip *slip) {
 }
 
 /* Add to each asperity its part of a slip, unless `each` is NULL; return the sum. */
-double hs_spread(hs_curve curve, double *each, const hs_slip *slip) {
-    double part[HS_AT_ONCE], lane[HS_LANES] = {0};
+double hs_add_energy(hs_curve curve, double *each, const hs_slip *slip) {
+    double part[HS_BLOCK], lane[HS_LANES] = {0};
     if (slip->high <= slip->low) return 0.0;
     /* knots are nothing that loses energy of its own */
     if (curve.load) return between_knots(curve, slip);
@@ -70,8 +70,8 @@ double hs_spread(hs_curve curve, double *each, const hs_slip *slip) {
         if (each) each[0] += part[0];
         return part[0];
     }
-    int64_t count = hs_touching(curve.gap, curve.count, slip->high);
-    for (int64_t begin = 0; begin < count; begin += HS_AT_ONCE) {
+    int64_t count = hs_count_touching(curve.gap, curve.count, slip->high);
+    for (int64_t begin = 0; begin < count; begin += HS_BLOCK) {
         int size = hs_size_of_block(count - begin);
         parts(curve.gap + begin, curve.weight + begin, size, slip, part);
         hs_add(lane, part, size);
@@ -80,7 +80,7 @@ double hs_spread(hs_curve curve, double *each, const hs_slip *slip) {
     return hs_lanes_sum(lane);
 }
 
-void hs_no_losses(hs_losses *losses, int64_t groups) {
+void hs_init_losses(hs_losses *losses, int64_t groups) {
     losses->queues = groups > 1;
     losses->number = 0;
     losses->total = 0.0;
@@ -96,7 +96,7 @@ HS_WIDE static void energies(hs_losses *losses) {
     }
 }
 
-void hs_work_out(hs_losses *losses, double *each) {
+void hs_flush_losses(hs_losses *losses, double *each) {
     double lane[HS_LANES] = {0};
     energies(losses);
     hs_add(lane, losses->energy, losses->number);
@@ -105,16 +105,16 @@ void hs_work_out(hs_losses *losses, double *each) {
     losses->number = 0;
 }
 
-void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
+void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
     if (!losses->queues || group->curve.count > 1) {
-        losses->total += hs_spread(group->curve, group->each, slip);
+        losses->total += hs_add_energy(group->curve, group->each, slip);
         return;
     }
-    hs_put_off(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->each - group->start, slip);
+    hs_queue_loss(losses, group->curve.gap[0], group->curve.weight[0], group->start, group->each - group->start, slip);
 }
 
-void hs_settle(hs_losses *losses, hs_memory *memory) {
-    if (losses->number) hs_work_out(losses, memory->each);
+void hs_commit_losses(hs_losses *losses, hs_memory *memory) {
+    if (losses->number) hs_flush_losses(losses, memory->dissipated_each);
     memory->dissipated += losses->total;
     losses->total = 0.0;
 }
@@ -133,11 +133,11 @@ static void lose_one_way(const hs_group *group, hs_losses *losses, double start,
     double most = 0.5 * group->friction * (1.0 + 1e-9);
     hs_slip slip = {low, high, slip_low, slip_high, hs_least(drag * slip_low, most * (start - low)),
                     hs_least(drag * slip_high, most * (start - high))};
-    hs_lose(group, losses, &slip);
+    hs_add_loss(group, losses, &slip);
 }
 
 /* Spring a leaves at V(a) = v0 + (a - d0) ΔV/Δd. It slips, if at all, one way: that of V(a) - w(a). */
-void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
+void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
                        const hs_point *to) {
     double rate = (to->v - from->v) / (to->d - from->d);
     double high = from->d, slip_high = 0.0;
@@ -158,7 +158,7 @@ void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, 
     }
 }
 
-double hs_stored(const hs_memory *memory, double *each) {
+double hs_elastic_energy(const hs_memory *memory, double *each) {
     const hs_contact *contact = memory->contact;
     double total = 0.0;
     for (int64_t index = 0; index < contact->groups; ++index) {
@@ -167,7 +167,7 @@ double hs_stored(const hs_memory *memory, double *each) {
         for (int64_t j = 1; j < memory->depth[index]; ++j) {
             double v_low = memory->displacement - stack[j - 1].anchor, v_high = memory->displacement - stack[j].anchor;
             hs_slip held = {stack[j - 1].label, stack[j].label, v_low, v_high, 0.5 * v_low, 0.5 * v_high};
-            total += hs_spread(group.curve, each ? each + group.start : NULL, &held);
+            total += hs_add_energy(group.curve, each ? each + group.start : NULL, &held);
         }
     }
     return total;

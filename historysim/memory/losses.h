@@ -13,29 +13,29 @@ typedef struct hs_slip {
 
 /* Energy dissipated on a path. Pieces of groups of one asperity are queued, because each is a chain of dependent roots and
  * quotients: several at a time take no longer than one. */
-#define HS_MOST_PIECES 128
+#define HS_QUEUE_SIZE 128
 typedef struct hs_losses {
     int queues; /* whether pieces are queued */
     int number;
-    int64_t position[HS_MOST_PIECES];
-    double gap[HS_MOST_PIECES], weight[HS_MOST_PIECES];
-    double low[HS_MOST_PIECES], high[HS_MOST_PIECES];
-    double slip_low[HS_MOST_PIECES], slip_high[HS_MOST_PIECES];
-    double drag_low[HS_MOST_PIECES], drag_high[HS_MOST_PIECES];
-    double energy[HS_MOST_PIECES];
+    int64_t position[HS_QUEUE_SIZE];
+    double gap[HS_QUEUE_SIZE], weight[HS_QUEUE_SIZE];
+    double low[HS_QUEUE_SIZE], high[HS_QUEUE_SIZE];
+    double slip_low[HS_QUEUE_SIZE], slip_high[HS_QUEUE_SIZE];
+    double drag_low[HS_QUEUE_SIZE], drag_high[HS_QUEUE_SIZE];
+    double energy[HS_QUEUE_SIZE];
     double total; /* of what was not queued, or is no longer */
 } hs_losses;
 
 /* ∫ slip·drag·N'' da over labels, added to each asperity unless that is NULL; returns the sum. */
-double hs_spread(hs_curve curve, double *each, const hs_slip *slip);
-void hs_no_losses(hs_losses *losses, int64_t groups);
+double hs_add_energy(hs_curve curve, double *each, const hs_slip *slip);
+void hs_init_losses(hs_losses *losses, int64_t groups);
 /* Compute the queued energies and add them to the array of all asperities. */
-void hs_work_out(hs_losses *losses, double *each);
+void hs_flush_losses(hs_losses *losses, double *each);
 /* Queue the loss of a group of one asperity; `position` is its index in the array of all. */
-static inline void hs_put_off(hs_losses *losses, double gap, double weight, int64_t position, double *each,
+static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, int64_t position, double *each,
                               const hs_slip *slip) {
     if (!(slip->low < slip->high && slip->high > gap)) return;
-    if (losses->number == HS_MOST_PIECES) hs_work_out(losses, each);
+    if (losses->number == HS_QUEUE_SIZE) hs_flush_losses(losses, each);
     int p = losses->number++;
     losses->position[p] = position;
     losses->gap[p] = gap;
@@ -48,13 +48,13 @@ static inline void hs_put_off(hs_losses *losses, double gap, double weight, int6
     losses->drag_high[p] = slip->drag_high;
 }
 /* Add the loss of a group, distributed over its asperities. */
-void hs_lose(const hs_group *group, hs_losses *losses, const hs_slip *slip);
+void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all losses to the dissipated energies of a memory, of each asperity and of all. */
-void hs_settle(hs_losses *losses, hs_memory *memory);
+void hs_commit_losses(hs_losses *losses, hs_memory *memory);
 /* Add the losses of springs that separate on a straight path, down to a segment of the polyline. */
-void hs_lose_withdrawn(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
+void hs_add_separation_losses(const hs_group *group, hs_losses *losses, int64_t depth, int64_t segment, const hs_point *from,
                        const hs_point *to);
 /* Elastic energy ½ ∫ v² N'' da of a memory, added per asperity (position) to `each` unless that is NULL. */
-double hs_stored(const hs_memory *memory, double *each);
+double hs_elastic_energy(const hs_memory *memory, double *each);
 
 #endif

@@ -5,19 +5,19 @@
 #include "state.h"
 #include "contact.h"
 
-struct hs_slides *hs_slides_held(struct hs_slides *slides) {
+struct hs_slides *hs_slides_retain(struct hs_slides *slides) {
     if (slides) __atomic_add_fetch(&slides->references, 1, __ATOMIC_RELAXED);
     return slides;
 }
 
-void hs_slides_let_go(struct hs_slides *slides) {
+void hs_slides_release(struct hs_slides *slides) {
     if (slides && __atomic_sub_fetch(&slides->references, 1, __ATOMIC_ACQ_REL) == 0) free(slides);
 }
 
 struct hs_slides *hs_slides_unshare(hs_memory *memory) {
     struct hs_slides *shared = memory->slides;
     if (shared && __atomic_load_n(&shared->references, __ATOMIC_ACQUIRE) == 1) return shared;
-    size_t count = (size_t)hs_watched(memory->contact);
+    size_t count = (size_t)hs_slide_count(memory->contact);
     struct hs_slides *copy = (struct hs_slides *)malloc(sizeof *copy + count * sizeof(double));
     if (!copy) {
         memory->lost_slides = 1;
@@ -25,18 +25,18 @@ struct hs_slides *hs_slides_unshare(hs_memory *memory) {
     }
     copy->references = 1;
     hs_slide_times(memory, copy->time);
-    hs_slides_let_go(shared);
+    hs_slides_release(shared);
     return memory->slides = copy;
 }
 
 void hs_slide_times(const hs_memory *memory, double *time) {
-    int64_t count = hs_watched(memory->contact);
+    int64_t count = hs_slide_count(memory->contact);
     if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
     for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
 }
 
 void hs_forget_slides(hs_memory *memory) {
-    hs_slides_let_go(memory->slides);
+    hs_slides_release(memory->slides);
     memory->slides = NULL;
     memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
 }
@@ -44,7 +44,7 @@ void hs_forget_slides(hs_memory *memory) {
 int hs_slides_assign(hs_memory *memory, const double *time) {
     struct hs_slides *slides = hs_slides_unshare(memory);
     if (!slides) return HS_OUT_OF_MEMORY;
-    if (time) memcpy(slides->time, time, (size_t)hs_watched(memory->contact) * sizeof *time);
+    if (time) memcpy(slides->time, time, (size_t)hs_slide_count(memory->contact) * sizeof *time);
     return HS_OK;
 }
 
@@ -58,7 +58,7 @@ static hs_evolved *evolved_of(int64_t count, int yields) {
                        &evolved->virgin_height,  &evolved->virgin_radius,  &evolved->yielded_to,
                        &evolved->yielding_load,  &evolved->yielding_energy};
     for (size_t k = 0; k < arrays; ++k) *each[k] = numbers + k * n;
-    evolved->given = (uint8_t *)(numbers + arrays * n);
+    evolved->friction_overridden = (uint8_t *)(numbers + arrays * n);
     return evolved;
 }
 
@@ -66,7 +66,7 @@ static hs_evolved *evolved_of(int64_t count, int yields) {
 static void copy_evolved(hs_evolved *target, const hs_evolved *source, int64_t count) {
     size_t n = (size_t)count, arrays = hs_evolved_arrays(source->virgin_height != NULL);
     memcpy(target->summit_height, source->summit_height, arrays * n * sizeof(double));
-    memcpy(target->given, source->given, n);
+    memcpy(target->friction_overridden, source->friction_overridden, n);
     target->slid_together = source->slid_together;
     target->erased_memories = source->erased_memories;
     target->erased_energy = source->erased_energy;
@@ -83,7 +83,7 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
     hs_memory *memory = (hs_memory *)calloc(1, sizeof *memory);
     if (!memory) return NULL;
-    memory->contact = hs_contact_held(contact);
+    memory->contact = hs_contact_retain(contact);
     memory->friction = (double *)malloc(size_of_numbers(contact));
     memory->vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *memory->vertices);
     memory->evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
@@ -91,8 +91,8 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
         hs_memory_free(memory);
         return NULL;
     }
-    memory->each = memory->friction + groups;
-    memory->depth = (int64_t *)(memory->each + count);
+    memory->dissipated_each = memory->friction + groups;
+    memory->depth = (int64_t *)(memory->dissipated_each + count);
     memory->steep = (uint8_t *)(memory->depth + groups);
     memory->capacity = capacity;
     memory->normal_control = memory->tangential_control = HS_LOAD;
@@ -142,7 +142,7 @@ hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
     memory->identity = identity_of(contact, friction);
     memset(memory->friction, 0, size_of_numbers(contact));
     for (int64_t index = 0; index < contact->groups; ++index)
-        memory->friction[index] = hs_usable_friction(friction[contact->order[contact->first[index]]]);
+        memory->friction[index] = hs_bound_friction(friction[contact->order[contact->first[index]]]);
     return memory;
 }
 
@@ -180,7 +180,7 @@ int hs_memory_yield(hs_memory *memory) {
 
 void hs_memory_free(hs_memory *memory) {
     if (!memory) return;
-    hs_slides_let_go(memory->slides);
+    hs_slides_release(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
     free(memory->vertices);
@@ -201,8 +201,8 @@ void hs_memory_take(hs_memory *memory, hs_memory *other) {
 
 static void copy_now(hs_memory *target, const hs_memory *source) {
     if (target->slides != source->slides) {
-        hs_slides_let_go(target->slides);
-        target->slides = hs_slides_held(source->slides);
+        hs_slides_release(target->slides);
+        target->slides = hs_slides_retain(source->slides);
     }
     memcpy(&target->approach, &source->approach, sizeof *target - offsetof(hs_memory, approach));
 }
@@ -219,7 +219,7 @@ static void copy_stacks(hs_memory *target, const hs_memory *source) {
                (size_t)source->depth[index] * sizeof *target->vertices);
 }
 
-int64_t hs_deepest(const hs_memory *memory) {
+int64_t hs_max_depth(const hs_memory *memory) {
     int64_t most = 0;
     /* amid a chord summits that yield stand after some that touch on it, and have no vertices yet */
     for (int64_t index = 0; index < memory->contact->groups; ++index)
@@ -227,12 +227,12 @@ int64_t hs_deepest(const hs_memory *memory) {
     return most;
 }
 
-int hs_any_steep(const hs_memory *memory) {
+int hs_has_steep(const hs_memory *memory) {
     return memchr(memory->steep, 1, (size_t)memory->contact->groups) != NULL;
 }
 
 hs_memory *hs_memory_copy(const hs_memory *memory) {
-    hs_memory *copy = hs_memory_blank(memory->contact, hs_deepest(memory) + 4, hs_evolves(memory));
+    hs_memory *copy = hs_memory_blank(memory->contact, hs_max_depth(memory) + 4, hs_evolves(memory));
     if (!copy) return NULL;
     copy_numbers(copy, memory);
     copy_stacks(copy, memory);
@@ -262,7 +262,7 @@ int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
 
 int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
     if (memory->contact->groups != from->contact->groups || !hs_belongs(memory, from)) return HS_FOREIGN;
-    if (hs_memory_reserve(memory, hs_deepest(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+    if (hs_memory_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
@@ -276,7 +276,7 @@ double hs_total_force(const hs_memory *memory) {
 }
 
 int64_t hs_contact_count(const hs_memory *memory) {
-    return hs_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
+    return hs_count_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
 void hs_refresh_loads(hs_memory *memory) {
@@ -306,12 +306,12 @@ void hs_touch_unstrained(hs_memory *memory, int64_t index) {
  * caller's numbering. */
 static hs_memory *of_parts(const hs_memory *memory, hs_contact *contact, const int64_t *parent, const int64_t *place,
                            const uint8_t *fresh, int evolves) {
-    hs_memory *parts = hs_memory_blank(contact, hs_deepest(memory) + 2, evolves);
+    hs_memory *parts = hs_memory_blank(contact, hs_max_depth(memory) + 2, evolves);
     if (!parts) return NULL;
     copy_now(parts, memory);
     parts->slid_labels[0] = parts->slid_labels[1] = 0.0;
     if (parts->evolved) copy_evolved(parts->evolved, memory->evolved, contact->count);
-    for (int64_t i = 0; i < contact->count; ++i) parts->each[i] = memory->each[place[contact->order[i]]];
+    for (int64_t i = 0; i < contact->count; ++i) parts->dissipated_each[i] = memory->dissipated_each[place[contact->order[i]]];
     for (int64_t index = 0; index < contact->groups; ++index) {
         int64_t leader = contact->order[contact->first[index]], from = parent[leader];
         int touches = contact->gap[contact->first[index]] < memory->approach;
@@ -380,7 +380,7 @@ static int part(const hs_contact *contact, const double *first_key, const double
 }
 
 /* Split groups of which asperities are not alike in a pair of keys (asperity) any more. */
-int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key) {
+int hs_split_groups(hs_memory *memory, const double *first_key, const double *second_key) {
     const hs_contact *contact = memory->contact;
     int64_t parts = 0, *group = (int64_t *)malloc((size_t)contact->count * sizeof *group);
     int status = group ? part(contact, first_key, second_key, group, &parts) : (int)HS_OUT_OF_MEMORY;

@@ -7,11 +7,11 @@
 /* how many times softer than the contact an instrument is for which rounding of the load would be felt at its drive */
 #define MUCH_SOFTER 1e6
 
-int hs_is_alone(const hs_memory *memory) { return memory->contact->groups == 1 && !memory->steep[0]; }
+int hs_has_single_group(const hs_memory *memory) { return memory->contact->groups == 1 && !memory->steep[0]; }
 
 /* Have stacks hold what the next path adds: a front and an edge; a polyline steeper than μ may be cut in every segment. */
-int hs_make_room(hs_memory *memory) {
-    int64_t deepest = hs_deepest(memory), needed = hs_any_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
+int hs_reserve_vertices(hs_memory *memory) {
+    int64_t deepest = hs_max_depth(memory), needed = hs_has_steep(memory) ? hs_room_to_clip(deepest) : deepest + 2;
     /* the less room there is above many shallow stacks, the more of them a cache holds */
     int64_t spare = memory->contact->groups > 1 && needed < 32 ? 2 : needed / 2;
     return needed > memory->capacity ? hs_memory_reserve(memory, needed + spare) : HS_OK;
@@ -20,35 +20,35 @@ int hs_make_room(hs_memory *memory) {
 /* A tangential load has to be within the friction limit. */
 int hs_move(hs_memory *memory, double d, double load, hs_target target) {
     hs_group_loads loads;
-    int status = hs_make_room(memory);
+    int status = hs_reserve_vertices(memory);
     if (status == HS_OK) status = hs_loads_of_groups(memory, d, load, &loads);
     if (status != HS_OK) return status;
     hs_target path = target;
-    if (target.compliance != 0.0 && !(loads.count > 0 && hs_is_alone(memory))) {
+    if (target.compliance != 0.0 && !(loads.count > 0 && hs_has_single_group(memory))) {
         hs_fronts fronts;
         path = hs_to_displacement(0.0);
-        status = hs_no_fronts(&fronts, loads.count);
-        if (status == HS_OK) status = hs_displacement_with(memory, &loads, &fronts, d, target, &path.value);
+        status = hs_init_fronts(&fronts, loads.count);
+        if (status == HS_OK) status = hs_solve_displacement_with(memory, &loads, &fronts, d, target, &path.value);
         hs_point to = {d, path.value};
-        if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &loads, &fronts);
+        if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, &loads, &fronts);
         hs_free_fronts(&fronts);
     }
-    if (status == HS_OK) status = hs_carry(memory, &loads, d, load, target, path);
+    if (status == HS_OK) status = hs_move_with_loads(memory, &loads, d, load, target, path);
     hs_free_group_loads(&loads);
     return status;
 }
 
-int hs_carry_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
+int hs_move_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
                    hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached) {
     int64_t depth = memory->depth[index];
     if (to.d <= group->curve.gap[0]) {
-        if (depth) hs_note_slides(group, depth, &from, &to, friction, HUGE_VAL, memory->steep[index]);
-        if (depth) hs_lose_withdrawn(group, losses, depth, 1, &from, &to);
+        if (depth) hs_record_slides(group, depth, &from, &to, friction, HUGE_VAL, memory->steep[index]);
+        if (depth) hs_add_separation_losses(group, losses, depth, 1, &from, &to);
         memory->depth[index] = 0;
         memory->steep[index] = 0;
     } else if (depth > 0 && (memory->steep[index] || friction != group->friction)) {
         hs_cone cone = {group->friction, to.v - from.v, friction * (to.d - from.d), group->friction - friction};
-        int64_t clipped = hs_carry_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
+        int64_t clipped = hs_move_and_clip(group, losses, depth, from, to, load, &cone, scratch, NULL);
         if (hs_is_timed(memory)) {
             double label = hs_slip_label(scratch, clipped, to.v, cone.friction);
             hs_find_slides(group, depth, &from, &to, cone.friction - cone.gain, label, 1);
@@ -60,7 +60,7 @@ int hs_carry_group(hs_memory *memory, const hs_group *group, hs_losses *losses, 
     } else {
         hs_update update;
         hs_solve_update(group, depth, &from, to.d, load, target, &update);
-        hs_note_slides(group, update.depth, &from, &update.to, friction, update.slip_label, 0);
+        hs_record_slides(group, update.depth, &from, &update.to, friction, update.slip_label, 0);
         memory->depth[index] = hs_apply_update(group, losses, &from, &update);
         *reached = update.to.v;
     }
@@ -114,14 +114,14 @@ static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *loss
     }
     if (!held && d < from->d) {
         hs_group group = hs_group_of(memory, index);
-        hs_lose_withdrawn(&group, losses, depth, edge.segment, from, to);
+        hs_add_separation_losses(&group, losses, depth, edge.segment, from, to);
     }
     piece.drag_low = friction * (held ? d - piece.low : hs_most(d - piece.low - lag * piece.slip_low, 0.0));
     for (int64_t j = kept > 0 ? kept : 1; j <= edge.segment; ++j) {
         piece.high = j == edge.segment ? edge.label : stack[j].label;
         piece.slip_high = piece.slip_low + (friction - sign * stack[j].slope) * (piece.high - piece.low);
         piece.drag_high = friction * (held ? d - piece.high : hs_most(d - piece.high - lag * piece.slip_high, 0.0));
-        hs_put_off(losses, gap, weight, place, memory->each, &piece);
+        hs_queue_loss(losses, gap, weight, place, memory->dissipated_each, &piece);
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
@@ -129,7 +129,7 @@ static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *loss
     if (path.grows) {
         piece.high = d;
         piece.slip_high = piece.drag_high = 0.0;
-        hs_put_off(losses, gap, weight, place, memory->each, &piece);
+        hs_queue_loss(losses, gap, weight, place, memory->dissipated_each, &piece);
     }
     double reached = front.tangential + slope * (load - front.normal);
     stack[kept] = front;
@@ -139,7 +139,7 @@ static HS_INLINE int slide_one(hs_memory *memory, int64_t index, hs_losses *loss
     return 1;
 }
 
-int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
+int hs_move_with_loads(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path) {
     hs_point from = {memory->approach, memory->displacement};
     double reached = path.value, force = 0.0;
     int still = d == from.d && path.value == from.v && path.compliance == 0.0;
@@ -148,10 +148,10 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
     const hs_point to = {d, path.value};
     hs_losses losses;
     hs_vertex *scratch = NULL;
-    hs_no_losses(&losses, groups);
+    hs_init_losses(&losses, groups);
     if (still) force = hs_total_force(memory);
-    if (!still && hs_any_steep(memory)) {
-        scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_deepest(memory)) * sizeof *scratch);
+    if (!still && hs_has_steep(memory)) {
+        scratch = (hs_vertex *)malloc(2 * (size_t)hs_room_to_clip(hs_max_depth(memory)) * sizeof *scratch);
         if (!scratch) return HS_OUT_OF_MEMORY;
     }
     for (int64_t index = 0; index < groups && !still; ++index) {
@@ -166,12 +166,12 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
         hs_group group = hs_group_of(memory, index);
         double own = index < loads->count ? loads->load[index] : 0.0;
         /* there is room for all that is added */
-        hs_carry_group(memory, &group, &losses, index, group.friction, from, to, own, path, scratch, &reached);
+        hs_move_group(memory, &group, &losses, index, group.friction, from, to, own, path, scratch, &reached);
         depth = memory->depth[index];
         if (depth) force += group.stack[depth - 1].tangential;
     }
     free(scratch);
-    hs_settle(&losses, memory);
+    hs_commit_losses(&losses, memory);
     memory->approach = d;
     memory->displacement = reached;
     memory->normal_load = load;
@@ -180,12 +180,12 @@ int hs_carry(hs_memory *memory, const hs_group_loads *loads, double d, double lo
         /* the drive of so soft an instrument tells the load better than the sum over the springs does, unless the contact
          * has slid so far that its displacement is rounded by more than it can be strained */
         double limit = hs_friction_limit(memory, d, load);
-        memory->tangential_load = hs_within((target.value - target.rigid * reached) / target.compliance, limit);
+        memory->tangential_load = hs_clamp((target.value - target.rigid * reached) / target.compliance, limit);
     }
     return HS_OK;
 }
 
-void hs_note_steep(hs_memory *memory) {
+void hs_flag_steep(hs_memory *memory) {
     for (int64_t index = 0; index < memory->contact->groups; ++index)
         memory->steep[index] = (uint8_t)hs_is_steep(memory->vertices + index * memory->capacity, memory->depth[index],
                                                     memory->friction[index]);

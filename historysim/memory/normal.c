@@ -5,7 +5,7 @@
 #include "lanes.h"
 
 /* Count asperities, in ascending gap, whose gap is below an approach. */
-int64_t hs_touching(const double *gap, int64_t count, double approach) {
+int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
     int64_t low = 0, high = count;
     if (count == 0 || gap[count - 1] < approach) return count;
     while (low < high) {
@@ -30,8 +30,8 @@ HS_WIDE static void half_chords(const double *restrict gap, const double *restri
 
 /* P(a) and P'(a) of the first asperities, all of which touch. */
 hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
-    double load[HS_AT_ONCE], half_chord[HS_AT_ONCE], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
-    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+    double load[HS_BLOCK], half_chord[HS_BLOCK], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
+    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
         half_chords(gap + begin, weight + begin, count, approach, load, half_chord);
         hs_add(loads, load, count);
@@ -42,7 +42,7 @@ hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touchin
 
 /* P(a) and P'(a) of a curve with knots; beyond the last one it goes on straight. */
 hs_load hs_load_between_knots(hs_curve curve, double approach) {
-    int64_t i = hs_touching(curve.gap, curve.count, approach) - 1;
+    int64_t i = hs_count_touching(curve.gap, curve.count, approach) - 1;
     hs_load found = {0.0, 0.0};
     if (i < 0) return found;
     double x = approach - curve.gap[i], half = 0.5 * hs_bend_at(curve, i) * x;
@@ -53,7 +53,7 @@ hs_load hs_load_between_knots(hs_curve curve, double approach) {
 
 /* k (a - h)^(n/2) for n = 1, 3, 5 and 7, of asperities that touch. */
 HS_WIDE static void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
-                                double (*restrict power)[HS_AT_ONCE]) {
+                                double (*restrict power)[HS_BLOCK]) {
     for (int i = 0; i < count; ++i) {
         double depth = approach - gap[i];
         power[0][i] = weight[i] * sqrt(depth);
@@ -77,10 +77,10 @@ static hs_normal normal_between_knots(hs_curve curve, double approach) {
 }
 
 hs_normal hs_normal_at(hs_curve curve, double approach) {
-    double power[4][HS_AT_ONCE], lane[4][HS_LANES] = {{0}}, sum[4];
+    double power[4][HS_BLOCK], lane[4][HS_LANES] = {{0}}, sum[4];
     if (curve.load) return normal_between_knots(curve, approach);
-    int64_t touching = hs_touching(curve.gap, curve.count, approach);
-    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+    int64_t touching = hs_count_touching(curve.gap, curve.count, approach);
+    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
         half_powers(curve.gap + begin, curve.weight + begin, count, approach, power);
         for (int n = 0; n < 4; ++n) hs_add(lane[n], power[n], count);

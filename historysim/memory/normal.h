@@ -17,7 +17,7 @@ typedef struct hs_curve {
     int64_t count;
 } hs_curve;
 
-int64_t hs_touching(const double *gap, int64_t count, double approach);
+int64_t hs_count_touching(const double *gap, int64_t count, double approach);
 /* P'' between a knot and the next one, at another approach; 0 beyond the last one. */
 static inline double hs_bend_at(hs_curve curve, int64_t i) {
     return i + 1 < curve.count ? (curve.weight[i + 1] - curve.weight[i]) / (curve.gap[i + 1] - curve.gap[i]) : 0.0;
@@ -36,7 +36,7 @@ static inline hs_load hs_load_of_one(double gap, double weight, double approach)
 static inline hs_load hs_load_at(hs_curve curve, double approach) {
     if (curve.load) return hs_load_between_knots(curve, approach);
     if (curve.count == 1) return hs_load_of_one(curve.gap[0], curve.weight[0], approach);
-    return hs_sum_of_loads(curve.gap, curve.weight, hs_touching(curve.gap, curve.count, approach), approach);
+    return hs_sum_of_loads(curve.gap, curve.weight, hs_count_touching(curve.gap, curve.count, approach), approach);
 }
 /* P(a) with its slope and its integrals over a. */
 typedef struct hs_normal {

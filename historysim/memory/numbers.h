@@ -42,12 +42,12 @@
 static inline double hs_least(double a, double b) { return b < a ? b : a; }
 static inline double hs_most(double a, double b) { return b > a ? b : a; }
 /* Bounded on both sides. */
-static inline double hs_within(double value, double bound) { return hs_least(hs_most(value, -bound), bound); }
+static inline double hs_clamp(double value, double bound) { return hs_least(hs_most(value, -bound), bound); }
 /* Linear interpolation; the target itself at fraction 1. */
 static inline double hs_toward(double present, double target, double fraction) {
     return fraction == 1.0 ? target : present + fraction * (target - present);
 }
 /* Friction coefficient bounded to what doubles resolve; the contact sticks as with a larger one. */
-static inline double hs_usable_friction(double friction) { return friction > HS_MOST_FRICTION ? HS_MOST_FRICTION : friction; }
+static inline double hs_bound_friction(double friction) { return friction > HS_MOST_FRICTION ? HS_MOST_FRICTION : friction; }
 
 #endif

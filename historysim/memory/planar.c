@@ -197,7 +197,7 @@ static int walk_line(hs_planar *planar, const plan *plan, const hs_planar_rows *
     hs_rows own;
     if (count > 0) own = rows_of_line(rows, path->first_row);
     int64_t number = refusal->path;
-    int status = hs_walk(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
+    int status = hs_integrate(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
     refusal->path = number;
     if (status == HS_OK && count > 0) give_direction(planar, rows, path->first_row, count);
     look_along(planar);
@@ -276,7 +276,7 @@ static int turn(hs_planar *planar) {
     planar->body->displacement = planar->displacement;
     planar->body->tangential_load = planar->tangential_load;
     line->displacement = line->tangential_load = line->excess = 0.0;
-    status = hs_make_room(line);
+    status = hs_reserve_vertices(line);
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) hs_touch_unstrained(line, group);
     return status;
 }
@@ -291,7 +291,7 @@ static int follow(hs_planar *planar) {
         int status = hs_move(line, body->approach, body->normal_load, hs_to_displacement(0.0));
         if (status != HS_OK) return status;
     }
-    memcpy(line->each, body->each, (size_t)count * sizeof *line->each);
+    memcpy(line->dissipated_each, body->each, (size_t)count * sizeof *line->dissipated_each);
     line->dissipated = body->dissipated;
     planar->displacement = body->displacement;
     planar->tangential_load = body->tangential_load;
@@ -342,10 +342,10 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
     to->time = hs_toward(plan->path->begin, plan->path->end, share);
     if (by_normal && (plan->by_loads || share == 1.0)) {
         to->normal_load = normal;
-        to->approach = hs_approach_for(line, normal);
+        to->approach = hs_approach_at_load(line, normal);
     } else {
         /* the approach goes straight */
-        to->approach = by_normal ? line->approach + share * (hs_approach_for(line, plan->normal[1]) - line->approach) : normal;
+        to->approach = by_normal ? line->approach + share * (hs_approach_at_load(line, plan->normal[1]) - line->approach) : normal;
         to->normal_load = to->approach == line->approach && !by_normal
                               ? line->normal_load
                               : hs_load_at(hs_all_of(line->contact), to->approach).load;
@@ -376,7 +376,7 @@ static void loads_of_knots(const hs_class *part, double *x, double *y) {
         const hs_node *outer = part->nodes + k, *inner = outer + 1;
         hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
         hs_vector slope = scaled(1.0 / (outer->label - inner->label), rise);
-        int64_t first = hs_touching(curve->gap, curve->count, inner->label) - 1;
+        int64_t first = hs_count_touching(curve->gap, curve->count, inner->label) - 1;
         for (int64_t i = first > 0 ? first : 0; i < curve->count && curve->gap[i] < outer->label; ++i) {
             int last = i + 1 == curve->count || curve->gap[i + 1] >= outer->label;
             double high = last ? outer->normal : curve->load[i + 1], low = hs_most(inner->normal, curve->load[i]);
@@ -401,7 +401,7 @@ static void tangential_loads(const hs_body *body, double *load) {
             const hs_node *outer = part->nodes + k, *inner = outer + 1;
             hs_vector rise = hs_plus(inner->deflection, -1.0, outer->deflection);
             hs_vector next = scaled(1.0 / (outer->label - inner->label), rise);
-            int64_t touching = hs_touching(part->curve.gap, part->curve.count, outer->label);
+            int64_t touching = hs_count_touching(part->curve.gap, part->curve.count, outer->label);
             add_node(part->curve.gap, part->curve.weight, touching, outer->label, hs_plus(next, -1.0, slope),
                      load + part->start, load + count + part->start);
             slope = next;
@@ -479,7 +479,7 @@ static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *row
         status = target_of(planar, plan, share, drive->saturate, &to, refusal);
         if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
         if (status == HS_OK) status = follow(planar);
-        if (status == HS_OK) status = hs_goes_on(drive, &watch.work, 64 + planar->line->contact->count / 16);
+        if (status == HS_OK) status = hs_count_work(drive, &watch.work, 64 + planar->line->contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))
             status = hs_planar_read(planar, rows, path->first_row + part - 1);
     }
@@ -498,7 +498,7 @@ static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector co
     return status;
 }
 
-int hs_planar_walk(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
+int hs_planar_integrate(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
                    const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal) {
     double unit = planar->line->contact->units.stiffness;
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
@@ -566,7 +566,7 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
         for (int64_t i = contact->first[group]; i < contact->first[group + 1]; ++i)
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
     for (int64_t group = 0; group < contact->groups; ++group)
-        line->friction[group] = hs_usable_friction(friction[contact->order[contact->first[group]]]);
+        line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
     int by_x = planar->tangential_control[0] == HS_LOAD, by_y = planar->tangential_control[1] == HS_LOAD;
     hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit}, driven = drive_at(planar->displacement, yields, t);

@@ -87,7 +87,7 @@ static void lose_slipped(const hs_group *group, hs_losses *losses, const hs_poin
             piece.slip_high = piece.slip_low + (friction - sign * group->stack[j].slope) * (piece.high - piece.low);
             piece.drag_high = friction * hs_most(to->d - piece.high - lag * piece.slip_high, 0.0);
         }
-        if (piece.high > piece.low) hs_lose(group, losses, &piece);
+        if (piece.high > piece.low) hs_add_loss(group, losses, &piece);
         piece.low = piece.high;
         piece.slip_low = piece.slip_high;
         piece.drag_low = piece.drag_high;
@@ -191,7 +191,7 @@ int64_t hs_apply_update(const hs_group *group, hs_losses *losses, const hs_point
     const hs_edge *edge = &update->edge;
     double d1 = update->to.d, v1 = update->to.v;
     int64_t top = edge->segment;
-    if (d1 < from->d) hs_lose_withdrawn(group, losses, update->depth, top, from, &update->to);
+    if (d1 < from->d) hs_add_separation_losses(group, losses, update->depth, top, from, &update->to);
     if (update->slips) {
         lose_slipped(group, losses, from, update);
         const hs_vertex *front = &update->front;
@@ -348,7 +348,7 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
                     double moved = side * cone->moved;
                     slip.drag_low = mean_drag(limit_a, slip.slip_low, moved, cone->rise + cone->gain * (d - a));
                     slip.drag_high = mean_drag(limit_b, slip.slip_high, moved, cone->rise + cone->gain * (d - b));
-                    hs_lose(group, losses, &slip);
+                    hs_add_loss(group, losses, &slip);
                 }
             } else {
                 if (stiffness) *stiffness += hs_load_at(group->curve, b).slope - hs_load_at(group->curve, a).slope;
@@ -364,10 +364,10 @@ static int64_t clip(const hs_group *group, hs_losses *losses, const hs_vertex *s
     return count;
 }
 
-int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
+int64_t hs_move_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
                           double load, const hs_cone *cone, hs_vertex *scratch, double *stiffness) {
     hs_vertex *stack = scratch + hs_room_to_clip(depth);
     int64_t segment, count = carried(group, depth, to, load, stack, &segment);
-    if (losses && to.d < from.d) hs_lose_withdrawn(group, losses, depth, segment, &from, &to);
+    if (losses && to.d < from.d) hs_add_separation_losses(group, losses, depth, segment, &from, &to);
     return clip(group, losses, stack, count, to, cone, scratch, stiffness);
 }

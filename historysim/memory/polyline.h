@@ -70,7 +70,7 @@ typedef struct hs_cone {
 } hs_cone;
 /* Move a touching group on a straight path and clip any polyline to a cone; `scratch` has room for twice `hs_room_to_clip`.
  * Losses may be NULL. Returns the depth of the polyline in `scratch`; adds dT/dV to its stiffness unless that is NULL. */
-int64_t hs_carry_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
+int64_t hs_move_and_clip(const hs_group *group, hs_losses *losses, int64_t depth, hs_point from, hs_point to,
                           double load, const hs_cone *cone, hs_vertex *scratch, double *stiffness);
 
 /* Slip fronts of groups of one asperity, cached. While the front of a group stays on one segment of its polyline, it is linear in

@@ -33,11 +33,11 @@ static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1
     for (int k = 0; k < panels * NODES; ++k) {
         double share = (k / NODES + node[k % NODES]) / panels, reached, raised;
         double d = hs_toward(memory->approach, d1, share), v = hs_toward(memory->displacement, v1, share);
-        int status = hs_force_on_way(memory, fronts, d, v, &reached);
+        int status = hs_force_on_path(memory, fronts, d, v, &reached);
         if (status != HS_OK) return status;
         hs_load carried = hs_load_at(hs_all_of(memory->contact), d);
         d += (memory->normal_load + rate * (reached - memory->tangential_load) - carried.load) / carried.slope;
-        status = hs_force_on_way(memory, fronts, d, v, &raised);
+        status = hs_force_on_path(memory, fronts, d, v, &raised);
         if (status != HS_OK) return status;
         more += node_weight[k % NODES] / panels * (raised - reached);
     }
@@ -48,17 +48,17 @@ static int extra_work(hs_memory *memory, hs_fronts *fronts, double d1, double v1
 /* Carry all groups along one chord, and correct its energy for the way of the loads. */
 static int corrected_chord(hs_memory *memory, double load, double force) {
     hs_target target = hs_to_load(force);
-    double d1 = hs_approach_for(memory, load), before = memory->dissipated, more = 0.0;
+    double d1 = hs_approach_at_load(memory, load), before = memory->dissipated, more = 0.0;
     int64_t count = memory->contact->count;
     double *each = (double *)malloc((size_t)count * sizeof *each);
     hs_fronts fronts;
-    if (!each || hs_no_fronts(&fronts, memory->contact->groups) != HS_OK) {
+    if (!each || hs_init_fronts(&fronts, memory->contact->groups) != HS_OK) {
         free(each);
         return HS_OUT_OF_MEMORY;
     }
-    memcpy(each, memory->each, (size_t)count * sizeof *each);
+    memcpy(each, memory->dissipated_each, (size_t)count * sizeof *each);
     int status = HS_OK;
-    if (hs_is_alone(memory)) {
+    if (hs_has_single_group(memory)) {
         hs_memory *start = hs_memory_copy(memory);
         status = start ? hs_move(memory, d1, load, target) : HS_OUT_OF_MEMORY;
         if (status == HS_OK) status = extra_work(start, &fronts, d1, memory->displacement, load, force, &more);
@@ -66,21 +66,21 @@ static int corrected_chord(hs_memory *memory, double load, double force) {
     } else {
         hs_group_loads loads;
         double v1 = 0.0;
-        status = hs_make_room(memory);
+        status = hs_reserve_vertices(memory);
         if (status == HS_OK) status = hs_loads_of_groups(memory, d1, load, &loads);
         if (status == HS_OK) {
-            status = hs_displacement_with(memory, &loads, &fronts, d1, target, &v1);
+            status = hs_solve_displacement_with(memory, &loads, &fronts, d1, target, &v1);
             hs_point to = {d1, v1};
-            if (status == HS_OK) status = hs_note_slides_on_ramp(memory, to, &loads, &fronts);
+            if (status == HS_OK) status = hs_record_slides_on_ramp(memory, to, &loads, &fronts);
             if (status == HS_OK) status = extra_work(memory, &fronts, d1, v1, load, force, &more);
-            if (status == HS_OK) status = hs_carry(memory, &loads, d1, load, target, hs_to_displacement(v1));
+            if (status == HS_OK) status = hs_move_with_loads(memory, &loads, d1, load, target, hs_to_displacement(v1));
             hs_free_group_loads(&loads);
         }
     }
     double lost = memory->dissipated - before;
     if (status == HS_OK && lost > 0.0) {
         double share = hs_most(1.0 + more / lost, 0.0);
-        for (int64_t i = 0; i < count; ++i) memory->each[i] = each[i] + share * (memory->each[i] - each[i]);
+        for (int64_t i = 0; i < count; ++i) memory->dissipated_each[i] = each[i] + share * (memory->dissipated_each[i] - each[i]);
         memory->dissipated = before + share * lost;
     }
     hs_free_fronts(&fronts);
@@ -108,8 +108,8 @@ static int chord(hs_memory *memory, ramp *way, double share) {
     double load = hs_toward(way->load[0], way->load[1], share), force = hs_toward(way->force[0], way->force[1], share);
     ++way->chords;
     begin_chord(memory, load, force, hs_toward(way->times[0], way->times[1], share));
-    int status = hs_move(memory, hs_approach_for(memory, load), load, hs_to_load(force));
-    return status == HS_OK ? hs_goes_on(way->drive, &way->work, 2 + memory->contact->count / 16) : status;
+    int status = hs_move(memory, hs_approach_at_load(memory, load), load, hs_to_load(force));
+    return status == HS_OK ? hs_count_work(way->drive, &way->work, 2 + memory->contact->count / 16) : status;
 }
 
 /* Walk from a share of a ramp to another in one chord, and from the same state in two; tell how much they are apart. */
@@ -129,7 +129,7 @@ static int step(const hs_memory *memory, ramp *way, double from, double to, hs_m
 /* Energies of two chords and of one, extrapolated to those of many; none is gained. */
 static void extrapolate(const hs_memory *start, const hs_memory *coarse, hs_memory *fine) {
     for (int64_t i = 0; i < start->contact->count; ++i)
-        fine->each[i] = hs_most(fine->each[i] + (fine->each[i] - coarse->each[i]) / 3.0, start->each[i]);
+        fine->dissipated_each[i] = hs_most(fine->dissipated_each[i] + (fine->dissipated_each[i] - coarse->dissipated_each[i]) / 3.0, start->dissipated_each[i]);
     fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
 }
 
@@ -159,8 +159,8 @@ static int in_steps(hs_memory *memory, ramp *way, hs_memory *coarse, hs_memory *
 /* Integrate a ramp until its energy is known to a tolerance of the energy it dissipates, which is found meanwhile. Where
  * that takes too many chords, to the tolerance that they are enough for: their number goes with its inverse square root. */
 static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_memory *coarse, hs_memory *fine) {
-    const double touch = memory->contact->sorted_gap[0], friction = hs_frictions_at(memory, HUGE_VAL).most;
-    double highest = hs_most(memory->approach, hs_approach_for(memory, way->load[1]));
+    const double touch = memory->contact->sorted_gap[0], friction = hs_friction_range(memory, HUGE_VAL).most;
+    double highest = hs_most(memory->approach, hs_approach_at_load(memory, way->load[1]));
     double reach = friction * (highest - touch), start = memory->dissipated;
     /* little beside much is told no better than by rounding */
     double rounding = HS_TIE * (start + friction * hs_most(way->load[0], way->load[1]) * reach);
@@ -168,9 +168,9 @@ static int settled(const hs_memory *memory, ramp *way, hs_memory *walked, hs_mem
     for (;;) {
         way->energy = hs_most(accuracy * energy, rounding);
         /* the state does not depend on the chords of a single group */
-        way->displacement = hs_is_alone(memory) ? HUGE_VAL : hs_most(0.1 * accuracy, HS_TIE) * reach;
+        way->displacement = hs_has_single_group(memory) ? HUGE_VAL : hs_most(0.1 * accuracy, HS_TIE) * reach;
         int status = hs_memory_assign(walked, memory);
-        if (hs_is_alone(memory)) walked->clock.end = NAN;
+        if (hs_has_single_group(memory)) walked->clock.end = NAN;
         if (status == HS_OK) status = in_steps(walked, way, coarse, fine, &reached);
         if (status != HS_OK) return status;
         if (reached < 1.0) {
@@ -199,19 +199,19 @@ int hs_ramp(hs_memory *memory, double load, double force, double time, const hs_
     double rise = load - load0, part = rise / hs_most(load, load0);
     ramp way = {{load0, load}, {force0, force}, HUGE_VAL, HUGE_VAL, {memory->clock.end, time}, drive, 0, 0};
     if (rise == 0.0) return chord(memory, &way, 1.0);
-    int sticks = fabs(force - force0) <= hs_frictions_at(memory, HUGE_VAL).least * rise;
+    int sticks = fabs(force - force0) <= hs_friction_range(memory, HUGE_VAL).least * rise;
     /* the error of a corrected chord is a small multiple of the square of the relative change */
     int small = part * part <= drive->tolerance;
-    if (small && !sticks && fabs(force - force0) > hs_frictions_at(memory, HUGE_VAL).most * fabs(rise)) {
+    if (small && !sticks && fabs(force - force0) > hs_friction_range(memory, HUGE_VAL).most * fabs(rise)) {
         begin_chord(memory, load, force, time);
         return corrected_chord(memory, load, force);
     }
     if (small || sticks) return chord(memory, &way, 1.0);
     hs_memory *walked = hs_memory_copy(memory), *coarse = hs_memory_copy(memory), *fine = hs_memory_copy(memory);
     int status = walked && coarse && fine ? settled(memory, &way, walked, coarse, fine) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && hs_is_alone(memory)) {
+    if (status == HS_OK && hs_has_single_group(memory)) {
         status = chord(memory, &way, 1.0);
-        memcpy(memory->each, walked->each, (size_t)memory->contact->count * sizeof *memory->each);
+        memcpy(memory->dissipated_each, walked->dissipated_each, (size_t)memory->contact->count * sizeof *memory->dissipated_each);
         memory->dissipated = walked->dissipated;
     } else if (status == HS_OK) {
         hs_memory_take(memory, walked);

@@ -61,7 +61,7 @@ double hs_normal_stiffness(const hs_memory *memory) {
 }
 
 double hs_stored_energy(const hs_memory *memory) {
-    return hs_stored(memory, NULL) * memory->contact->units.energy;
+    return hs_elastic_energy(memory, NULL) * memory->contact->units.energy;
 }
 
 /* Springs that slide lie on the cone, v = ±μ (d - a): they move with the approach alone. Springs that stick move with the
@@ -114,7 +114,7 @@ static double place_of(hs_curve curve, double label) {
 static double rise_of_pressure(hs_curve curve, double low, double high, double place) {
     if (!curve.load) return sqrt(hs_most(high - place, 0.0)) - sqrt(hs_most(low - place, 0.0));
     double rise = 0.0;
-    int64_t i = hs_touching(curve.gap, curve.count, low);
+    int64_t i = hs_count_touching(curve.gap, curve.count, low);
     for (i -= i > 0; i < curve.count && curve.gap[i] < high; ++i) {
         double begin = hs_most(low, curve.gap[i]), end = i + 1 < curve.count ? hs_least(high, curve.gap[i + 1]) : high;
         if (end <= begin) continue;
@@ -183,8 +183,8 @@ HS_WIDE static void circles(const double *restrict gap, const double *restrict w
 
 /* Σ k² (a - h), the real contact area over π. */
 static double real_area(const hs_contact *contact, int64_t touching, double approach) {
-    double area[HS_AT_ONCE], lane[HS_LANES] = {0};
-    for (int64_t begin = 0; begin < touching; begin += HS_AT_ONCE) {
+    double area[HS_BLOCK], lane[HS_LANES] = {0};
+    for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
         circles(contact->sorted_gap + begin, contact->sorted_weight + begin, count, approach, area);
         hs_add(lane, area, count);
@@ -257,7 +257,7 @@ HS_WIDE static void add_inner_forces(const hs_group *group, int64_t first, int64
     const double *restrict gap = group->curve.gap, *restrict weight = group->curve.weight;
     for (int64_t j = first; j <= last; ++j) {
         double label = stack[j].label, jump = stack[j].slope - stack[j + 1].slope;
-        int64_t touching = hs_touching(gap, group->curve.count, label);
+        int64_t touching = hs_count_touching(gap, group->curve.count, label);
         for (int64_t i = 0; i < touching; ++i) {
             double depth_there = label - gap[i];
             force[i] += jump * weight[i] * depth_there * sqrt(depth_there);
@@ -309,7 +309,7 @@ HS_WIDE static void project_normal(const double *restrict gap, const double *res
  * the other. `force` holds the shares of the tangential load that the inner vertices have, dimensionless, and gets that of the
  * edge; rounding does not carry it beyond the limit. */
 HS_WIDE static void project_tangential(const double *restrict gap, const double *restrict weight, const double *restrict load,
-                                       int64_t count, double approach, double (*restrict zone)[HS_AT_ONCE],
+                                       int64_t count, double approach, double (*restrict zone)[HS_BLOCK],
                                        const hs_units *units, double *restrict force, double *restrict stick,
                                        int8_t *restrict state) {
     const double load_unit = units->load, radius_unit = units->radius;
@@ -349,7 +349,7 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
         double normal = touches ? hs_most(load[1] - load[0], 0.0) : 0.0;
         double limit = memory->steep[0] ? HUGE_VAL : memory->friction[0] * normal;
         rows->normal_load[at] = normal * units->load;
-        rows->tangential_load[at] = touches ? hs_within(force[1] - force[0], limit) * units->load : 0.0;
+        rows->tangential_load[at] = touches ? hs_clamp(force[1] - force[0], limit) * units->load : 0.0;
         rows->contact_radius[at] = touches ? sqrt(memory->approach - label) * units->radius : 0.0;
         rows->stick_radius[at] = touches ? sqrt(hs_most(boundary - label, 0.0)) * units->radius : 0.0;
         rows->slip_state[at] = hs_slip_state_of(touches, outermost > label, boundary > label);
@@ -360,9 +360,9 @@ static void record_knots(const hs_recorder *recorder, const hs_memory *memory, i
 static void record_tangential(const hs_recorder *recorder, const hs_memory *memory, int64_t at) {
     const hs_rows *rows = recorder->rows;
     const hs_units *units = &memory->contact->units;
-    double zone[4][HS_AT_ONCE], *force = rows->tangential_load + at, *stick = rows->stick_radius + at;
+    double zone[4][HS_BLOCK], *force = rows->tangential_load + at, *stick = rows->stick_radius + at;
     int8_t *state = rows->slip_state + at;
-    for (int64_t begin = 0; begin < rows->columns; begin += HS_AT_ONCE) {
+    for (int64_t begin = 0; begin < rows->columns; begin += HS_BLOCK) {
         int count = hs_size_of_block(rows->columns - begin);
         /* of a single group all zones are the same */
         for (int i = 0; i < count && (begin == 0 || memory->contact->groups > 1); ++i) {
@@ -462,7 +462,7 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     if (rows->normal_load && record_asperities(recorder, memory, row) != HS_OK) return HS_OUT_OF_MEMORY;
     if (rows->dissipated_energy)
         for (int64_t c = 0; c < columns; ++c)
-            rows->dissipated_energy[at + c] = memory->each[recorder->place[c]] * contact->units.energy;
+            rows->dissipated_energy[at + c] = memory->dissipated_each[recorder->place[c]] * contact->units.energy;
     for (int64_t c = 0; c < columns && rows->friction; ++c)
         rows->friction[at + c] = memory->friction[recorder->group[c]];
     if (!evolved) return HS_OK;
@@ -507,7 +507,7 @@ static double weighted(const double *gains, int64_t rows, const double *weight) 
 
 /* Radii of the circles that have the areas of patches, straight between the rows of their table. */
 static void equal_radii(const hs_patches *patches, double approach, double *target) {
-    int64_t above = hs_touching(patches->approach, patches->rows + 1, approach);
+    int64_t above = hs_count_touching(patches->approach, patches->rows + 1, approach);
     if (above < 1) above = 1;
     if (above > patches->rows) above = patches->rows;
     const double *low = patches->area + (above - 1) * patches->count, *high = low + patches->count;
@@ -545,7 +545,7 @@ int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t c
             double normal = hs_most(weighted(gains, patches->rows, weights), 0.0);
             double tangential = weighted(gains, patches->rows, weights + patches->rows);
             rows->normal_load[at + i] = normal;
-            rows->tangential_load[at + i] = hs_within(tangential, friction * normal);
+            rows->tangential_load[at + i] = hs_clamp(tangential, friction * normal);
             rows->slip_state[at + i] = hs_slip_state_of(1, !whole, stick[r] > touch);
         }
     }

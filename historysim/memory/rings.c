@@ -227,7 +227,7 @@ static void newton(hs_ring_problem *problem) {
             problem->traction[i] = hs_plus(problem->traction[i], step, problem->basis[a]);
             continue;
         }
-        hs_vector turned = hs_plus(problem->traction[i], hs_within(step, FARTHEST_TURN * limit), problem->basis[a]);
+        hs_vector turned = hs_plus(problem->traction[i], hs_clamp(step, FARTHEST_TURN * limit), problem->basis[a]);
         double size = hs_length(turned);
         problem->traction[i].x = turned.x * (limit / size);
         problem->traction[i].y = turned.y * (limit / size);
@@ -275,7 +275,7 @@ void hs_ring_solve(hs_ring_problem *problem, hs_vector displacement, hs_watch *w
     int32_t beyond = innermost_beyond(problem, 1);
     if (beyond == 0) return;
     for (int round = 0; round < MOST_ROUNDS; ++round) {
-        if (watch && watch->status == HS_OK) watch->status = hs_goes_on(watch->drive, &watch->work, work_of_round(problem));
+        if (watch && watch->status == HS_OK) watch->status = hs_count_work(watch->drive, &watch->work, work_of_round(problem));
         if (watch && watch->status != HS_OK) return;
         if (beyond) {
             /* rings that have been unknown stay it, for the sake of their matrix */

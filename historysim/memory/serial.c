@@ -81,7 +81,7 @@ static head head_of(const hs_memory *memory) {
     found.begin = memory_frame;
     found.count = contact->count;
     found.groups = contact->groups;
-    found.watched = contact->watched;
+    found.watched = contact->query_count;
     for (int64_t index = 0; index < contact->groups; ++index) found.vertices += memory->depth[index];
     found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
                  (memory->slides ? SLIDES : 0);
@@ -106,15 +106,15 @@ static unsigned char *pass_arrays(const hs_memory *memory, unsigned char *at, in
     const hs_evolved *evolved = memory->evolved;
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     at = pass(at, memory->friction, 8 * g, writes);
-    at = pass(at, memory->each, 8 * n, writes);
+    at = pass(at, memory->dissipated_each, 8 * n, writes);
     at = pass(at, memory->depth, 8 * g, writes);
     for (size_t index = 0; index < g; ++index)
         at = pass(at, memory->vertices + index * (size_t)memory->capacity, (size_t)memory->depth[index] * sizeof(hs_vertex),
                   writes);
     if (evolved) at = pass(at, evolved->summit_height, hs_evolved_arrays(hs_evolves(memory) > 1) * 8 * n, writes);
-    if (memory->slides) at = pass(at, memory->slides->time, 8 * (size_t)hs_watched(contact), writes);
+    if (memory->slides) at = pass(at, memory->slides->time, 8 * (size_t)hs_slide_count(contact), writes);
     at = pass(at, memory->steep, g, writes);
-    return evolved ? pass(at, evolved->given, n, writes) : at;
+    return evolved ? pass(at, evolved->friction_overridden, n, writes) : at;
 }
 
 int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
@@ -127,7 +127,7 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     at = pass(at, contact->weight, 8 * n, 1);
     at = pass(at, contact->order, 8 * n, 1);
     at = pass(at, contact->first, 8 * (g + 1), 1);
-    at = pass(at, contact->watch, 8 * (size_t)contact->watched, 1);
+    at = pass(at, contact->query_label, 8 * (size_t)contact->query_count, 1);
     pass_arrays(memory, at, 1);
     put_sum((unsigned char *)bytes, size);
     return HS_OK;
@@ -214,10 +214,10 @@ static int is_contact(const hs_contact *contact) {
         return 0;
     for (int64_t i = 0; i < contact->count; ++i)
         if (contact->load ? contact->weight[i] < (i ? contact->weight[i - 1] : 0.0) : contact->weight[i] <= 0.0) return 0;
-    for (int64_t i = 1; i < contact->watched; ++i)
-        if (contact->watch[i] < contact->watch[i - 1]) return 0;
+    for (int64_t i = 1; i < contact->query_count; ++i)
+        if (contact->query_label[i] < contact->query_label[i - 1]) return 0;
     return fabs(contact->datum) <= LARGEST_SIZE && are_usable(contact->gap, contact->count, one->length) &&
-           all_finite(contact->weight, contact->count) && all_finite(contact->watch, contact->watched);
+           all_finite(contact->weight, contact->count) && all_finite(contact->query_label, contact->query_count);
 }
 
 /* An asperity has yielded to the Hertz contact of its load and radius, or not at all. */
@@ -245,7 +245,7 @@ static int is_evolved(const hs_memory *memory) {
         int is_summit = radius > 0.0 && close_to(radius / units->length, share, share) &&
                         close_to(contact->datum - height, gap, fabs(height) + fabs(contact->datum) + fabs(gap));
         if (!is_summit || evolved->slid_distance[i] < 0.0 || evolved->worn_volume[i] < 0.0 ||
-            evolved->shaped_volume[i] < 0.0 || evolved->given[i] > 1 || (yields && !is_yielded(evolved, i, units)))
+            evolved->shaped_volume[i] < 0.0 || evolved->friction_overridden[i] > 1 || (yields && !is_yielded(evolved, i, units)))
             return 0;
     }
     return 1;
@@ -260,7 +260,7 @@ const char *hs_memory_check(const hs_memory *memory) {
     if (!are_usable(&memory->approach, 1, units->length) || !are_usable(&memory->displacement, 1, units->displacement) ||
         !are_usable(&memory->normal_load, 1, units->load) || !are_usable(&memory->tangential_load, 1, units->load) ||
         !are_usable(&memory->excess, 1, units->load) || !are_usable(&memory->dissipated, 1, energy) ||
-        !are_usable(memory->each, contact->count, energy))
+        !are_usable(memory->dissipated_each, contact->count, energy))
         return "a load, a displacement or an energy is not finite, or beyond the largest that is computed with";
     if (!are_coefficients(memory->friction, contact->groups))
         return "a coefficient of friction is not between 0 and the largest that is computed with";
@@ -273,7 +273,7 @@ const char *hs_memory_check(const hs_memory *memory) {
     for (int64_t index = 0; index < contact->groups; ++index)
         if (memory->steep[index] > 1 || !is_stack(memory, index))
             return "the vertices of a group do not fit its friction, its loads, or where the contact is";
-    for (int64_t i = 0; memory->slides && i < hs_watched(contact); ++i)
+    for (int64_t i = 0; memory->slides && i < hs_slide_count(contact); ++i)
         if (isinf(memory->slides->time[i])) return "a time is not finite";
     return memory->evolved && !is_evolved(memory) ? "what an asperity has become does not fit its summit" : NULL;
 }
@@ -303,10 +303,10 @@ static hs_contact *read_contact(const head *given, const unsigned char *at, hs_c
     hs_contact *contact = fits ? hs_contact_of(given->count, given->groups, gap, weight, group, (given->what & KNOTS) != 0,
                                                &given->units, given->datum)
                                : NULL;
-    if (contact && watched) contact->watch = (double *)malloc(8 * watched);
-    if (contact && (contact->watch || !watched)) {
-        contact->watched = given->watched;
-        pass((unsigned char *)at + 8 * (3 * n + g + 1), contact->watch, 8 * watched, 0);
+    if (contact && watched) contact->query_label = (double *)malloc(8 * watched);
+    if (contact && (contact->query_label || !watched)) {
+        contact->query_count = given->watched;
+        pass((unsigned char *)at + 8 * (3 * n + g + 1), contact->query_label, 8 * watched, 0);
         /* an order that is not the one that they have belongs to other numbers */
         fits = memcmp(contact->gap, at, 8 * n) == 0 && memcmp(contact->weight, at + 8 * n, 8 * n) == 0 &&
                memcmp(contact->order, order, 8 * n) == 0 && memcmp(contact->first, first, 8 * (g + 1)) == 0;
@@ -316,7 +316,7 @@ static hs_contact *read_contact(const head *given, const unsigned char *at, hs_c
     free(order);
     if (contact && (*why || (like && hs_contact_alike(like, contact)))) {
         hs_contact_free(contact);
-        contact = *why ? NULL : hs_contact_held(like);
+        contact = *why ? NULL : hs_contact_retain(like);
     }
     return contact;
 }

@@ -62,10 +62,10 @@ static double distance_to_settled(walk *w, const hs_memory *start, const hs_memo
     double top = hs_most(coarse->approach, start->approach) - fine->contact->sorted_gap[0];
     const hs_evolved *from = start->evolved, *one = coarse->evolved, *other = fine->evolved;
     int64_t count = fine->contact->count;
-    double sizes[] = {hs_most(hs_frictions_at(fine, HUGE_VAL).most, 1e-300) * hs_most(top, 0.0),
+    double sizes[] = {hs_most(hs_friction_range(fine, HUGE_VAL).most, 1e-300) * hs_most(top, 0.0),
                       hs_friction_limit(fine, fine->approach, fine->normal_load), top,
                       /* what is lost is told to a part of itself, or of what is stored */
-                      hs_most(fine->dissipated - start->dissipated, hs_stored(fine, NULL)),
+                      hs_most(fine->dissipated - start->dissipated, hs_elastic_energy(fine, NULL)),
                       fabs(fine->displacement - start->displacement) * fine->contact->units.displacement,
                       fabs(other->erased_energy - from->erased_energy)};
     double *size = w->size;
@@ -95,11 +95,11 @@ static double distance_to_settled(walk *w, const hs_memory *start, const hs_memo
 /* Extrapolate the energy of the finer way: its error falls with the square of the chords. */
 static void extrapolate(walk *w, const hs_memory *start, const hs_memory *coarse, hs_memory *fine) {
     int64_t count = fine->contact->count;
-    for (int64_t i = 0; i < count; ++i) w->shape.energy[coarse->contact->order[i]] = coarse->each[i];
-    for (int64_t i = 0; i < count; ++i) w->before[start->contact->order[i]] = start->each[i];
+    for (int64_t i = 0; i < count; ++i) w->shape.energy[coarse->contact->order[i]] = coarse->dissipated_each[i];
+    for (int64_t i = 0; i < count; ++i) w->before[start->contact->order[i]] = start->dissipated_each[i];
     for (int64_t i = 0; i < count; ++i) {
         int64_t whose = fine->contact->order[i];
-        fine->each[i] = hs_most(fine->each[i] + (fine->each[i] - w->shape.energy[whose]) / 3.0, w->before[whose]);
+        fine->dissipated_each[i] = hs_most(fine->dissipated_each[i] + (fine->dissipated_each[i] - w->shape.energy[whose]) / 3.0, w->before[whose]);
     }
     fine->dissipated = hs_most(fine->dissipated + (fine->dissipated - coarse->dissipated) / 3.0, start->dissipated);
 }
@@ -120,7 +120,7 @@ static int in_chords(walk *w, const hs_memory *start, hs_memory *memory, double 
         for (int k = 1; k <= chords && status == HS_OK; ++k, --w->left) {
             double begin = k == 1 ? here : here + (next - here) * ((double)(k - 1) / chords);
             status = hs_chord(w, memory, begin, k == chords ? next : here + (next - here) * ((double)k / chords));
-            if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
+            if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
         }
         here = next;
     }
@@ -209,7 +209,7 @@ static int time_slides(walk *w, hs_memory *memory, double before, double share, 
             hs_memory *start = hs_copy_to_change(w, memory);
             if (!start) return HS_OUT_OF_MEMORY;
             status = hs_chord(w, memory, here, end);
-            if (status == HS_OK) status = hs_goes_on(w->drive, &w->work, 8 + memory->contact->count);
+            if (status == HS_OK) status = hs_count_work(w->drive, &w->work, 8 + memory->contact->count);
             if (status == HS_OK && have_slid(memory) > have_slid(start) && *left > 0 && end - here > SHORTEST_TIMED) {
                 *left -= CUTS_OF_CHORD;
                 status = time_slides(w, start, here, end, CUTS_OF_CHORD, left);

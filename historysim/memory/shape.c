@@ -25,7 +25,7 @@ static void exchange(void *numbers, int64_t first, int64_t second, int64_t end) 
 static void exchange_groups(hs_memory *memory, int64_t index, int64_t deepest) {
     const hs_contact *contact = memory->contact;
     int64_t *first = (int64_t *)contact->first + index, middle = first[0] + (first[2] - first[1]);
-    void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->each};
+    void *arrays[] = {(void *)contact->gap, (void *)contact->weight, (void *)contact->order, memory->dissipated_each};
     for (size_t k = 0; k < 4; ++k) exchange(arrays[k], first[0], first[1], first[2]);
     first[1] = middle;
     exchange(memory->friction, index, index + 1, index + 2);
@@ -89,11 +89,11 @@ void hs_forget_worn(hs_memory *memory) {
     }
 }
 
-void hs_note_gaps(walk *w, const hs_contact *contact) {
+void hs_store_gaps(walk *w, const hs_contact *contact) {
     for (int64_t i = 0; i < contact->count; ++i) w->gap[contact->order[i]] = contact->gap[i];
 }
 
-void hs_note_depths(walk *w, const hs_memory *memory) {
+void hs_store_depths(walk *w, const hs_memory *memory) {
     const hs_contact *contact = memory->contact;
     for (int64_t g = 0; g < contact->groups; ++g) w->depth[contact->order[contact->first[g]]] = memory->depth[g];
 }
@@ -101,10 +101,10 @@ void hs_note_depths(walk *w, const hs_memory *memory) {
 double hs_wear_to(walk *w, hs_memory *memory, const double *height, const double *radius, double stored) {
     hs_set_shape(memory, height, radius, w->depth);
     hs_refresh_loads(memory);
-    return stored - hs_stored(memory, NULL);
+    return stored - hs_elastic_energy(memory, NULL);
 }
 
-int hs_foresee_wear(walk *w, const hs_memory *memory, const chord_end *end) {
+int hs_predict_wear(walk *w, const hs_memory *memory, const chord_end *end) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const hs_wear *wear = &w->evolution->wear;
@@ -161,7 +161,7 @@ int hs_yielding_end(const walk *w, const hs_memory *memory, double share, double
 /* Have summits become what they are at the end of a chord to approach d, each group of those that yield being alike. One
  * that first touches on the chord does so under its virgin summit: its way under the new one is told to begin where it
  * touches at the same share. */
-int hs_yield_on(walk *w, hs_memory *memory, double d) {
+int hs_apply_yielding(walk *w, hs_memory *memory, double d) {
     const hs_contact *contact = memory->contact;
     const hs_evolved *evolved = memory->evolved;
     const double unit = contact->units.length;
@@ -172,7 +172,7 @@ int hs_yield_on(walk *w, hs_memory *memory, double d) {
     }
     int status = hs_yield_to(memory, w->evolution, d, w->yield.changed);
     if (status != HS_OK) return status;
-    hs_note_depths(w, memory);
+    hs_store_depths(w, memory);
     for (int64_t i = 0; i < contact->count; ++i)
         w->yield.steeper[i] = w->yield.changed[i] ? evolved->summit_radius[i] / w->yield.steeper[i] : 1.0;
     for (int64_t g = 0; g < contact->groups; ++g) {

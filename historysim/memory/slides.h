@@ -13,19 +13,19 @@ int hs_slides_replace(hs_memory *memory, const hs_memory *start, const hs_memory
 void hs_find_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to, double friction, double label,
                     int uneven);
 /* Do the same if any asperity can first slide on the path. */
-static inline void hs_note_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to,
+static inline void hs_record_slides(const hs_group *group, int64_t depth, const hs_point *from, const hs_point *to,
                                   double friction, double label, int uneven) {
     const hs_memory *memory = group->memory;
     const hs_contact *contact = memory->contact;
     const int64_t last = group->curve.count - 1;
     const double top = hs_most(from->d, to->d), low = to->d < from->d ? hs_least(label, to->d) : label;
     if (!hs_is_timed(memory) || (low >= memory->slid_labels[0] && top <= memory->slid_labels[1])) return;
-    if (!contact->watched && (group->curve.gap[last] < low || (last == 0 && hs_has_slid(memory, contact->order[group->start]))))
+    if (!contact->query_count && (group->curve.gap[last] < low || (last == 0 && hs_has_slid(memory, contact->order[group->start]))))
         return;
     hs_find_slides(group, depth, from, to, friction, label, uneven);
 }
 /* Record which asperities of several groups first slide on a path to a point on which both loads are linear, as the clock
  * states; with the loads of the groups and the slip fronts there. */
-int hs_note_slides_on_ramp(hs_memory *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts);
+int hs_record_slides_on_ramp(hs_memory *memory, hs_point to, const hs_group_loads *loads, hs_fronts *fronts);
 
 #endif

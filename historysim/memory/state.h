@@ -30,7 +30,7 @@ void hs_refresh_loads(hs_memory *memory);
 /* Erase the history of a group: where it touches, no spring is strained. */
 void hs_touch_unstrained(hs_memory *memory, int64_t index);
 /* Split groups whose asperities differ in a pair of keys (asperity). */
-int hs_part_ways(hs_memory *memory, const double *first_key, const double *second_key);
+int hs_split_groups(hs_memory *memory, const double *first_key, const double *second_key);
 /* Replace gaps and weights at the present approach; asperities that are `fresh` lose their history. */
 int hs_reshape(hs_memory *memory, const double *gap, const double *weight, const uint8_t *fresh);
 /* Whether no spring is strained. */
@@ -40,8 +40,8 @@ int hs_slides_alike(const hs_memory *memory);
 /* Join groups of one coefficient whose histories are the same: empty, or of springs that all slide. */
 int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained);
 /* Vertices of the deepest stack. */
-int64_t hs_deepest(const hs_memory *memory);
-int hs_any_steep(const hs_memory *memory);
+int64_t hs_max_depth(const hs_memory *memory);
+int hs_has_steep(const hs_memory *memory);
 /* Sum of the groups' tangential loads. */
 double hs_total_force(const hs_memory *memory);
 
@@ -50,12 +50,12 @@ struct hs_slides {
     int64_t references;
     double time[1];
 };
-struct hs_slides *hs_slides_held(struct hs_slides *slides);
-void hs_slides_let_go(struct hs_slides *slides);
+struct hs_slides *hs_slides_retain(struct hs_slides *slides);
+void hs_slides_release(struct hs_slides *slides);
 /* Return sliding times that no other memory shares, as a copy if necessary; NULL if out of memory. */
 struct hs_slides *hs_slides_unshare(hs_memory *memory);
 /* Number of sliding times. */
-static inline int64_t hs_watched(const hs_contact *contact) { return contact->watched ? contact->watched : contact->count; }
+static inline int64_t hs_slide_count(const hs_contact *contact) { return contact->query_count ? contact->query_count : contact->count; }
 /* Set sliding times; NULL only allocates them. */
 int hs_slides_assign(hs_memory *memory, const double *time);
 

@@ -482,7 +482,7 @@ def test_a_walk_goes_without_a_refusal():
         path = ffi.cast("hs_planar_path *", ffi.from_buffer(paths))
         driven = sphere().driven(False, hs.Instrument())
         compliance = ffi.new("double[2]")
-        assert lib.hs_planar_walk(planar, path, 1, ffi.NULL, compliance, driven, 1.0, ffi.NULL) == status
+        assert lib.hs_planar_integrate(planar, path, 1, ffi.NULL, compliance, driven, 1.0, ffi.NULL) == status
         lib.hs_planar_free(planar)
 
 

@@ -69,11 +69,11 @@ class Evolving:
         for name, place in pointers.items():
             setattr(rows, name, place)
         if plain:
-            return lib.hs_walk(self.memory, path, 1, rows, self.drive, 1.0, self.refusal)
+            return lib.hs_integrate(self.memory, path, 1, rows, self.drive, 1.0, self.refusal)
         if goal is not None:
             goal = np.full(self.count, goal)
             self.evolution.goal, self.evolution.goal_fraction = pointer(goal), 1.0
-        status = lib.hs_walk_evolving(self.memory, path, 1, rows, self.drive, 1.0, self.evolution, self.refusal)
+        status = lib.hs_integrate_evolving(self.memory, path, 1, rows, self.drive, 1.0, self.evolution, self.refusal)
         self.evolution.goal = ffi.NULL
         return status
 

@@ -44,10 +44,10 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
         for group, one in enumerate(alone):
             move(one, approach, met[-1])
             assert stack(one).tobytes() == stack(memory, group).tobytes()
-    lost = np.array([one.each[0] for one in alone])
+    lost = np.array([one.dissipated_each[0] for one in alone])
     assert np.count_nonzero(lost) >= 19
     # energies are worked out several at a time, by a reciprocal in place of a quotient
-    np.testing.assert_allclose(view(memory.each, 20), lost, rtol=1e-13)
+    np.testing.assert_allclose(view(memory.dissipated_each, 20), lost, rtol=1e-13)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -69,7 +69,7 @@ static void change_all(hs_memory *memory) {
     if (status == HS_OK) status = hs_memory_evolve(memory);
     hs_path path = {0.0, 0.0, 0.9 * memory->displacement * memory->contact->units.displacement, 1.0, 1, 0,
                     HS_DISPLACED, HS_DISPLACED, 0, 0, 0.0, 1.0};
-    if (status == HS_OK) status = hs_walk_evolving(memory, &path, 1, NULL, &drive, 1.0, &evolution, &refusal);
+    if (status == HS_OK) status = hs_integrate_evolving(memory, &path, 1, NULL, &drive, 1.0, &evolution, &refusal);
     if (status == HS_OK) {
         for (int64_t i = 0; i < count; ++i) friction[i] = fabs(memory->evolved->summit_radius[i]) + 1e-9;
         hs_set_summits(memory, memory->evolved->worn_volume, friction, fresh, &evolution);

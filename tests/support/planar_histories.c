@@ -151,7 +151,7 @@ static void one_event(history *h) {
     double size = one_of(3) ? 0.2 : 0.01;
     for (int i = 0; i < 2; ++i) path.tangential_target[i] = one_of(8) ? uniform(-size, size) : 0.0;
     const double *yields = one_of(6) ? none : soft;
-    int status = hs_planar_walk(h->planar, &path, 1, NULL, yields, &drive, 1.0, &refusal);
+    int status = hs_planar_integrate(h->planar, &path, 1, NULL, yields, &drive, 1.0, &refusal);
     check(status == HS_OK, "a path is refused");
     look(h);
 }

@@ -35,8 +35,8 @@ static void print_distance(const hs_memory *start, const hs_memory *whole, doubl
     hs_drive drive = {1e-6, 0.0, 1, 1, NULL, NULL};
     hs_refusal refusal;
     double top = hs_most(start->approach, whole->approach) - whole->contact->sorted_gap[0];
-    double reach = hs_frictions_at(whole, HUGE_VAL).most * top, lost = whole->dissipated - start->dissipated;
-    if (hs_walk(other, &path, 1, NULL, &drive, 1.0, &refusal) != HS_OK) abort();
+    double reach = hs_friction_range(whole, HUGE_VAL).most * top, lost = whole->dissipated - start->dissipated;
+    if (hs_integrate(other, &path, 1, NULL, &drive, 1.0, &refusal) != HS_OK) abort();
     printf(" %.3e %.3e", (whole->displacement - other->displacement) / reach,
            lost > 0.0 ? (whole->dissipated - other->dissipated) / lost : 0.0);
     hs_memory_free(other);

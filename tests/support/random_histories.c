@@ -377,8 +377,8 @@ static void do_walk(history *h, int evolving) {
     hs_rows recorded = new_rows(asperity, h->count, rows);
     const hs_rows *handed = one_in(4) ? NULL : &recorded;
     double until = one_in(6) ? between(0.1, 1.0) : 1.0;
-    int status = evolving ? hs_walk_evolving(walked, paths, count, handed, &h->drive, until, &h->evolution, &refusal)
-                          : hs_walk(walked, paths, count, handed, &h->drive, until, &refusal);
+    int status = evolving ? hs_integrate_evolving(walked, paths, count, handed, &h->drive, until, &h->evolution, &refusal)
+                          : hs_integrate(walked, paths, count, handed, &h->drive, until, &refusal);
     require(status == HS_OK || status == HS_BEYOND_LIMIT || (evolving && status == HS_LAW_FAILED), "fails");
     note_rows(&recorded, rows);
     hs_memory_free(status == HS_OK ? h->memory : walked);
@@ -416,7 +416,7 @@ static void do_summits(history *h) {
     hs_path back = {load, 1.0, 0.0, 0.0, 1, 0, HS_LOAD, HS_DISPLACED, 0, 0, NAN, NAN};
     hs_refusal refusal;
     hs_drive drive = {1e-3, 0.0, 1, 1, NULL, NULL};
-    status = hs_walk_evolving(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
+    status = hs_integrate_evolving(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
     require(status == HS_OK || status == HS_LAW_FAILED, "is not pressed again");
 }
 

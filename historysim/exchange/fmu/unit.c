@@ -97,7 +97,7 @@ static hs_tangential tangential_of(const hs_kept *memory, int direction) {
 static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
     hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, {1.0, 1.0}, 1, 0, NORMAL_CONTROL, {TANGENTIAL_CONTROL, TANGENTIAL_CONTROL}, 0, NAN, NAN};
     hs_planar *before = unit->now.memory, *after = hs_planar_copy(before);
-    int status = after ? hs_planar_walk(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal) : HS_OUT_OF_MEMORY;
+    int status = after ? hs_planar_integrate(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal) : HS_OUT_OF_MEMORY;
     if (status == HS_OK) {
         unit->now.way[0] = after->displacement.x - before->displacement.x;
         unit->now.way[1] = after->displacement.y - before->displacement.y;
@@ -288,7 +288,7 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
 
 static double area_at(const hs_unit *unit, double approach) {
     const double *at = unit->table + 2, *area = at + unit->rows + 1;
-    int64_t last = unit->rows, row = hs_touching(at, last + 1, approach);
+    int64_t last = unit->rows, row = hs_count_touching(at, last + 1, approach);
     if (row == 0) return area[0];
     if (row > last) return area[last];
     return area[row - 1] + (area[row] - area[row - 1]) * ((approach - at[row - 1]) / (at[row] - at[row - 1]));
@@ -369,7 +369,7 @@ int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
     case V_DISSIPATED_ENERGY: *value = memory->dissipated * units->energy; break;
     case V_SLIPPING_SHARE: return slipping_share(unit, value);
     case V_CONTACT_COUNT:
-        *value = (double)(PATCHES ? hs_touching(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
+        *value = (double)(PATCHES ? hs_count_touching(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
                                   : hs_contact_count(memory));
         break;
     case V_SATURATED: *value = is_held_at_limit(unit->now.memory); break;

@@ -1,17 +1,17 @@
-/* Walk: integrates a sequence of paths. Each is planned from its targets, cut at the friction limit, and integrated by a move, a
+/* Integrate: follows a sequence of paths. Each is planned from its targets, cut at the friction limit, and integrated by a move, a
  * ramp or pieces of both; rows are recorded between its ends. Row writers: worker threads project finished states while the main
  * thread integrates the next part. */
 
-#include "walk.h"
+#include "integrate.h"
 #include "drive.h"
 #include "readout.h"
 #include "state.h"
 
-void hs_destination(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
+void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target) {
     if (path->normal_control == HS_LOAD) {
         *load = hs_toward(memory->normal_load, path->normal_target, path->normal_fraction);
-        *d = hs_approach_for(memory, *load);
+        *d = hs_approach_at_load(memory, *load);
     } else {
         *d = hs_toward(memory->approach, path->normal_target, path->normal_fraction);
         *load = *d == memory->approach ? memory->normal_load : hs_load_at(hs_all_of(memory->contact), *d).load;
@@ -26,10 +26,10 @@ void hs_destination(const hs_memory *memory, const hs_path *path, double complia
     }
 }
 
-int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
+int hs_plan_path(hs_memory *memory, const hs_path *path, double compliance, int saturate, int direct, hs_plan *plan,
                hs_refusal *refusal) {
     double force0 = memory->tangential_load + (saturate ? memory->excess : 0.0), d1, load;
-    hs_destination(memory, path, compliance, force0, &d1, &load, &plan->target);
+    hs_path_end(memory, path, compliance, force0, &d1, &load, &plan->target);
     int by_force = plan->target.rigid == 0.0, both = path->normal_control == HS_LOAD && by_force;
     double touch = memory->contact->sorted_gap[0];
     const hs_request request = {both,
@@ -45,16 +45,16 @@ int hs_planned(hs_memory *memory, const hs_path *path, double compliance, int sa
     plan->pieces.count = 0;
     if (by_force && hs_cut_at_limit(memory, &request, saturate, &plan->pieces, refusal) != HS_OK) return HS_BEYOND_LIMIT;
     return plan->target.compliance > 0.0 && !(both || plan->pieces.count || direct)
-               ? hs_displacement_at(memory, d1, load, plan->target, &plan->v[1])
+               ? hs_solve_displacement(memory, d1, load, plan->target, &plan->v[1])
                : (int)HS_OK;
 }
 
-int hs_walk_on(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
+int hs_integrate_part(hs_memory *memory, const hs_plan *plan, double before, double share, const hs_drive *drive) {
     const hs_request *request = &plan->request;
     double time = hs_toward(plan->times[0], plan->times[1], share);
     int side = 0, status;
     if (plan->pieces.count) {
-        status = hs_follow(memory, request, &plan->pieces, before, share, plan->times, drive, &side);
+        status = hs_follow_limit(memory, request, &plan->pieces, before, share, plan->times, drive, &side);
     } else if (request->both_loads) {
         status = hs_ramp(memory, hs_toward(request->load[0], request->load[1], share),
                          hs_toward(request->force[0], request->force[1], share), time, drive);
@@ -84,7 +84,7 @@ static double scaled(double target, double unit, double least) {
     return fabs(found) < least ? 0.0 : found;
 }
 
-hs_path hs_without_dimension(const hs_units *units, const hs_path *path) {
+hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
     hs_path found = *path;
     int by_load = path->normal_control == HS_LOAD;
     found.normal_target = scaled(path->normal_target, by_load ? units->load : units->length,
@@ -105,10 +105,10 @@ int hs_step(hs_memory *memory, int normal_control, double normal_target, int tan
     hs_refusal unread;
     if (!refusal) refusal = &unread;
     refusal->path = 0;
-    path = hs_without_dimension(units, &path);
+    path = hs_scale_path(units, &path);
     hs_set_clock(memory, NAN);
-    int status = hs_planned(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
-    if (status == HS_OK) status = hs_walk_on(memory, &plan, 0.0, 1.0, drive);
+    int status = hs_plan_path(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
+    if (status == HS_OK) status = hs_integrate_part(memory, &plan, 0.0, 1.0, drive);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
@@ -262,7 +262,7 @@ static int hand_over(row_writers *writers, const hs_memory *memory, int64_t row,
 /* numbers of paths times recorded asperities from which threads are worth their start */
 #define HS_LEAST_SHARED (1 << 19)
 
-int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+int hs_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
             double until, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
     double compliance = drive->compliance * units->stiffness;
@@ -278,16 +278,16 @@ int hs_walk(hs_memory *memory, const hs_path *paths, int64_t count, const hs_row
                               ? NULL
                               : start_writers(drive->threads, memory, rows);
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
-        hs_path path = hs_without_dimension(units, paths + p);
+        hs_path path = hs_scale_path(units, paths + p);
         double before = 0.0;
         refusal->path = p;
         hs_set_clock(memory, path.begin);
-        status = hs_planned(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
+        status = hs_plan_path(memory, &path, compliance, drive->saturate, path.parts == 1 && until == 1.0, &plan, refusal);
         for (int64_t part = 1; part <= path.parts && status == HS_OK; ++part) {
             double share = until * ((double)part / (double)path.parts);
-            status = hs_walk_on(memory, &plan, before, share, drive);
+            status = hs_integrate_part(memory, &plan, before, share, drive);
             before = share;
-            if (status == HS_OK) status = hs_goes_on(drive, &work, each);
+            if (status == HS_OK) status = hs_count_work(drive, &work, each);
             if (status == HS_OK && memory->lost_slides) status = HS_OUT_OF_MEMORY;
             if (status != HS_OK) break;
             /* several paths may lead to one row */
