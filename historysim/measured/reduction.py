@@ -33,7 +33,7 @@ COUNTERS = (2**16, 2**24, 2**32)  # ranges of counters, in their last digits
 ROUNDING_OF_STEP, WHOLE = 1e-9, 1e-2  # over the range of a channel, and of a last digit: what is rounding
 MOST_PARTS = 16  # last digits that the least difference between two samples of a counter has at most
 SMALL_STEP = 1 / 16  # steps between samples over the range of a counter, up to which its jumps stand clear of them
-NEAR_ZERO = 0.2  # least force over the greatest one up to which one that is never negative has lost its sign
+NEAR_ZERO = 0.2  # size of the least force over the greatest one up to which a force may have lost its sign
 FEWEST_SPIKES = 3  # spikes below which a record has none that is worth a line
 USUAL_STEPS = 0.98  # share of the steps between samples of a record with strokes that are no spikes'
 
@@ -157,7 +157,7 @@ def jumps_of_counter(values: Floats) -> str:
 def sign_lost(load: Floats) -> str:
     """Return that a force is never negative, and the mend; nothing where it is, or is far from 0."""
     least, most = float(load.min()), float(load.max())
-    if least < -SPIKE * noise_of(load) or least > NEAR_ZERO * most or not most > 0:
+    if least < -min(SPIKE * noise_of(load), NEAR_ZERO * most) or least > NEAR_ZERO * most or not most > 0:
         return ""
     return (
         "the force is never negative, forward and backward alike: it looks like a magnitude, |F|, of which no loops "

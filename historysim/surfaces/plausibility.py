@@ -8,9 +8,10 @@ from historysim.basics.wording import counted
 from historysim.surfaces.heights import Surface
 
 # Numbers that programs write for missing points. Such a number, or any other, is reported if its distance from all
-# other heights, over the range of the middle 80 % of the levels, exceeds one of these two limits.
+# other heights, over the range of the middle 80 % of the levels, exceeds one of these two limits. Spikes of a
+# measurement, which `spikes` removes, are closer.
 PLACEHOLDERS = (999.0, 9999.0, 99999.0, 999999.0, 32767.0, 32768.0, 65535.0)
-FAR_IF_PLACEHOLDER, FAR = 5.0, 50.0
+FAR_IF_PLACEHOLDER, FAR = 5.0, 1e3
 FEWEST_LEVELS, MOST_PLACEHOLDERS = 20, 3
 
 LARGEST_SIZE, FLATTEST = 1.0, 1e-4  # side of a map [m], and height range over it below which the side is implausible

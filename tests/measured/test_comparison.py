@@ -125,7 +125,7 @@ def test_the_picture_shows_measurement_and_model(compared):
     of_loops = {line.get_label(): line for line in energies.lines}
     assert_allclose(of_loops["measured"].get_ydata(), compared.measured.dissipated_energy)
     assert_allclose(of_loops["model"].get_ydata(), compared.model.dissipated_energy)
-    assert_array_equal(of_loops["model"].get_xdata(), compared.model.number + 1)
+    assert_array_equal(of_loops["model"].get_xdata(), compared.model.number)
 
 
 def test_along_a_branch_the_model_is_drawn_in_the_order_of_displacement(compared):

@@ -140,6 +140,7 @@ def test_a_filter_on_a_rounded_clock_names_the_rate(rounded):
         hs.load(write()).measurement()
 
 
+@pytest.mark.filterwarnings("ignore:.*the tangential displacement turns")
 def test_a_rate_in_place_of_the_clock_filters_and_keeps_every_sample(rounded):
     write, text = rounded
     path = write(without_clock(text), 'rate = "400 Hz"')
@@ -170,12 +171,14 @@ def test_a_rate_beside_a_clock_is_an_error(rounded):
         hs.load(write(text, 'rate = "400 Hz"'))
 
 
+@pytest.mark.filterwarnings("ignore:.*the tangential displacement turns")
 def test_repeated_times_are_counted_and_the_rate_is_named(rounded):
     write, text = rounded
     plain = text.replace(', notch = "50 Hz"', "")
     remark = dict(hs.load(write(plain)).measurement().remarks)["file"]
     assert remark.startswith("3,600 of 4,800 samples have the time of the sample before, the first one at line 3")
     assert "rate =" in remark
-    assert hs.run(write(plain)).sizes["step"] == 1200
+    with pytest.warns(UserWarning, match="3,600 of 4,800 samples have the time of the sample before"):
+        assert hs.run(write(plain)).sizes["step"] == 1200
     with pytest.raises(InputError, match="rise from sample to sample; if the clock was rounded, say the constant"):
         hs.load(write(plain, 'interval = "20 ms"')).measurement()

@@ -212,6 +212,7 @@ CHANNELS = {
 CONSTANT = {"constant": "50 N"}
 
 
+@pytest.mark.filterwarnings("ignore:m.csv. normal load. .* Hz")
 @pytest.mark.parametrize(
     ("header", "order", "normal", "stroke", "friction"),
     [
