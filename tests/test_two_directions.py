@@ -330,7 +330,7 @@ def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_
     apart = hs.replay(ensemble, [*events, hs.NormalDisplacement(7.0, -1e-9)])
     with pytest.raises(InputError, match="does not touch at any of the steps"):
         hs.plot(apart, picture="slip-annulus", steps=[-1])
-    with pytest.raises(InputError, match="one tangential direction"):
+    with pytest.raises(InputError, match="reversal_points need motion along one line"):
         assert one.reversal_points
 
 

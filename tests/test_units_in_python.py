@@ -155,7 +155,7 @@ CALLS = {
     ),
     "Instrument": (
         hs.Instrument,
-        {"lateral_stiffness": 3e5, "displacement_resolution": 1e-9, "load_resolution": 1e-6},
+        {"lateral_stiffness": 3e5, "parallel_stiffness": 2e4, "displacement_resolution": 1e-9, "load_resolution": 1e-6},
     ),
     "Material": (
         hs.Material,

@@ -318,7 +318,7 @@ class Asperity:
             return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
         return float(lib.hs_stiffness(self.memory, 0))
 
-    @cached_property
+    @property
     def superposition(self) -> tuple[Floats, Floats]:
         """Radii [m] and weights of the Hertz pressures whose sum is the traction, the edge first.
 

@@ -183,7 +183,7 @@ class Loops(LoopValues):
                 name: (dims[name], getattr(self, name), {"long_name": label, "units": unit})
                 for name, (label, unit) in QUANTITIES.items()
             }
-            | dict(fretting.data_vars),
+            | {str(name): fretting[name].variable for name in (*fretting.data_vars, "regime")},
             coords={
                 "loop": ("loop", self.number, {"long_name": "loop of the record, from 0"}),
                 "direction": ("direction", list(DIRECTIONS)),
@@ -196,7 +196,6 @@ class Loops(LoopValues):
                     self.rising_branches.astype(np.int8),
                     {"long_name": "1 where the branch did not come to slide, and friction is a lower bound"},
                 ),
-                "regime": fretting["regime"].variable,
             },
             attrs={
                 "title": counted(len(self), "friction loop", "friction loops"),

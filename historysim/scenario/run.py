@@ -174,10 +174,10 @@ class _ScenarioSource(Source):
 
     def _resolved(self, notify: Notify) -> tuple[LogHeader, Sequence[Event]]:
         scenario = self.scenario
-        if notify is _of_records and scenario.sections.loading.kind == "file":
-            notify = warn
         if scenario.sections.sweep is not None:
             notify(f"{self.path.name}: ignoring [sweep]; use `historysim sweep` to run it")
+        if notify is _of_records and scenario.sections.loading.kind == "file":
+            notify = warn
         built = scenario.build(notify)
         surface = built.surface
         header = LogHeader.of(

@@ -3,6 +3,7 @@
 import numpy as np
 
 from historysim.basics.arguments import Floats
+from historysim.basics.limits import SMALLEST
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted
 from historysim.surfaces.heights import Surface
@@ -56,6 +57,9 @@ def scale_notice(surface: Surface) -> str | None:
         return None
     side = max(surface.size[axis] for axis in axes)
     pixel = min(surface.pixel_size[axis] for axis in axes)
+    if pixel < SMALLEST:
+        # an error of its own
+        return None
     steps = np.abs(np.diff(heights, axis=axes[0]))
     steep = float(np.nanmedian(steps)) / surface.pixel_size[axes[0]] if np.isfinite(steps).any() else 0.0
     too_large = (side > LARGEST_SIZE and height_range < FLATTEST * side) or height_range < SMOOTHEST * pixel

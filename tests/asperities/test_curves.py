@@ -349,5 +349,5 @@ def test_a_load_beyond_the_table_is_refused():
 def test_patches_share_one_friction_and_are_no_asperities(tabulated):
     with pytest.raises(hs.InputError, match="one number"):
         tabulated.advance(tabulated.initial_state(), normal_load=0.01, friction=[0.1] * 60)
-    with pytest.raises(hs.InputError, match="no asperity with a radius"):
+    with pytest.raises(hs.InputError, match="not an asperity with a radius"):
         tabulated.asperity(0, tabulated.initial_state())

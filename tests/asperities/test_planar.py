@@ -456,7 +456,8 @@ def test_an_ensemble_without_friction(friction):
     state = walked(sphere(friction), way("square", 0.7, 2))[-1]
     assert state.turned
     assert np.hypot(*state.tangential_load) < 1e-200
-    assert state.dissipated_energy < 1e-200
+    # the rounding of the work
+    assert state.dissipated_energy < 1e-18 * LOAD
 
 
 def test_a_state_keeps_to_ensembles_of_its_rings():

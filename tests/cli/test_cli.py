@@ -330,11 +330,12 @@ def test_the_columns_of_a_file_are_listed(folder):
         "[loading]",
         'file = "loads.csv"',
         'decimal = ","',
+        "saturate = true  # a tangential load beyond the friction limit is held there",
         "",
         "[loading.columns]",
         'time = "t (s)"',
-        'normal_load = "?"  # fill in: one of the columns above',
-        'tangential_displacement = "?"  # fill in: one of the columns above',
+        'normal_load = { constant = "10 kN" }  # a guess: fill it in',
+        'tangential_load = "F (kN)"',
     ]
     check_refusal(call("columns", "nothing.csv"), 2, "nothing.csv: there is no such file")
     check_refusal(call("columns", "loads.csv", "--decimal", "x"), 2, "decimal")
@@ -555,7 +556,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["plot", "ball.toml", "--step", "1"], "step does not apply to the picture surface"),
         (
             ["plot", "good.nc", "--step", "two"],
-            "step two: the history has 11 steps; expected -11 to 10, partial or peak",
+            "step 'two' is not a named state of the history; expected a number",
         ),
         (["show", "map.txt"], "map.txt: does not name the unit of its heights; give height_unit"),
         (["show", "map.txt", "--pixel-size", "1e-200 m", "--height-unit", "nm"], "a number is so large or so small"),

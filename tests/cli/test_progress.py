@@ -49,7 +49,7 @@ def scenario(tmp_path, monkeypatch):
     # what takes less than two seconds is not shown
     at_once = lambda *values, **options: progress_bar(*values, **options | {"delay": 0})  # noqa: E731
     monkeypatch.setattr(fit, "progress_bar", at_once)
-    monkeypatch.setattr(unit_file, "compiled", lambda *_: b"")
+    monkeypatch.setattr(unit_file, "compile_unit", lambda *_: b"")
 
     def written(text):
         (tmp_path / "s.toml").write_text(text, encoding="utf-8")

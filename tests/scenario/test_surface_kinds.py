@@ -170,7 +170,11 @@ def test_the_sections_are_of_every_kind_and_have_every_key():
         # two belong to files that know their distances or channels, the others to all files of numbers; what prepares a
         # map is tested by itself
         preparing = {key.name for key in list_keys(registered_steps())} | {"prune", "ball_radius"}
-        assert {field.name for field in attrs.fields(kind)} - keys <= {"lateral_unit", "channel"} | FORMAT | preparing
+        assert {field.name for field in attrs.fields(kind)} - keys <= {
+            "lateral_unit",
+            "channel",
+            "missing",
+        } | FORMAT | preparing
 
 
 FORMAT = {field.name for field in attrs.fields(Format)}

@@ -81,7 +81,7 @@ def main():
     for seed in (1, 2):
         surface = hs.random_surface((n, n), 64 / n, 0.3, 14.0, seed=seed, autocorrelation="gaussian")
         reach = 0.5 * surface.heights.max()
-        solutions = hs.NormalSolutions.of(surface, largest_approach=reach)
+        solutions = hs.NormalSolutions.solve(surface, largest_approach=reach)
         for amplitude in (0.1, 0.3, 0.6):
             for name, path in paths(amplitude * MU * 0.8 * reach, options.steps).items():
                 for kind in ("constant", "waving"):

@@ -298,7 +298,7 @@ HOLDS = """
 import sys, time
 from pathlib import Path
 from historysim.studies.store import Store
-with Store(Path(sys.argv[1])).claimed(sys.argv[2], wait=False):
+with Store(Path(sys.argv[1])).claim(sys.argv[2], wait=False):
     print("holds", flush=True)
     sys.stdin.read()
 """
@@ -342,7 +342,7 @@ def test_any_executor_gives_the_same_bits(rough, tmp_path):
 @pytest.mark.slow
 def test_a_cell_that_ends_its_process_does_not_sink_the_others(rough, monkeypatch):
     here = hs.sweep(rough, OVER)
-    monkeypatch.setattr(sweeping, "computed", dying.computed_unless_3)
+    monkeypatch.setattr(sweeping, "compute_batch", dying.computed_unless_3)
     found = hs.sweep(rough, OVER, workers=2)
     assert (found.failure == sweeping.KILLED).sum() == 2
     assert (found.failure.sel(surface_seed=3) == sweeping.KILLED).all()

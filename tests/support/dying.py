@@ -4,10 +4,10 @@ import os
 
 from historysim.studies import sweep
 
-computed = sweep.computed
+compute_batch = sweep.compute_batch
 
 
 def computed_unless_3(batch):
     if any(point.get("surface.seed") == 3 for _, _, point in batch.cells):
         os._exit(9)
-    return computed(batch)
+    return compute_batch(batch)

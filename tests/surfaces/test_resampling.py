@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from historysim.errors import InputError
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.random import random_surface
-from historysim.surfaces.resampling import _by_waves as by_waves
+from historysim.surfaces.resampling import _interpolate_by_waves as by_waves
 from historysim.surfaces.resampling import resample
 
 EPS = np.finfo(float).eps
@@ -213,7 +213,7 @@ def test_splines_take_summits_of_an_exponential_map_as_the_docstring_says(move, 
     [
         ({"interpolation": "fourrier"}, "interpolation is 'fourrier'; did you mean 'fourier'?"),
         ({"interpolation": "fourier"}, "a border or missing points; expected a periodic one without, or 'spline'"),
-        ({"interpolation": "fourier", "periodic": True, "rotation": 0.1}, "turned; expected no rotation, or 'spline'"),
+        ({"interpolation": "fourier", "periodic": True, "rotation": 0.1}, "rotated surface; expected no rotation"),
         ({"interpolation": "none", "onto": (1.0001 * PX, PY)}, "expected one pixel size, or 'spline'"),
     ],
 )

@@ -66,7 +66,7 @@ def test_normal_contact(page):
 
     def rough_map():
         surface = hs.random_surface((64, 64), 1e-6, 50e-9, 14e-6, seed=2, autocorrelation="gaussian")
-        solutions = hs.NormalSolutions.of(surface, largest_load=5e-11)  # over E* [m²]
+        solutions = hs.NormalSolutions.solve(surface, largest_load=5e-11)  # over E* [m²]
         return surface, solutions
 
     surface, solutions = page.shows(rough_map)
@@ -101,7 +101,7 @@ def test_friction_on_a_map(page):
 
     def loops(surface, reach):
         pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
-        solutions = hs.NormalSolutions.of(surface, largest_approach=reach)
+        solutions = hs.NormalSolutions.solve(surface, largest_approach=reach)
         rough = hs.Ensemble.from_solutions(pair, solutions, friction=0.2)
         state, found = rough.initial_state(), []
         for part, share in moves:  # of the approach, and of μ times it

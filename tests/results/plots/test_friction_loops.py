@@ -111,7 +111,7 @@ def test_named_states_are_marked_and_chosen(ball):
     assert {text.get_text() for text in hs.plots.loops(history).axes[0].texts} == {"A", "B"}
     one = hs.plot(history, picture="loops", steps=["B", "20"])
     assert {text.get_text() for text in one.axes[0].texts} == {"B", "step 20, 0.5 s"}
-    with pytest.raises(InputError, match=r"'C' is no state of the history; .*A"):
+    with pytest.raises(InputError, match=r"'C' is not a named state of the history; .*A"):
         hs.plot(history, picture="loops", steps=["C"])
     with pytest.raises(InputError, match="step 500: the history has 121 steps"):
         hs.plot(history, picture="loops", steps=[500])
