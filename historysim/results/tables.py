@@ -390,7 +390,10 @@ def loop_summary(loops: xr.Dataset) -> list[tuple[str, str]]:
     count = int(_large(loops).sum())
     some = "" if count == loops.sizes["loop"] else f", of which {count:,} are large enough for the means below"
     means = [
-        (str(values.attrs["long_name"]), _mean_text(loops, name, count)) for name, values in loops.data_vars.items()
+        (str(values.attrs["long_name"]), _mean_text(loops, name, count))
+        for name, values in loops.data_vars.items()
+        # flags have no mean
+        if "units" in values.attrs
     ]
     values = ("values", "mean ± standard deviation of one loop")
     return [("loops", f"{loops.sizes['loop']:,}{some}"), values, *means, *how]
