@@ -96,7 +96,7 @@ static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vect
     double y = path->tangential_target[1] / (by_y ? units->load : units->displacement);
     if (path->tangential_fraction[0] > 0.0) end.x = hs_toward(present.x, x, path->tangential_fraction[0]);
     if (path->tangential_fraction[1] > 0.0) end.y = hs_toward(present.y, y, path->tangential_fraction[1]);
-    plan found = {path, {!by_x, !by_y}, by_x && by_y && by_normal, compliance, {begin, begin}, {present, end}};
+    plan found = {path, {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0}, by_x && by_y && by_normal, compliance, {begin, begin}, {present, end}};
     if (path->normal_fraction > 0.0) found.normal[1] = hs_toward(begin, normal, path->normal_fraction);
     return found;
 }
@@ -570,7 +570,11 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
     int by_x = planar->tangential_control[0] == HS_LOAD, by_y = planar->tangential_control[1] == HS_LOAD;
     hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
     hs_vector yields = {compliance[0] * unit, compliance[1] * unit}, driven = drive_at(planar->displacement, yields, t);
-    hs_planar_aim aim = {{by_x ? t.x : driven.x, by_y ? t.y : driven.y}, {!by_x, !by_y}, {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y}};
+    hs_planar_aim aim = {
+        {by_x ? t.x : driven.x, by_y ? t.y : driven.y},
+        {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0},
+        {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y},
+    };
     hold(planar, planar->body->approach, &aim);
     hs_watch watch = {drive, 0, HS_OK};
     planar->body->watch = &watch;

@@ -150,10 +150,12 @@ def write_fmu(  # noqa: PLR0913 - options by name, as the command has them
         notify(f"{resolved.name}: its last event is at {last_time}; the unit starts from the state after it")
     saturate = resolved.replay.saturate if saturate is None else saturate
     controls = Controls(normal, tangential, saturate, _resolve_directions(resolved.replay, directions))
-    files = unit_files(resolved, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
-    with replacing(output) as unfinished, zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
-        for name, content in sorted(files.items()):
-            archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
+    with replacing(output) as unfinished:
+        # the compiler's temporary files may meet the same limit: the error then names the unit
+        files = unit_files(resolved, controls, at=at, fmi=fmi, platforms=chosen, progress=progress)
+        with zipfile.ZipFile(unfinished, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in sorted(files.items()):
+                archive.writestr(zipfile.ZipInfo(name, LONG_AGO), content, zipfile.ZIP_DEFLATED)
 
 
 def _resolve_directions(job: Replay, requested: int | None) -> int:
