@@ -71,6 +71,8 @@ class Observation:
     dead_band: float  #: the smallest swing of the displacement that is a reversal [m]
     loops: Loops | None  #: the measured loops; None where there is no whole one
     skip: int = 0  #: loops at the start that are not compared
+    #: Whether the contact is pressed at displacement 0, and then moved to the first sample, since its zero is known.
+    starts_displaced: bool = False
     first: int = 0  #: the sample that a comparison begins at: those before are walked through, and not compared
     remarks: tuple[tuple[str, str], ...] = ()  #: what was done to the samples before
 
@@ -183,6 +185,7 @@ def observe(
         dead_band=dead_band,
         loops=loops,
         skip=skip,
+        starts_displaced=measurement.starts_displaced,
         first=int(turns[start]),
         remarks=(*measurement.remarks, *spikes),
     )
@@ -223,14 +226,23 @@ class ModelResponse:
 
 
 def passed(
-    ensemble: Ensemble, instrument: Instrument, observation: Observation, shifts: ArrayLike = ()
+    ensemble: Ensemble,
+    instrument: Instrument,
+    observation: Observation,
+    shifts: ArrayLike = (),
+    offset: float = 0.0,
 ) -> ModelResponse:
-    """Return what a model does along an observation.
+    """Replay a model along an observation.
 
-    Shifts (node) [m] say how far the nodes behind the first are from where they were measured.
+    Parameters
+    ----------
+    shifts
+        Distances of the nodes after the first from their measured positions (node) [m].
+    offset
+        Displacement added to all samples [m].
     """
     moved = np.asarray(shifts, dtype=np.float64)
-    target = observation.displacement.copy()
+    target = observation.displacement + offset
     target[observation.nodes[1 : 1 + moved.size]] += moved
     order = np.arange(target.size)
     for start, end in itertools.pairwise(observation.nodes):
@@ -238,9 +250,9 @@ def passed(
         ranks = np.argsort(between if target[end] >= target[start] else -between, kind="stable")
         target[start + 1 : end] = between[ranks]
         order[start + 1 : end] = start + 1 + ranks
-    # Where the start is not compared it stands for an unknown past: the contact was pressed before it was moved to the
-    # first displacement. Pressed and moved at once, more of it would stick.
-    before = int(observation.first > 0 and target[0] != 0)
+    # A start that is not compared represents an unknown past, and one with a known zero was reached from there: the
+    # contact was pressed before it was moved to the first displacement. Moved while pressed, more of it would stick.
+    before = int((observation.first > 0 or observation.starts_displaced) and target[0] != 0)
     time, normal = (np.append(each[:before], each) for each in (observation.time, observation.normal_load))
     loads = SampledLoads(time, normal, np.append(np.zeros(before), target))
     # totals alone: the cost does not grow with the asperities

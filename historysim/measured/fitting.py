@@ -15,7 +15,7 @@ from historysim.basics.wording import counted
 from historysim.measured import scatter
 from historysim.measured.comparison import ModelResponse, Observation, residuals_of
 from historysim.measured.loop_table import CONFIDENCE
-from historysim.measured.search import FARTHEST, FARTHEST_NODE, Model, Search, SearchResult
+from historysim.measured.search import FARTHEST, FARTHEST_NODE, OFFSET, Model, Search, SearchResult
 
 MOST_CORRELATED = 0.99  # correlation of two parameters above which the data do not distinguish them
 UNDETERMINED = 1e6  # ratio of the ends of an interval from which on nothing is known
@@ -32,8 +32,6 @@ _MEANING = (
     ". The intervals say by how much the values of another such record would differ. They do not say how far the "
     "values are from those of the contact"
 )
-# what a float can hold, as a logarithm
-_LARGEST = 700.0
 
 
 @attrs.frozen(eq=False)
@@ -64,12 +62,13 @@ class Parameter:
 
     def interval(self, unit: float = 1.0) -> str:
         """Return the confidence interval as a string, in a unit of that many SI units."""
-        known = self.high < UNDETERMINED * self.low
-        return f"95 %: {self.low / unit:.6g} to {self.high / unit:.6g}" if known else "95 %: not determined"
+        known, digits = self._is_determined(self.low, self.high), self._digits
+        low, high = (f"{end / unit:.{digits}g}" for end in (self.low, self.high))
+        return f"95 %: {low} to {high}" if known else "95 %: not determined"
 
     def text(self, remark: str = "") -> str:
         """Return estimate and interval with their unit, and a remark behind the interval."""
-        return f"{self.text_of(self.value, 6)} (95 %: {self._range(self.low, self.high)}{remark})"
+        return f"{self.text_of(self.value, self._digits)} (95 %: {self._range(self.low, self.high)}{remark})"
 
     def noise_text(self) -> str:
         """Return what the interval would be if what is left were independent from sample to sample, with its unit."""
@@ -87,8 +86,20 @@ class Parameter:
         """Return a value that it might have, with its unit."""
         return quantity_text(value, UNIT_OF.get(self.name, "1"), digits)
 
+    def _is_determined(self, low: float, high: float) -> bool:
+        return math.isfinite(high - low) if self.name == OFFSET else high < UNDETERMINED * low
+
+    @property
+    def _digits(self) -> int:
+        """Significant digits of value and interval: an offset may be much larger than its interval."""
+        width, size = self.high - self.low, max(abs(self.low), abs(self.high))
+        if self.name != OFFSET or not 0 < width < math.inf:
+            return 6
+        return min(max(6, 3 + math.ceil(math.log10(size / width))), 15)
+
     def _range(self, low: float, high: float) -> str:
-        return f"{self.text_of(low, 6)} to {self.text_of(high, 6)}" if high < UNDETERMINED * low else "not determined"
+        known, digits = self._is_determined(low, high), self._digits
+        return f"{self.text_of(low, digits)} to {self.text_of(high, digits)}" if known else "not determined"
 
 
 @attrs.frozen(eq=False)
@@ -185,6 +196,9 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
     reach = np.where(np.any(end.slopes, axis=0), reach, by_noise)
     # other minima that are as deep but for chance are as likely
     reach, by_noise = np.maximum(reach, end.spread), np.maximum(by_noise, end.spread)
+    # an offset of the whole displacement range or more is unknown
+    unknown = (np.array(names) == OFFSET) & (reach > FARTHEST)
+    reach, by_noise = np.where(unknown, math.inf, reach), np.where(unknown, math.inf, by_noise)
     correlation = covariance / np.outer(deviation, deviation)
     middle = end.unknowns[:count]
     ends = [middle + sign * width for width in (reach, by_noise) for sign in (-1, 1)]
@@ -193,7 +207,7 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
     if not minimum:
         # an interval around what is no minimum would be a wrong one
         reach, ends = np.zeros_like(reach), [np.full(count, math.nan)] * 4
-    columns = np.exp(np.minimum([middle, *ends], _LARGEST)).T.tolist()
+    columns = search.values_at(np.array([middle, *ends])).T.tolist()
     parameters = tuple(Parameter(name, *numbers) for name, numbers in zip(names, columns, strict=True))
     if minimum and wanders is not None:
         parameters = tuple(map(_drifting, parameters, wanders))
@@ -209,7 +223,7 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
         notes=(
             *_notes_on_search(search, end, misfit, minimum=minimum),
             *_note_on_outliers(outliers, search.compared.size),
-            *_note_on_start(observation),
+            *(() if OFFSET in names else _note_on_start(observation)),
             *_indistinct(names, correlation, reach, limit),
             *(each.drift_text() for each in parameters if each.drifts),
         ),
@@ -257,8 +271,9 @@ def _note_on_start(observation: Observation) -> list[str]:
         return []
     text = (
         f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
-        "the loops away from their middle, and the model begins without a load; centred = true at the displacement and "
-        "skip = 1 in [fit] leave that to the loops"
+        "the loops away from their middle, and the model begins without a load; displacement_offset among the "
+        "parameters of [fit] finds the displacement without a load; where the contact slides, centred = true at the "
+        "displacement and skip = 1 in [fit] leave the start to the loops"
     )
     return [text]
 
@@ -294,7 +309,8 @@ def _wanders(search: Search, end: SearchResult, covariance: Floats, misfit: floa
         for each, move, share, error in zip(by_loop, moves.T, shares.T, noise.tolist(), strict=True)
     ]
     return [
-        attrs.evolve(each, reach=math.hypot(reach, second_order)) for each, reach in zip(by_loop, reaches, strict=True)
+        attrs.evolve(each, reach=math.hypot(reach, second_order * (name != OFFSET)))
+        for name, each, reach in zip(search.names, by_loop, reaches, strict=True)
     ]
 
 
@@ -324,7 +340,7 @@ def _moved(search: Search, end: SearchResult, covariance: Floats, bounds: Intege
 def _drifting(parameter: Parameter, wander: scatter.Wander) -> Parameter:
     """Return a parameter with its drift along the record, where there is one."""
     # where one piece shows little, a line of logarithms is none
-    if not wander.drifts or abs(wander.rise) + wander.rise_reach > 1:
+    if parameter.name == OFFSET or not wander.drifts or abs(wander.rise) + wander.rise_reach > 1:
         return parameter
     return attrs.evolve(
         parameter,
@@ -339,9 +355,10 @@ def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, limit:
     notes = []
     for i, first in enumerate(names):
         if limit[i]:
+            move = "the range of the displacement" if first == OFFSET else f"a factor of {math.exp(FARTHEST):g}"
             notes.append(
-                f"{first} moved by a factor of {math.exp(FARTHEST):g} from its start, which is the limit of the "
-                "search: start it again from these values"
+                f"{first} moved by {move} from its start, which is the limit of the search: start it again from these "
+                "values"
             )
         notes += [
             f"these data do not distinguish {second} from {first} (correlation {correlation[i, j]:+.4f}); fix one of "
@@ -349,8 +366,14 @@ def _indistinct(names: Sequence[str], correlation: Floats, reach: Floats, limit:
             for j, second in enumerate(names[:i])
             if abs(correlation[i, j]) > MOST_CORRELATED
         ]
-        if reach[i] > math.log(2):
-            span = math.exp(2 * min(reach[i], _LARGEST / 2))
+        if first == OFFSET:
+            if math.isinf(reach[i]):
+                notes.append(
+                    f"{first} is not determined by these data: once the contact has slid, it does not remember where "
+                    "it began; leave it out of the parameters"
+                )
+        elif reach[i] > math.log(2):
+            span = math.exp(2 * min(reach[i], math.log(UNDETERMINED)))
             notes.append(
                 f"{first} is hardly determined by these data: its interval spans a factor of {span:.3g}"
                 if span < UNDETERMINED

@@ -304,6 +304,10 @@ class Measurement:
     #: (sample) What conditioning took off the channels that have one [N or m]; they were that plus what they are.
     removed: Mapping[str, Floats] = attrs.field(factory=dict)
     row: Integers | None = None  #: (sample) Where each sample stood in its file, for messages
+    #: Offset added to the readings of each displacement [m]: that of the scenario, or minus the first reading.
+    offset: Mapping[str, float] = attrs.field(factory=dict)
+    #: Whether the tangential displacement has a zero other than its first sample: the contact is pressed there first.
+    starts_displaced: bool = False
 
     def __repr__(self) -> str:
         count, length = counted(self.time.size, "sample", "samples"), duration_text(float(np.ptp(self.time)))
@@ -348,6 +352,17 @@ class Measurement:
         load = {name: self[name] - stiffness * moved}
         channels, response = ({**group, **load} if name in group else group for group in (self.channels, self.response))
         return attrs.evolve(self, channels=channels, response=response, remarks=(*self.remarks, remark))
+
+    def displaced(self, offset: float) -> "Measurement":
+        """Add an offset to the tangential displacement [m]."""
+        name = "tangential_displacement"
+        if not offset or self.get(name) is None:
+            return self
+        moved = {name: self[name] + offset}
+        channels, response = (
+            {**group, **moved} if name in group else group for group in (self.channels, self.response)
+        )
+        return attrs.evolve(self, channels=channels, response=response)
 
     def kept(self) -> Integers:
         """Return the indices of the samples that are replayed."""

@@ -24,9 +24,14 @@ if TYPE_CHECKING:
 
 Model = Callable[[Mapping[str, float]], tuple[Ensemble, Instrument]]
 
+# The parameter that is added to the measured displacement [m], of either sign. The others are positive: their unknowns
+# are logarithms. The unknown of the offset is such that the search goes as far as the range of the displacement.
+OFFSET = "displacement_offset"
 MOST_NODES = 1000  # turning points and steps of load up to which their places are unknowns
 DECADES = 4  # factors of ten that a start may be off; the search scans so far on either side of it
 FARTHEST = (DECADES + 1) * math.log(10)  # how far from the start the search may go, as a logarithm
+_LARGEST = 700.0  # logarithm of the largest value of a parameter: that of a float
+_SCANNED_OFFSETS = (-0.5, 0.0, 0.5)  # offsets that the scan tries, over the range of the displacement
 FARTHEST_NODE = 5.0  # standard deviations that noise moves a node; a model that does not fit would move it farther
 ENOUGH_SAMPLES = 5_000  # samples from which on a record is thinned while the search finds its way
 _AMBIGUOUS = 3.0  # standard deviations from a node within which a sample may be of its other side
@@ -121,19 +126,21 @@ class Search:
 
     model: Model
     names: tuple[str, ...]
-    start: Floats  #: (parameter) Logarithms of the parameters to start from
+    start: Floats  #: (parameter) Unknowns to start from: logarithms of the parameters, 0 for an offset
     observation: Observation
     free: int  #: nodes with unknown places
     compared: Integers  #: the samples that are compared
     load_noise: float  #: [N], > 0
     #: (sample) The share of the noise of the displacement that nodes do not follow: 1 less their leverage.
     left_over: Floats
+    offset_start: float  #: offset of the displacement to start from [m]
+    offset_unit: float  #: offset of the displacement for an unknown of 1 [m]
 
     @classmethod
     def of(cls, model: Model, start: Mapping[str, float], observation: Observation) -> "Search":
         """Return the search from a start."""
         names = tuple(start)
-        logarithms = np.log([scalar(name, start[name], above=0) for name in names])
+        unknowns = np.array([0.0 if name == OFFSET else math.log(scalar(name, start[name], above=0)) for name in names])
         inner = observation.nodes.size - 2
         free = inner if observation.node_deviation[1:-1].any() and inner <= MOST_NODES else 0
         compared = _compared(observation)
@@ -145,7 +152,26 @@ class Search:
         load_noise = max(observation.load_noise, 1e-9 * float(np.abs(observation.tangential_load).max()))
         if load_noise == 0:
             raise InputError("the tangential load is 0 N throughout; expected a measured load to fit to")
-        return cls(model, names, logarithms, observation, free, compared, load_noise, np.ones(compared.size))
+        return cls(
+            model,
+            names,
+            unknowns,
+            observation,
+            free,
+            compared,
+            load_noise,
+            left_over=np.ones(compared.size),
+            offset_start=start.get(OFFSET, 0.0),
+            offset_unit=float(np.ptp(observation.displacement)) / FARTHEST,
+        )
+
+    def values_at(self, unknowns: Floats) -> Floats:
+        """Convert unknowns to the values of the parameters, (…, parameter)."""
+        values: Floats = np.exp(np.minimum(unknowns, _LARGEST))
+        if OFFSET in self.names:
+            index = self.names.index(OFFSET)
+            values[..., index] = self.offset_start + self.offset_unit * unknowns[..., index]
+        return values
 
     def ended(self, notify: Callable[[int], object] = lambda _: None) -> SearchResult:
         """Return where the search ends; `notify` is called at each walk along the observation, with their number."""
@@ -292,7 +318,7 @@ class Search:
 
     def _scanned(self) -> list[Floats]:
         """Return the logarithms of the parameters that a scan tries."""
-        levels, others = {0.0}, len(self.names)
+        levels, others = {0.0}, len(self.names) - (OFFSET in self.names)
         if "friction" in self.names:
             others -= 1
             at, those = self.names.index("friction"), self.compared[self.observation.normal_load[self.compared] > 0]
@@ -300,10 +326,12 @@ class Search:
             shares = np.quantile(shares, _LEVELS) if those.size else shares
             levels |= set((np.log(shares[shares > 0]) - self.start[at]).clip(-FARTHEST, FARTHEST).tolist())
         counts = [int(2 * DECADES * dense) + 1 for dense in _STEPS_A_DECADE]
-        count = next((each for each in counts if len(levels) * each**others <= MOST_SCANNED), counts[-1])
+        offsets = [part * FARTHEST for part in _SCANNED_OFFSETS]
+        known = len(levels) * (len(offsets) if OFFSET in self.names else 1)
+        count = next((count for count in counts if known * count**others <= MOST_SCANNED), counts[-1])
         steps = (np.linspace(-DECADES, DECADES, count) * math.log(10)).tolist()
-        each = [sorted(levels) if name == "friction" else steps for name in self.names]
-        return [self.start + step for step in itertools.product(*each)]
+        grid = {"friction": sorted(levels), OFFSET: offsets}
+        return [self.start + step for step in itertools.product(*(grid.get(name, steps) for name in self.names))]
 
     def _squares(self, x: Floats) -> float:
         """Return the sum of squares at some parameters, all samples alike."""
@@ -417,10 +445,11 @@ class Search:
         return terms
 
     def _walked(self, x: Floats) -> ModelResponse:
-        parameters = dict(zip(self.names, np.exp(x[: len(self.names)]).tolist(), strict=True))
+        parameters = dict(zip(self.names, self.values_at(x[: len(self.names)]).tolist(), strict=True))
+        offset = parameters.get(OFFSET, self.offset_start) - self.offset_start
         shifts = self.observation.node_offset[1:-1].copy()
         shifts[: self.free] += x[len(self.names) :] * self.observation.node_deviation[1 : 1 + self.free]
-        return passed(*self.model(parameters), self.observation, shifts)
+        return passed(*self.model(parameters), self.observation, shifts, offset)
 
     def _compare(self, response: ModelResponse, x: Floats, scale: Floats | float) -> Floats:
         off = (response.tangential_load - self.observation.tangential_load)[self.compared]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import attrs
 import numpy as np
 import tomlkit
+from tomlkit.items import InlineTable
 
 from historysim.asperities.ensemble import Ensemble, Patches
 from historysim.asperities.instrument import Instrument
@@ -19,6 +20,7 @@ from historysim.errors import InputError, at
 from historysim.measured.comparison import Comparison, Observation, observe, passed
 from historysim.measured.creep import Creep, creep_of
 from historysim.measured.fitting import Parameter, ParameterFit, fit_parameters
+from historysim.measured.search import OFFSET
 from historysim.results.plots.pictures import figure_of
 from historysim.results.report.page import page_of
 from historysim.scenario.scenario import Scenario, as_scenario
@@ -49,7 +51,10 @@ def model_of(scenario: Scenario) -> tuple[FitSection, Model, dict[str, float]]:
                 raise InputError("friction or geometry evolves in this scenario; expected constant ones for a fit")
             if ensemble.slope is not None:
                 raise InputError("the asperities are inclined; expected level ones for a fit")
-            start = {name: _start(name, ensemble, instrument) for name in section.parameters}
+            start = {
+                name: _offset_start(scenario) if name == OFFSET else _start(name, ensemble, instrument)
+                for name in section.parameters
+            }
 
     def model(values: Mapping[str, float]) -> tuple[Ensemble, Instrument]:
         springs = {name: values[name] for name in ("lateral_stiffness", "parallel_stiffness") if name in values}
@@ -96,6 +101,20 @@ def _start(name: str, ensemble: Ensemble, instrument: Instrument) -> float:
             raise InputError("height_scale: all summits are equally high; expected a rough surface")
         return 1.0
     return ensemble.pair.shear_modulus
+
+
+def _offset_start(scenario: Scenario) -> float:
+    """Return the offset of the tangential displacement that a fit starts from [m]."""
+    loading = scenario.measured_loading()
+    channel = loading.columns.tangential_displacement or loading.response.tangential_displacement
+    if channel is None or channel.constant is not None:
+        raise InputError(f"{OFFSET}: no displacement was measured; expected a column for tangential_displacement")
+    if channel.centred:
+        raise InputError(
+            f"{OFFSET}: centred takes any offset off the tangential displacement; expected one of them: remove centred "
+            "= true there, or this parameter"
+        )
+    return scenario.measurement().offset["tangential_displacement"]
 
 
 @attrs.frozen(eq=False)
@@ -238,9 +257,10 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     with reported(scenario.path.name), at("loading"), bar as done:
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
     ensemble, instrument = model(estimates.values)
-    if instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
-        # measured loops are those of the contact, without the spring that was found
-        observation = _observed(scenario, instrument)
+    offset = estimates.values.get(OFFSET, 0.0) - start.get(OFFSET, 0.0)
+    if offset or instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
+        # measured loops are those of the contact, from the fitted zero and without the fitted spring
+        observation = _observed(scenario, instrument, offset)
     stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)
     return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, stiffness, between))
@@ -253,9 +273,11 @@ def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":
     return _observed(scenario, scenario.instrument), model, start
 
 
-def _observed(scenario: Scenario, instrument: Instrument) -> Observation:
-    """Return what a fit compares with; its loops are those of the contact beside an instrument."""
-    measurement, section = scenario.measurement(), scenario.sections.fit
+def _observed(scenario: Scenario, instrument: Instrument, offset: float = 0.0) -> Observation:
+    """Observe the record of a fit, with an offset added to its displacement [m]; its loops are those of the contact."""
+    measurement, section = scenario.measurement().displaced(offset), scenario.sections.fit
+    if section is not None and OFFSET in section.parameters:
+        measurement = attrs.evolve(measurement, starts_displaced=True)
     noise: dict[str, Any] = {}
     if section is not None:
         noise = {name: getattr(section, name) for name in ("skip", "displacement_noise", "load_noise")}
@@ -278,6 +300,9 @@ def fitted_text(scenario: Scenario, parameters: "Iterable[Parameter]", output: P
     """Return the scenario with the fitted values, as TOML with its comments; paths are relative to ``output``."""
     document: Any = tomlkit.parse(scenario.text.removeprefix("\ufeff"))
     for parameter in parameters:
+        if parameter.name == OFFSET:
+            _put_offset(document["loading"], parameter)
+            continue
         section, key = _HOMES[parameter.name]
         if section == "materials" and key not in document[section]:
             _put_pair(document, scenario)
@@ -298,6 +323,24 @@ def _put(table: MutableMapping[str, Any], key: str, parameter: Parameter, unit: 
     known = table[key].trivia.comment.removeprefix("#").strip() if key in table else ""
     value.comment("; ".join(filter(None, [f"fitted, {parameter.interval(1 / unit)}", known])))
     table[key] = value
+
+
+def _put_offset(loading: MutableMapping[str, Any], parameter: Parameter) -> None:
+    """Write a fitted offset into the column of the tangential displacement."""
+    name = "tangential_displacement"
+    channels = loading["columns"] if name in loading["columns"] else loading["response"]
+    if isinstance(channels[name], str):
+        column = tomlkit.inline_table()
+        column["column"] = str(channels[name])
+        channels[name] = column
+    channel = channels[name]
+    if not isinstance(channel, InlineTable):
+        _put(channel, "offset", parameter)
+        return
+    channel["offset"] = tomlkit.float_(parameter.value)
+    # an inline table has no comments inside
+    if not isinstance(channels, InlineTable):
+        channel.comment(f"offset fitted, {parameter.interval()}")
 
 
 def _put_pair(document: MutableMapping[str, Any], scenario: Scenario) -> None:

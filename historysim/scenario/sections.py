@@ -175,7 +175,7 @@ class AdhesionSection:
         return float(work_of_adhesion(*known))
 
 
-FITTED = ("friction", "shear_modulus", "lateral_stiffness", "parallel_stiffness", "height_scale")
+FITTED = ("friction", "shear_modulus", "lateral_stiffness", "parallel_stiffness", "height_scale", "displacement_offset")
 
 
 @attrs.frozen
@@ -190,7 +190,8 @@ class FitSection:
     """
 
     #: What is fitted, from the scenario's own values on: any of ``"friction"``, ``"shear_modulus"``,
-    #: ``"lateral_stiffness"``, ``"parallel_stiffness"``, ``"height_scale"``.
+    #: ``"lateral_stiffness"``, ``"parallel_stiffness"``, ``"height_scale"``, ``"displacement_offset"``. The last is the
+    #: ``offset`` of the tangential displacement, whose zero is the displacement without a load.
     parameters: tuple[str, ...]
     #: Loops at the start of the record that are not compared.
     skip: int = attrs.field(default=0, validator=NOT_NEGATIVE)

@@ -74,6 +74,79 @@ def test_a_raw_height_of_a_stage_is_no_approach(tmp_path):
             assert hs.load(path).events()
 
 
+def write_mid_stroke(folder, zero=5e-6, phase=0.13, stroke=1.0, column='"u"', **keys):
+    """Write a record in partial slip that begins in mid-stroke, on a stage with another zero; give its first place."""
+    moved = stroke * 0.5 * SLIPS["sphere"] * np.sin(2 * np.pi * (TIME[:201] + phase))
+    load = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=moved)[1].tangential_load
+    load = load + np.random.default_rng(0).normal(0, 2e-5, load.size)
+    write_columns(folder / "m.csv", t=TIME[:201], N=LOAD + 0 * moved, u=moved + zero, T=load)
+    columns = {"tangential_displacement": column}
+    more = '[fit]\nparameters = ["friction", "displacement_offset"]\n'
+    base = BALL.replace("0.2", "0.3")
+    text = scenario_text(**{"response": RESPONSE, "base": base, "columns": columns, "more": more, **keys})
+    (folder / "s.toml").write_text(text, encoding="utf-8")
+    return folder / "s.toml", moved
+
+
+@pytest.mark.parametrize("zero", [5e-6, -2e-9])
+def test_the_offset_of_the_displacement_is_fitted(tmp_path, zero):
+    path, moved = write_mid_stroke(tmp_path, zero)
+    found = hs.fit(path)
+    for name, truth in (("friction", FRICTION), ("displacement_offset", -zero)):
+        (parameter,) = (each for each in found.parameters if each.name == name)
+        assert parameter.low < truth < parameter.high
+        assert parameter.high - parameter.low < 0.01 * abs({"friction": FRICTION}.get(name, np.ptp(moved)))
+    assert not any("does not begin at rest" in note for note in found.estimates.notes)
+    assert found.comparison.left.rms < 2.2e-5
+    # the written scenario has it, and means the same in run and compare
+    found.write(tmp_path / "fitted.toml")
+    again = hs.load(tmp_path / "fitted.toml")
+    assert again.measurement()["tangential_displacement"] == pytest.approx(moved, abs=1e-10)
+    compared = hs.compare(again)
+    assert compared.left.rms < 2.2e-5
+    history = hs.run(again).total_tangential_load
+    np.testing.assert_allclose(history, compared.response.tangential_load, atol=1e-2 * FRICTION * LOAD)
+    np.testing.assert_allclose(history[:20], compared.response.tangential_load[:20], rtol=1e-9)
+
+
+@pytest.mark.parametrize("column", ['{ column = "u", unit = "m" }', '{ column = "u", offset = "-5 µm" }'])
+def test_a_fitted_offset_is_written_where_the_column_is(tmp_path, column):
+    path, _ = write_mid_stroke(tmp_path, column=column)
+    text = hs.fit(path).scenario_text(tmp_path / "f.toml")
+    (line,) = (each for each in text.splitlines() if each.startswith("tangential_displacement = "))
+    assert "offset = -" in line
+    assert "# offset fitted, 95 %: -" in line
+
+
+def test_an_offset_that_sliding_forgets_is_not_determined(tmp_path):
+    found = hs.fit(write_mid_stroke(tmp_path, stroke=6.0)[0])
+    assert "95 %: not determined" in dict(found.summary())["displacement_offset"]
+    assert any("does not remember where it began" in note for note in found.estimates.notes)
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        ('{ column = "u", centred = true }', "fit.parameters: displacement_offset: centred takes any offset off"),
+        ("{ constant = 0 }", "fit.parameters: displacement_offset: no displacement was measured"),
+        (None, "fit.parameters: displacement_offset: no displacement was measured"),
+    ],
+)
+def test_an_offset_needs_a_column_that_has_one(tmp_path, column, message):
+    path, _ = write_mid_stroke(tmp_path, column=column)
+    with pytest.raises(hs.InputError, match=message):
+        hs.fit(path)
+
+
+def test_an_event_of_a_record_pressed_first_names_its_line(tmp_path):
+    path, _ = write_mid_stroke(tmp_path, column='{ column = "u", offset = "-5 µm" }', response={})
+    scenario = hs.load(path)
+    assert len(scenario.events()) == 2 * 201 + 2
+    loading = scenario.measured_loading()
+    places = [loading.place(tmp_path, index) for index in (0, 1, 2, 3, 4)]
+    assert [place.rpartition(" ")[2] for place in places] == ["2", "2", "2", "2", "3"]
+
+
 # -- a spring beside the contact, a damper -----------------------------------------------------------
 
 

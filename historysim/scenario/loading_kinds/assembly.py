@@ -16,7 +16,7 @@ from historysim.basics.units import quantity_text
 from historysim.basics.wording import Notify, counted, shown, silent
 from historysim.errors import InputError, at, misfit, path_text
 from historysim.loads.event_sequence import Events
-from historysim.loads.events import ACROSS, LOAD_KINDS, Event
+from historysim.loads.events import ACROSS, LOAD_KINDS, Event, NormalLoad, TangentialDisplacement
 from historysim.measured import correction, reduction
 from historysim.measured.reduction import Measurement, check_order
 from historysim.scenario.loading_kinds import LOADINGS, Loading
@@ -74,6 +74,8 @@ def assembled(folder: Path, section: "MeasuredLoading") -> Measurement:
         reduced=section.reduce,
         removed=record.removed,
         row=record.row,
+        offset=record.offset,
+        starts_displaced=bool(getattr(section.columns.tangential_displacement, "offset", None)),
     )
     if section.reduce:
         kept = measurement.kept().size
@@ -187,6 +189,16 @@ def runs_of(folder: Path, section: "MeasuredLoading") -> dict[int, int]:
     return {int(numbers[place]): int(count[place]) for place in np.argsort(first)}
 
 
+def _events_of_start(measurement: Measurement) -> Events:
+    """Return events that press the contact before it is moved to a first sample that has a known zero."""
+    channels, time = measurement.channels, float(measurement.time[0])
+    if not measurement.starts_displaced or not {"normal_load", "tangential_displacement"} <= channels.keys():
+        return Events([])
+    if channels["tangential_displacement"][0] == 0:
+        return Events([])
+    return Events([NormalLoad(time, float(channels["normal_load"][0])), TangentialDisplacement(time, 0.0)])
+
+
 @contextmanager
 def _named(name: str) -> Iterator[None]:
     try:
@@ -212,6 +224,7 @@ class _Record:
     run: Floats
     remarks: list[tuple[str, str]]
     removed: dict[str, Floats] = attrs.Factory(dict)  #: what conditioning has taken off channels
+    offset: dict[str, float] = attrs.Factory(dict)  #: offset added to the readings of each displacement [m]
 
     def remark(self, label: str, text: str) -> None:
         self.remarks.append((label, text))
@@ -371,8 +384,10 @@ class _Record:
         offset = getattr(channel, "offset", None)
         values = channel.scale * (getattr(channel, "area", None) or 1.0) * raw * factor + (offset or 0.0)
         values = self.corrected(channel, key, values)
-        if isinstance(channel, LengthChannel) and offset is None and not channel.centred:
-            values = self.from_zero(key, values, channel.scale * self.first[group, key])
+        if isinstance(channel, LengthChannel):
+            self.offset[key] = offset or 0.0
+            if offset is None and not channel.centred:
+                values = self.from_zero(key, values, channel.scale * self.first[group, key])
         self.check_sizes(values)
         if jumps := reduction.jumps_of_counter(raw):
             self.remark(FILE_REMARK, f"{key.replace('_', ' ')}: {jumps}")
@@ -391,6 +406,7 @@ class _Record:
                 f"its first sample, {quantity_text(first, 'm')}, is its zero; offset = 0 takes the readings as they are"
             )
             self.remark(FILE_REMARK if clear else f"{name}: zero", f"{name}: {text}" if clear else text)
+            self.offset[key] = -first
             return values - first
         if first > 0:
             reading = quantity_text(-first, "m", 9)
@@ -566,9 +582,9 @@ class MeasuredLoading(NumbersFile, Loading):
         before = timeline_of(self.blocks)
         if index < len(before.events):
             return path_text(before.places[index])
-        index -= len(before.events)
         measurement = self.measurement(folder)
-        sample = int(measurement.kept()[index // len(measurement.vectors)])
+        index -= len(before.events) or len(_events_of_start(measurement))
+        sample = int(measurement.kept()[max(index, 0) // len(measurement.vectors)])
         return f"loading.file: {self.name}: {measurement.place(sample)}"
 
     def events(self, folder: Path, notify: Notify = silent) -> Sequence[Event]:
@@ -584,9 +600,9 @@ class MeasuredLoading(NumbersFile, Loading):
                 events = measurement.events()
             except InputError as error:
                 raise InputError(f"{self.name}: {error}") from error
-        if not self.blocks:
+        before = self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
+        if not len(before):
             return events
-        before = self._events_before(measurement.time)
         return Events.joined([before, events if isinstance(events, Events) else Events(events)])
 
     def _events_before(self, time: Floats) -> Events:

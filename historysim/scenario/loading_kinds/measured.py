@@ -194,6 +194,8 @@ class LengthChannel(Channel):
     constant: Length | None = None  #: the same value throughout, in place of a column
     #: Added after the scale. By default, unless ``centred``, the one with which a tangential displacement begins at 0,
     #: since a stage has a zero of its own; none where it does so within its noise. 0 takes the readings as they are.
+    #: With another offset the contact is pressed at displacement 0 before it is moved to the first sample.
+    #: ``displacement_offset`` in ``[fit]`` fits it.
     offset: Length | None = None
     backlash: Length = attrs.field(default=0.0, validator=NOT_NEGATIVE)  #: width of the play of what measures it
     #: Width of a clearance in the path of the tangential load.
