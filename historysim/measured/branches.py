@@ -13,7 +13,15 @@ import numpy as np
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, scalar
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.measured.reduction import FEWEST_SAMPLES, REVERSAL, channel, check_order, noise_of, turning_points
+from historysim.measured.reduction import (
+    FEWEST_SAMPLES,
+    REVERSAL,
+    channel,
+    check_order,
+    noise_of,
+    noise_of_curve,
+    turning_points,
+)
 
 # Rises over the least one that no sliding has; share of a rise in its second half below which it bends.
 STEEPEST_SLIDING, LEAST_BENDING = 2.4, 0.4
@@ -23,7 +31,10 @@ FEWEST_OF_SPLIT = 6  # samples of a branch from which on its compliance is split
 MOST_ERROR_OF_SPLIT = 0.05  # standard error of the contact compliance over the total, up to which it is reported
 PARTS = 10  # parts of a branch over which the normal load is averaged, so that its noise is no move
 FEWEST_OF_PERIOD = 8  # samples of the shortest record that counts as one closed period
-CLOSED = 0.25  # largest difference of the load between the ends of a closed period, over the height of the loop there
+# Largest difference of the load between the ends of a closed period, over the mean height of its loop: half of the half
+# by which a first cycle from rest misses where it slides; and the standard errors of the difference that fit into it.
+CLOSED, CLOSED_ERRORS = 0.25, 2.0
+END_SAMPLES = 40  # samples of a record over those of a line through one of its ends
 USUAL_MOVES = 0.25  # quantile of the moves of the normal load on all branches that is the way of the test, and no step
 AT_REST = 0.05  # share of a branch from its reversal, and at most a dead band, in which the displacement is at rest
 
@@ -139,8 +150,9 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     """Rotate a record of one period so that it starts and ends at its maximum; None if the record does not close.
 
     A record closes if it ends where it started: the displacement to within the dead band or two of the steps at the
-    ends, and the load to within `CLOSED` of the height of the loop there, its noise, and two of its steps. A first
-    cycle from rest misses by two thirds of the height.
+    ends, and the load to within `CLOSED` of the mean height of the loop, which has to be clear of noise. Both
+    ends are extrapolated to the displacement between them. At a turn they are not, and noise and two steps of the load
+    are allowed.
     """
     moved, load = trace.displacement, trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
@@ -148,12 +160,11 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     moved_steps, load_steps = (np.abs([each[1] - each[0], each[-1] - each[-2]]) for each in (moved, load))
     if abs(moved[-1] - moved[0]) > max(dead_band, 2 * float(moved_steps.max())):
         return None
-    seam = float(load[0] + load[-1]) / 2
-    crossings = np.flatnonzero(np.diff(np.sign(moved - (moved[0] + moved[-1]) / 2)))
-    inner = crossings[np.abs(crossings - moved.size / 2) < 0.4 * moved.size]
-    height = abs(float(load[inner[inner.size // 2]]) - seam) if inner.size else 0.0
-    near = CLOSED * height + REVERSAL * noise_of(load) + 2 * float(load_steps.min())
-    if abs(load[-1] - load[0]) > near:
+    height = abs(_area(moved, load) + float((moved[0] - moved[-1]) * (load[0] + load[-1])) / 2) / float(np.ptp(moved))
+    gap, error = _gap_between_ends(moved, load)
+    if math.isnan(gap):
+        gap, height = load[-1] - load[0], height + (REVERSAL * noise_of(load) + 2 * float(load_steps.min())) / CLOSED
+    if max(abs(gap), CLOSED_ERRORS * error) > CLOSED * height:
         return None
     top = int(moved.argmax())
     order = np.arange(top, top + moved.size + 1) % moved.size
@@ -162,6 +173,23 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     later = np.arange(order.size) >= moved.size - top
     normal_load = None if trace.normal_load is None else trace.normal_load[order]
     return Trace(trace.time[order] + period * later, moved[order], load[order], normal_load)
+
+
+def _gap_between_ends(moved: Floats, load: Floats) -> tuple[float, float]:
+    """Return the load at the end less that at the start, at one displacement, and its standard error; NaN at a turn."""
+    count = max(moved.size // END_SAMPLES, 2)
+    place = np.arange(count) - (count - 1) / 2
+    ends = [np.stack([values[:count], values[-count:]]) for values in (moved, load)]
+    centres, steps = (np.array(each) for each in ([end.mean(1) for end in ends], [end @ place for end in ends]))
+    moved_noise, load_noise = noise_of_curve(moved), noise_of_curve(load)
+    still = np.abs(steps[0]) <= CLOSED_ERRORS * moved_noise * math.sqrt(place @ place)
+    if steps[0, 0] * steps[0, 1] < 0 and not still.any():
+        return math.nan, 0.0
+    slopes = np.divide(steps[1], steps[0], out=np.zeros(2), where=~still)
+    loads = centres[1] + slopes * ((moved[0] + moved[-1]) / 2 - centres[0])
+    # at half a step beyond the end the line has four times the variance of its centre
+    errors = 2 * np.hypot(load_noise, slopes * moved_noise) / math.sqrt(count)
+    return float(loads[1] - loads[0]), float(np.hypot(*errors))
 
 
 def enclosed(trace: Trace, start: int, turn: int, end: int) -> float:

@@ -3,7 +3,6 @@
 Each fault of an instrument is found from the samples alone, and only where it stands clear of the noise.
 """
 
-import math
 from collections.abc import Iterator
 from itertools import chain, pairwise
 
@@ -21,12 +20,12 @@ from historysim.measured.loop_values import DAMPER, LoopValues
 from historysim.measured.reduction import (
     FEWEST_SAMPLES,
     FEWEST_SPIKES,
-    MEDIAN_OF_NORMAL,
     REVERSAL,
     SPIKE,
     USUAL_STEPS,
     count_of_spikes,
     noise_of,
+    noise_of_curve,
 )
 
 LEAST_DRIFT = 1e-3  # rise along a record over the mean up to which a drift has no note
@@ -234,7 +233,7 @@ def _scatters(values: Floats) -> bool:
 
     Of white noise differences of any order show as much; a smooth curve hardly has fourth differences.
     """
-    noise, fourth = noise_of(values), float(np.median(np.abs(np.diff(values, 4)))) / (MEDIAN_OF_NORMAL * math.sqrt(70))
+    noise, fourth = noise_of(values), noise_of_curve(values)
     steps = np.diff(np.unique(values))
     digit = float(steps[steps > ROUNDING * np.ptp(values)].min(initial=np.inf))
     white = WHITE[0] * noise <= fourth <= WHITE[1] * noise

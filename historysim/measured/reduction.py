@@ -100,6 +100,11 @@ def noise_of(values: ArrayLike) -> float:
     return white
 
 
+def noise_of_curve(values: Floats) -> float:
+    """Return the standard deviation of white noise on a record of few samples: a curve has small fourth differences."""
+    return float(np.median(np.abs(np.diff(values, 4)))) / (MEDIAN_OF_NORMAL * math.sqrt(70))
+
+
 def estimated_noise(displacement: Floats, noise: float | None = None) -> float:
     """Return the noise of a displacement [m] where it is known, or enough samples show it; else 0."""
     if noise is not None:

@@ -28,6 +28,16 @@ class CleanRecord:
     wave: str
     slides: bool  #: whether branches are level at their ends
     ensemble: hs.Ensemble
+    per_cycle: int  #: samples
+
+    def cycle(self, first):
+        """Give one cycle from a sample on, as it would be stored by itself."""
+        part = slice(first, first + self.per_cycle)
+        channels, response = (
+            {name: values[part] for name, values in group.items()}
+            for group in (self.measurement.channels, self.measurement.response)
+        )
+        return attrs.evolve(self.measurement, time=self.measurement.time[part], channels=channels, response=response)
 
 
 def loaded(body):
@@ -81,4 +91,4 @@ def clean_record(seed):
         read = np.round(read / digit) * digit
     channels = {"normal_load": normal, "tangential_displacement": seen}
     record = Measurement(phase * random.choice([0.1, 1.0, 20.0]), channels, {"tangential_load": read})
-    return CleanRecord(record, str(body), wave, bool(amplitude > 3 * SLIPS[body]), BODIES[body])
+    return CleanRecord(record, str(body), wave, bool(amplitude > 3 * SLIPS[body]), BODIES[body], per_cycle)

@@ -18,6 +18,7 @@ from clean_records import FRICTION, LOAD, clean_record
 from historysim.basics.units import in_si
 from historysim.errors import InputError
 from historysim.measured import correction
+from historysim.measured.branches import Trace, closed_period
 from historysim.measured.loops import loops_of_measurement
 from historysim.measured.reduction import Measurement, loop_dead_band, resample
 
@@ -224,6 +225,19 @@ def false_alarms(seeds):
                 of = f"{seed}: {note}"
             counts[of] += of is not None
     return +counts
+
+
+def closed_periods(seeds, *, after):
+    """Count the records whose first cycle, or a later one from any place on, is taken for a closed period."""
+    count = 0
+    for seed in seeds:
+        record = clean_record(seed)
+        first = record.per_cycle + 7 * seed % record.per_cycle if after else 0
+        cycle = record.cycle(first)
+        names = "tangential_displacement", "tangential_load", "normal_load"
+        trace = Trace.of(cycle.time, *(cycle[name] for name in names))
+        count += closed_period(trace, loop_dead_band(trace.displacement)) is not None
+    return count
 
 
 def is_true(note, record):
