@@ -415,8 +415,10 @@ def quantity_text(value: Any, unit: str, digits: int = 4) -> str:
     """Format a quantity, or a vector in parentheses, with a prefix for one to three integer digits: ``"90 mN"``."""
     if isinstance(value, tuple) or getattr(value, "ndim", 0) == 1:
         return f"({', '.join(quantity_text(component, unit, digits) for component in value)})"
-    factor, symbol = scaled(value, unit)
-    text = QuantityText(f"{value * factor:.{digits}g}{symbol}")
+    # the prefix is that of the rounded value: 999.96 mN is 1 N
+    factor, symbol = scaled(float(f"{value:.{digits}g}"), unit)
+    number = float(f"{value * factor:.{digits}g}")
+    text = QuantityText(f"{number:.{max(digits, 4)}g}{symbol}")
     text.value, text.unit = float(value), unit
     return text
 

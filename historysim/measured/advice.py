@@ -158,12 +158,19 @@ def effect_of(fault: Fault, branches: Sequence[BranchSamples]) -> Effect:
     def squares_of(size: float) -> float:
         return sum(float(left @ left) for left, _ in (branch.left(fault, size) for branch in branches))
 
-    before = np.concatenate([branch.left(fault, 0.0)[0] for branch in branches])
+    before, rates = (
+        np.concatenate(parts) for parts in zip(*(branch.left(fault, 0.0) for branch in branches), strict=True)
+    )
     # of one for which the contact is moved by some of the stroke, or the load changes by some of it
     unit = min(fault.largest(branch) for branch in branches)
-    tried = unit * np.concatenate([-SIZES[::-1] if fault.either_way else [], [0.0], SIZES])
-    best = min(max(int(np.argmin([squares_of(size) for size in tried])), 1), tried.size - 2)
-    size = float(minimize_scalar(squares_of, bounds=tried[[best - 1, best + 1]], options={"xatol": 1e-4 * unit}).x)
+    if fault.behind is _none:
+        # the residual is linear in the size
+        most = SIZES[-1] * unit
+        size = float(np.clip(-(rates @ before) / ((rates @ rates) or 1.0), -most if fault.either_way else 0.0, most))
+    else:
+        tried = unit * np.concatenate([-SIZES[::-1] if fault.either_way else [], [0.0], SIZES])
+        best = min(max(int(np.argmin([squares_of(size) for size in tried])), 1), tried.size - 2)
+        size = float(minimize_scalar(squares_of, bounds=tried[[best - 1, best + 1]], options={"xatol": 1e-4 * unit}).x)
     each = [branch.left(fault, size) for branch in branches]
     left, slope = (np.concatenate(parts) for parts in zip(*each, strict=True))
     squares = float(slope @ slope) or 1.0

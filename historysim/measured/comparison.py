@@ -43,7 +43,9 @@ PLACES = 40  # places that a branch is divided into
 SLIDES = 0.95  # load of the model over its friction limit from which on it is along sliding
 ONE_LOAD = 0.1  # move of the normal load on a branch, over its greatest value there, up to which it is at one load
 FEWEST_MEANS = 16  # samples that a branch keeps at least where neighbours are averaged: they show how it bends
-SOFTER = 0.5  # stiffness at reversals over that of the model below which a compliance in series has a note
+# Stiffness at reversals over that of the model below which a compliance in series has a note, and the standard errors
+# by which it is below.
+SOFTER, CLEARLY = 0.5, 3.0
 
 
 @attrs.frozen(eq=False)
@@ -388,8 +390,6 @@ class Comparison:
     observation: Observation  #: what was measured
     response: ModelResponse  #: what the model does along it
     instrument: Instrument = RIGID  #: what the displacement was measured by
-    #: Of the contact of the model where all of it sticks, at the greatest normal load [N/m]; NaN where it is not known.
-    contact_stiffness: float = math.nan
     #: What the model does between the turning points as they were measured, where the response is between fitted ones,
     #: which take up what a model lacks.
     between_turns: ModelResponse | None = None
@@ -474,8 +474,11 @@ class Comparison:
         if self.measured is None or self.model is None or not self.measured.is_friction.all():
             return []
         # read off in one way: few samples on a steep branch make both look soft
-        measured, whole = (each.statistics("tangential_stiffness").mean for each in (self.measured, self.model))
-        if not 0 < measured < SOFTER * whole:
+        of_measured, of_model = (loops.statistics("tangential_stiffness") for loops in (self.measured, self.model))
+        measured, whole = of_measured.mean, of_model.mean
+        scatter = of_measured.standard_deviation if of_measured.count > 1 else 0.0
+        error = CLEARLY * scatter / math.sqrt(of_measured.count or 1)
+        if not 0 < measured + error < SOFTER * whole:
             return []
         series = quantity_text(1 / (1 / measured - 1 / whole + 1 / self.instrument.stiffness), "N/m", 3)
         start = f', with [instrument] lateral_stiffness = "{series}" to start from' if self.instrument.rigid else ""

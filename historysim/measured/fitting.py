@@ -223,7 +223,7 @@ def _read_off(search: Search, end: SearchResult, outliers: int = 0) -> Parameter
         notes=(
             *_notes_on_search(search, end, misfit, minimum=minimum),
             *_note_on_outliers(outliers, search.compared.size),
-            *(() if OFFSET in names else _note_on_start(observation)),
+            *(() if OFFSET in names else check_start(observation)),
             *_indistinct(names, correlation, reach, limit),
             *(each.drift_text() for each in parameters if each.drifts),
         ),
@@ -257,21 +257,23 @@ def _note_on_outliers(outliers: int, rest: int) -> list[str]:
     return [f"{many} stand out from what the model leaves of their neighbours, as spikes do: the fit leaves them out"]
 
 
-def _note_on_start(observation: Observation) -> list[str]:
-    """Return a note on a record that begins in the middle of a stroke, where the model begins without a load."""
+def check_start(observation: Observation) -> list[str]:
+    """Return a note if a record begins in the middle of a stroke: the model begins without a load."""
     turns = observation.turns[1:-1]
     if turns.size < 2:
         return []
     channels = observation.tangential_load, observation.displacement
     ends = [[float(np.median(channel[turns[start::2]])) for start in (0, 1)] for channel in channels]
     (load, half_load), (place, half_stroke) = (((one + other) / 2, abs(one - other) / 2) for one, other in ends)
-    begins = abs(float(observation.tangential_load[0] - load))
+    first = float(observation.tangential_load[0])
+    # at rest the load is zero, or where an offset of the load has its zero; loops to one side have another middle
+    begins = min(abs(first), abs(first - load))
     centred = observation.first > 0 and abs(place) <= CENTRED * half_stroke
     if not half_load or centred or begins <= max(AT_REST * half_load, SURE_OF_NOISE * observation.load_noise):
         return []
     text = (
         f"the record does not begin at rest: its first load is {100 * begins / half_load:.3g} % of half the height of "
-        "the loops away from their middle, and the model begins without a load; displacement_offset among the "
+        "the loops away from zero, and the model begins without a load; displacement_offset among the "
         "parameters of [fit] finds the displacement without a load; where the contact slides, centred = true at the "
         "displacement and skip = 1 in [fit] leave the start to the loops"
     )

@@ -193,9 +193,8 @@ def compare(scenario: Scenario | str | Path, *, skip: int = 0) -> Comparison:
     measurement = scenario.measurement()
     with reported(scenario.path.name), at("loading"):
         observation = observe(measurement, skip=skip, parallel_stiffness=scenario.instrument.parallel_stiffness)
-    ensemble = scenario.ensemble()
-    response = passed(ensemble, scenario.instrument, observation)
-    return Comparison(observation, response, scenario.instrument, sticking_stiffness(ensemble, observation))
+    response = passed(scenario.ensemble(), scenario.instrument, observation)
+    return Comparison(observation, response, scenario.instrument)
 
 
 def creep(scenario: Scenario | str | Path) -> Creep:
@@ -229,12 +228,6 @@ def creep(scenario: Scenario | str | Path) -> Creep:
         return creep_of(contact, ensemble, attrs.evolve(instrument, parallel_stiffness=0.0))
 
 
-def sticking_stiffness(ensemble: "Ensemble", observation: Observation) -> float:
-    """Return the stiffness of a contact where all of it sticks, at the greatest normal load of an observation [N/m]."""
-    state = ensemble.advance(ensemble.initial_state(), normal_load=float(observation.normal_load.max()))
-    return float(state.tangential_stiffness)
-
-
 def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     """Return the parameters of a scenario, fitted as its ``[fit]`` says to what was measured.
 
@@ -252,7 +245,9 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
         As for `compare`; also a scenario without ``[fit]``.
     """
     scenario = as_scenario(scenario)
-    observation, model, start = to_fit(scenario)
+    with progress_bar(progress, "record", 1, desc="reading", leave=False) as read:
+        observation, model, start = to_fit(scenario)
+        read()
     bar = progress_bar(progress, "walk", desc="fitting", delay=2)
     with reported(scenario.path.name), at("loading"), bar as done:
         estimates = fit_parameters(model, start, observation, notify=lambda of: done(1, of))
@@ -261,9 +256,8 @@ def fit(scenario: Scenario | str | Path, *, progress: bool = False) -> Fit:
     if offset or instrument.parallel_stiffness != scenario.instrument.parallel_stiffness:
         # measured loops are those of the contact, from the fitted zero and without the fitted spring
         observation = _observed(scenario, instrument, offset)
-    stiffness = sticking_stiffness(ensemble, observation)
     between = passed(ensemble, instrument, observation)
-    return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, stiffness, between))
+    return Fit(scenario, estimates, Comparison(observation, estimates.response, instrument, between))
 
 
 def to_fit(scenario: Scenario) -> "tuple[Observation, Model, dict[str, float]]":

@@ -238,7 +238,10 @@ class Scenario:
         """Check that a record can be compared: a course of friction, or blocks before the record, are an InputError."""
         with reported(self.path.name):
             if getattr(self.sections.loading, "kind", "") == "file" and self.measured_loading().blocks:
-                problem = "are replayed before the record by run, and not by compare, fit and creep; expected none"
+                problem = (
+                    "only run replays blocks before a record: compare, fit and creep begin with the record itself, at "
+                    "rest; expected none: remove them here, and leave out the loops that remember them (skip = 1)"
+                )
                 raise misfit(problem, "loading", "blocks")
             if self.sections.course is not None:
                 problem = "a record is compared with, and fitted by, one coefficient; expected none, or run it"

@@ -57,6 +57,10 @@ _STROKE = (
 )
 # A coefficient of friction is no load; a depth, a height or wear is no tangential displacement.
 _SHARE = re.compile(r"(?i)coef|(?<![^\W_])cof|ratio|beiwert|zahl|系数|係数|率")
+# A share that is of friction: a coefficient, which times the normal load is the tangential load.
+_COEFFICIENT = re.compile(
+    r"(?i)(?<![^\W_])cof(?![^\W\d_])|fric\w*\W*coef|coef\w*.*fri?[co]t|reib\w*(beiwert|zahl|koeff)|摩擦(系数|係数)"
+)
 _NOT_A_STROKE = re.compile(
     r"(?i)depth|indent|penetr|approach|height|wear|normal|vertical|eindring|tiefe|höhe|verschleiß|verschleiss|profond|usure"
     r"|深|高度|高さ|压入|圧入|押込|磨损|磨耗|摩耗"
@@ -91,6 +95,9 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     normal, friction = _any_forces(
         path, left, layout, normal, friction, only_normal=stroke is None and depth is not None
     )
+    if (both := _trace_and_retrace(left)) is not None:
+        friction, stroke = both[0], stroke or _found(left, "m", ("dist|scan|length",))
+    coefficient = None if friction else _coefficient(left)
     if time and (count := 1 + int((np.diff(_values(path, time, layout, "s")) < 0).sum())) > 1:
         lines.append(f'run = 1  # of {count:,}, the clock starts again; run = "each" is for loops, sliding and fit')
     elif runs := find_run_column(path, layout):
@@ -98,22 +105,28 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
         lines.append(f'run = {runs.numbers[0]}  # of {runs.listed}; run = "each" is for loops, sliding and fit')
     lines += ["", "[loading.columns]"]
     lines.append(_key("time", time, "s") if time else "# no column looks like time: without it, the row is the clock")
-    if normal is None and (friction or stroke) and not _found(listings, "", _NORMAL):
+    if normal is None and (friction or coefficient or stroke) and not _found(listings, "", _NORMAL):
         lines.append(f'normal_load = {{ constant = "{_guessed_load(path, friction, layout)}" }}  # a guess: fill it in')
     else:
         lines.append(_key("normal_load", normal, "mN", *_pressing(path, normal, layout)))
-    if friction and not stroke:
+    if (friction or coefficient) and not stroke:
         # where the load alone was recorded, it is what was controlled
         saturate = "saturate = true  # a tangential load beyond the friction limit is held there"
         lines.insert(lines.index(""), saturate)
-        return "\n".join([*lines, *_tangential_keys("tangential_load", friction, "mN", across)])
+        controlled = (
+            _times_load(coefficient) if coefficient else _tangential_keys("tangential_load", friction, "mN", across)
+        )
+        return "\n".join([*lines, *controlled])
     if normal and depth and not friction:
         return "\n".join([*lines, "", "[loading.response]", _key("normal_displacement", depth, "µm")])
     lines += _tangential_keys("tangential_displacement", stroke, "µm", across)
     if stroke in across:
         # a response has one direction
         return "\n".join(lines)
-    response = ["", "[loading.response]", _key("tangential_load", friction, "mN")] if friction else []
+    if coefficient:
+        return "\n".join([*lines, "", "[loading.response]", *_times_load(coefficient)])
+    back = "" if both is None else f"retrace = {_reference(both[1])}"
+    response = ["", "[loading.response]", _key("tangential_load", friction, "mN", back)] if friction else []
     return "\n".join(lines + response)
 
 
@@ -180,6 +193,34 @@ def _found(listings: Sequence[Listing], unit: str, patterns: Sequence[str]) -> L
         if fitting and len({re.split(r"[.:|>}]", _name(each))[-1] for each in fitting}) == 1:
             return fitting[0]
     return None
+
+
+def _coefficient(listings: Sequence[Listing]) -> Listing | None:
+    """Return the column of friction coefficients; None where no column, or more than one, has such a name."""
+    fitting = [
+        listing
+        for listing in listings
+        if _COEFFICIENT.search(_name(listing)) and listing.values != "a text" and listing.unit in {"", "1"}
+    ]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _times_load(listing: Listing) -> list[str]:
+    """Return the key of a tangential load that is a column of coefficients times the normal load."""
+    reference = _reference(listing)
+    column = reference.strip("{} ") if reference.startswith("{") else f"column = {reference}"
+    return [f'tangential_load = {{ {column}, times = "normal_load" }}  # a coefficient, times the normal load']
+
+
+def _trace_and_retrace(listings: Sequence[Listing]) -> tuple[Listing, Listing] | None:
+    """Return the columns of trace and retrace of a force, by their names; None where there is not one pair of them."""
+    names = {_name(listing).lower(): listing for listing in listings if _is_of(listing.unit or "N", "N")}
+    pairs = [
+        (names[trace], listing)
+        for name, listing in names.items()
+        if (trace := name.replace("retrace", "trace")) != name and trace in names
+    ]
+    return pairs[0] if len(pairs) == 1 else None
 
 
 def _any_forces(

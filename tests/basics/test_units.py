@@ -168,7 +168,7 @@ def test_plain_units_need_no_library():
         (-1.5e-6, "-1.5 µN"),
         (0.0, "0 N"),
         (1000.0, "1 kN"),
-        (999.96, "1000 N"),
+        (999.96, "1 kN"),
         (1e-3, "1 mN"),
         (1e-20, "1e-05 fN"),
         (1e13, "1e+04 GN"),
@@ -216,3 +216,17 @@ def test_a_toughness_has_the_root_of_a_metre(text):
 def test_another_unit_is_no_toughness(text):
     with pytest.raises(InputError, match="expected a unit such as"):
         quantity(text, "Pa m0.5")
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (0.9996, 3, "1 N"),
+        (0.99996, 4, "1 N"),
+        (0.123, 2, "120 mN"),
+        (1234.5, 4, "1.234 kN"),
+        (-5.000123e-6, 9, "-5.000123 µN"),
+    ],
+)
+def test_rounding_changes_the_prefix_and_never_gives_an_exponent(value, digits, text):
+    assert quantity_text(value, "N", digits) == text

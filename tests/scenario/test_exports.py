@@ -347,3 +347,37 @@ def test_trace_and_retrace_are_one_loop(tmp_path):
     np.testing.assert_allclose(loops.friction_coefficient, 0.1, rtol=1e-9)
     # by the trapezoidal rule, trace less retrace: 5.5 + 9.5 + 9.5 + 5.5
     np.testing.assert_allclose(loops.dissipated_energy, [30e-15], rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("heading", "expected"),
+    [
+        (
+            "Time (s),Normal Load (N),COF,Displacement (um)",
+            {"response": {"tangential_load": {"column": "COF", "times": "normal_load"}}},
+        ),
+        (
+            "Time (s),Load (N),Friction coefficient (-)",
+            {"columns": {"tangential_load": {"column": "Friction coefficient (-)", "times": "normal_load"}}},
+        ),
+        (
+            "Distance (nm),Friction trace (nN),Friction retrace (nN)",
+            {
+                "columns": {"tangential_displacement": "Distance (nm)"},
+                "response": {
+                    "tangential_load": {"column": "Friction trace (nN)", "retrace": "Friction retrace (nN)"},
+                },
+            },
+        ),
+    ],
+)
+def test_coefficients_and_retraces_are_suggested_as_such(tmp_path, heading, expected):
+    path = tmp_path / "m.csv"
+    rows = [
+        ",".join(f"{value:g}" for value in (0.1 * row, 5.0, 0.2, 1.0)[: heading.count(",") + 1]) for row in range(9)
+    ]
+    path.write_text("\n".join([heading, *rows, ""]), encoding="utf-8")
+    loading = tomllib.loads(suggested_loading(path, describe(path), Format()))["loading"]
+    for group, entries in expected.items():
+        for name, entry in entries.items():
+            assert loading[group][name] == entry

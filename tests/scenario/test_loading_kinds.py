@@ -458,7 +458,7 @@ waypoints = [
     np.testing.assert_allclose(found["time"], expected["time"], atol=1e-12)
     np.testing.assert_allclose(found["total_tangential_load"], expected["total_tangential_load"], rtol=1e-12)
     assert scenario.measurement().time.size == 50
-    with pytest.raises(InputError, match=r"loading\.blocks: are replayed before the record by run"):
+    with pytest.raises(InputError, match=r"loading\.blocks: only run replays blocks before a record: .*skip = 1"):
         hs.compare(folder / "s.toml")
 
 

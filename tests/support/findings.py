@@ -1,26 +1,36 @@
-"""What `loops` finds in a record and advises: a row for each, with a faulty record and what following the advice does.
+"""What is found in records, and advised: a row for each, with a faulty record and the effect of following the advice.
 
 ``python tests/support/findings.py`` counts false alarms in 1,000 clean records and writes the table in
 ``historysim/measured/README.md``. Another finding is another row of `FINDINGS`.
 """
 
+import functools
 import re
 import sys
+import tempfile
+import warnings
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import Any
 
 import attrs
 import numpy as np
 import synthetic
-from clean_records import FRICTION, LOAD, clean_record
+from clean_records import BODIES, FRICTION, LOAD, PAIR, SLIPS, clean_record, loaded
+from records import scenario_text
 
+import historysim as hs
 from historysim.basics.units import in_si
 from historysim.errors import InputError
 from historysim.measured import correction
 from historysim.measured.branches import Trace, closed_period
+from historysim.measured.comparison import Comparison, observe, passed
+from historysim.measured.fitting import check_start, fit_parameters
 from historysim.measured.loops import loops_of_measurement
 from historysim.measured.reduction import Measurement, loop_dead_band, resample
+from historysim.measured.search import OFFSET
+from historysim.scenario.loading_kinds.measured import ForceChannel, hum_remark
 
 PAGE = Path(__file__).resolve().parents[2] / "historysim" / "measured" / "README.md"
 HEADING = "### Findings and their remedies"
@@ -71,7 +81,7 @@ def without_spikes(record, _):
 def without_play(record, note):
     """Do what ``free_play`` does."""
     width = in_si(re.search(r'free_play = "(.*?)"', note)[1], "m")
-    closing = in_si(re.search(r'closing_load = "(.*?)"', note)[1], "N")
+    closing = in_si((re.search(r'closing_load = "(.*?)"', note) or ["", "0 N"])[1], "N")
     moved, load = record["tangential_displacement"], record["tangential_load"]
     moved = correction.remove_free_play(moved, load, width, closing_load=closing)
     return attrs.evolve(record, channels={**record.channels, "tangential_displacement": moved})
@@ -92,7 +102,217 @@ def without_spring(record, note):
     return record.without_spring(in_si(re.search(r'parallel_stiffness = "(.*?)"', note)[1], "N/m"))
 
 
+def with_dead_band(record, note):
+    """Do what a larger ``dead_band`` does."""
+    band = in_si(re.search(r"six deviations, (.*?), or more", note)[1], "m")
+    return attrs.evolve(record, dead_band={"tangential_displacement": band})
+
+
+def notched(record, note):
+    """Do what ``notch`` does."""
+    frequency = float(re.search(r"notch = ([\d.]+)", note)[1])
+    return corrected(record, lambda load: correction.notch(record.time, load, frequency))
+
+
+def hums_of(record):
+    """Give the remark on hum in the load."""
+    found = hum_remark(ForceChannel(column="T"), "tangential_load", record.time, record["tangential_load"], 0.0)
+    return [] if found is None else [found]
+
+
+def hummed():
+    """Give the sound record with hum of the load at 3 Hz."""
+    return changed(FORCE + 1e-3 * np.sin(2 * np.pi * 3 * TIME))
+
+
+def noisy():
+    """Give a record with noise of the displacement and a dead band that it passes."""
+    moved = MOVED + np.random.default_rng(0).normal(0, 1e-9, TIME.size)
+    return attrs.evolve(changed(moved=moved), dead_band={"tangential_displacement": 1e-9})
+
+
+def slipping():
+    """Give the sound record with drops of the load along sliding, and slow rises after them."""
+    period = TIME % 0.5 / 0.5
+    return changed(FORCE * np.where(np.abs(FORCE) > 9.7e-3, 0.8 + 0.2 * period, 1.0))
+
+
+# -- a model compared with a record -------------------------------------------------------------------------
+
+
+SERIES = hs.Instrument(synthetic.STIFFNESS)
+
+
+def compared(case):
+    """Compare a record with a ball behind an instrument."""
+    record, instrument = case
+    seen = observe(record)
+    ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, FRICTION)
+    return Comparison(seen, passed(ball, instrument, seen), instrument)
+
+
+def notes_of_comparison(case):
+    """Give the notes on a record next to its model."""
+    return compared(case).notes
+
+
+def differences(case):
+    """Give the difference of model and record, over the largest load."""
+    left = compared(case).left
+    return (left.rms / left.largest,)
+
+
+def of_record(follow):
+    """Follow advice on the record of a comparison."""
+    return lambda case, note: (follow(case[0], note), case[1])
+
+
+def sloping(case=None, _=""):
+    """Give a record under a normal load that goes with the position, taken for constant; a case gets its column."""
+    normal = LOAD * (1 + 0.08 * MOVED / np.abs(MOVED).max())
+    varying = attrs.evolve(SOUND, channels={**SOUND.channels, "normal_load": normal})
+    if case is not None:
+        return attrs.evolve(case[0], channels=varying.channels), case[1]
+    ball = hs.Ensemble(PAIR, 0.0, 2.5e-3, FRICTION)
+    return changed(passed(ball, SERIES, observe(varying)).tangential_load), SERIES
+
+
+def in_series(case, note):
+    """Do what ``lateral_stiffness`` does."""
+    stiffness = in_si(re.search(r'lateral_stiffness = "(.*?)"', note)[1], "N/m")
+    return case[0], hs.Instrument(stiffness)
+
+
+def coefficients(case, note=""):
+    """Give the friction at both ends of a record that drifts from 95 to 105 % of it: the mean, or as a note has it."""
+    found = re.search(r"from ([\d.]+) at the start to ([\d.]+) at the end", note)
+    return tuple(map(float, found.groups())) if found else (case, FRICTION)
+
+
+def drifting():
+    """Give the sound record with friction that rises by 10 %."""
+    return changed(FORCE * (0.95 + 0.1 * TIME / TIME[-1]))
+
+
+def drift_errors(case):
+    """Give the largest error of the friction coefficient at the ends of that record."""
+    ends = case if isinstance(case, tuple) else (FRICTION, FRICTION)
+    return (max(abs(ends[0] / (0.95 * FRICTION) - 1), abs(ends[1] / (1.05 * FRICTION) - 1)),)
+
+
+# -- a fit ---------------------------------------------------------------------------------------------------
+
+
+def mid_stroke():
+    """Give a record in partial slip that begins in mid-stroke; its first sample is taken for its zero."""
+    moved = 0.6 * SLIPS["sphere"] * np.sin(2 * np.pi * (np.arange(241) / 60 + 0.13))
+    load = BODIES["sphere"].advance_many(loaded("sphere"), tangential_displacement=moved)[1].tangential_load
+    load = load + np.random.default_rng(0).normal(0, 1e-5, load.size)
+    channels = {"normal_load": np.full(moved.size, LOAD), "tangential_displacement": moved - moved[0]}
+    return Measurement(np.arange(241) / 60, channels, {"tangential_load": load}), ("friction",)
+
+
+def notes_on_start(case):
+    """Give the note of a fit on the start of a record."""
+    return check_start(observe(case[0]))
+
+
+def fit_error(case):
+    """Give the error of the fitted friction."""
+    record, names = case
+    start = {"friction": 1.3 * FRICTION, OFFSET: 0.0}
+
+    def ball(values):
+        return hs.Ensemble(PAIR, 0.0, 2.5e-3, values["friction"]), hs.Instrument()
+
+    seen = attrs.evolve(observe(record), starts_displaced=OFFSET in names)
+    found = fit_parameters(ball, {name: start[name] for name in names}, seen)
+    return (abs(found.values["friction"] / FRICTION - 1),)
+
+
+# -- files ---------------------------------------------------------------------------------------------------
+
+
 @attrs.frozen
+class File:
+    """A file of a record, and how a scenario reads it."""
+
+    columns: dict[str, Iterable[Any]]
+    entries: dict[str, str | None] = attrs.Factory(dict)
+    loading: str = ""
+
+    @classmethod
+    def of(cls, record, **others):
+        """Give the file of a record."""
+        columns = {"t": record.time, "N": record["normal_load"], "u": record["tangential_displacement"]}
+        return cls({**columns, "T": record["tangential_load"], **others})
+
+    def read(self):
+        """Give the record that is read."""
+        entries = {"tangential_displacement": '"u"', **self.entries}
+        text = scenario_text(entries, {"tangential_load": '"T"'}, loading=self.loading)
+        rows = zip(*(map(str, values) for values in self.columns.values()), strict=True)
+        lines = [",".join(self.columns), *map(",".join, rows), ""]
+        with tempfile.TemporaryDirectory() as folder:
+            (Path(folder) / "m.csv").write_text("\n".join(lines), encoding="utf-8")
+            (Path(folder) / "s.toml").write_text(text, encoding="utf-8")
+            return hs.load(Path(folder) / "s.toml").measurement()
+
+    def with_entry(self, name, entry):
+        """Give it with another entry of ``[loading.columns]``."""
+        return attrs.evolve(self, entries={**self.entries, name: entry})
+
+
+def notes_of_file(file):
+    """Give the remarks on a file, or why it is refused."""
+    try:
+        return [text for label, text in file.read().remarks if label in {"file", "hum"}]
+    except InputError as error:
+        return [str(error)]
+
+
+def errors_of_file(file):
+    """Give the error of the channels that are read."""
+    try:
+        return (distance(file.read()),)
+    except InputError:
+        return (np.nan,)
+
+
+def loop_errors_of_file(file):
+    """Give the error of the energy of the loops that are read."""
+    energy = loops_of_measurement(file.read()).statistics("dissipated_energy").mean
+    return (abs(energy / ENERGY - 1),)
+
+
+def stored_cycles():
+    """Give a fretting log: three periods that were stored by themselves, from mid-stroke on, the last two with wear."""
+    start, count = TIME.size // 2 + 40, 640
+    part = slice(start, start + count)
+    loads = [scale * FORCE[part] for scale in (1.0, 1.5, 2.0)]
+    columns = {"Cycle": np.repeat([1, 10, 100], count), "N": np.full(3 * count, LOAD), "u": np.tile(MOVED[part], 3)}
+    return File({**columns, "T": np.concatenate(loads)}, {"time": None})
+
+
+def broken():
+    """Give a file with a cell that is no number."""
+    file = File.of(SOUND)
+    cells = list(map(str, FORCE.tolist()))
+    cells[1000] = "1..5"
+    return attrs.evolve(file, columns={**file.columns, "T": cells})
+
+
+def mended(file, _):
+    """Mend the cell in the file."""
+    return attrs.evolve(file, columns={**file.columns, "T": FORCE})
+
+
+def with_rate(file, note):
+    """Do what ``rate`` does."""
+    return attrs.evolve(file.with_entry("time", None), loading=re.search(r'rate = ".*?"', note)[0])
+
+
+@attrs.frozen(eq=False)
 class Finding:
     """A note, when it is given, and what its remedy does."""
 
@@ -101,9 +321,13 @@ class Finding:
     test: str
     precondition: str
     remedy: str
-    fault: Callable[[], Measurement]  #: a record that has it
-    follow: Callable[[Measurement, str], Measurement] | None = None  #: that record after the advice in a note
+    fault: Callable[[], Any]  #: a record that has it
+    follow: Callable[[Any, str], Any] | None = None  #: that record after the advice in a note
     withheld: str = ""  #: what is done where there is no record to mend
+    notes: Callable[[Any], Iterable[str]] = lambda record: notes_of(record)  # noqa: PLW0108 - defined below
+    names: tuple[str, ...] = ("energy", "μ", "channels")
+    errors: Callable[[Any], tuple[float, ...]] = lambda record: errors_of(record)  # noqa: PLW0108 - defined below
+    unadvised: Callable[[Any], Any] = lambda case: case  #: the record as it would be without the finding
 
 
 FINDINGS = (
@@ -198,6 +422,178 @@ FINDINGS = (
         lambda: changed((np.round(FORCE / 4e-7) % 65536) * 4e-7),
         lambda *_: SOUND,
     ),
+    Finding(
+        "stick-slip",
+        "it looks like stick-slip",
+        "the load falls by a tenth of friction or more from sample to sample, twice a branch, and three times as often "
+        "as it rises",
+        "falls beyond ten deviations of noise",
+        "none in the program",
+        slipping,
+        None,
+        "friction is the mean over it",
+    ),
+    Finding(
+        "dead band below noise",
+        "noise may be taken for reversals",
+        "dead band below six deviations of the noise of the displacement",
+        "noise of the displacement is known",
+        "`dead_band`",
+        noisy,
+        with_dead_band,
+    ),
+    Finding(
+        "closed period",
+        "the record is one closed period",
+        "no whole loop, and both ends meet: their gap of the load is below a quarter of the mean height of the loop",
+        "that height is clear of noise",
+        "done: it starts at its maximum",
+        lambda: clean_record(1).cycle(600),
+        None,
+        "one loop, not refused",
+    ),
+    Finding(
+        "friction drifts",
+        "the friction coefficient drifts",
+        "coefficients of the loops lie on a line beyond their scatter (99 %)",
+        "six loops or more at one load; rise above 1 ‰",
+        "`[friction.course]`, for `run`",
+        drifting,
+        coefficients,
+        names=("μ at the ends",),
+        errors=drift_errors,
+    ),
+    Finding(
+        "lag (`compare`, `fit`)",
+        "the load is behind the displacement by",
+        "score test: of the misfit alike in all loops it explains 60 %, and 5 % more than other parameters",
+        "four branches or more at one load; size clear of 0 (99.9 %), 1 % of the load",
+        "`shift`",
+        lambda: (changed(np.roll(FORCE, 6)), SERIES),
+        of_record(shifted),
+        notes=notes_of_comparison,
+        names=("difference",),
+        errors=differences,
+    ),
+    Finding(
+        "free play (`compare`, `fit`)",
+        "the displacement goes on by .* try free_play",
+        "the same",
+        "the same",
+        "`free_play`",
+        lambda: (changed(moved=MOVED + 5e-9 * np.sign(FORCE)), SERIES),
+        of_record(without_play),
+        notes=notes_of_comparison,
+        names=("difference",),
+        errors=differences,
+    ),
+    Finding(
+        "spring in parallel (`compare`, `fit`)",
+        "the load rises along each stroke by",
+        "the same",
+        "the same",
+        "`parallel_stiffness`",
+        lambda: (changed(FORCE + 2e3 * MOVED), SERIES),
+        of_record(without_spring),
+        notes=notes_of_comparison,
+        names=("difference",),
+        errors=differences,
+    ),
+    Finding(
+        "normal load along the stroke (`compare`, `fit`)",
+        "friction goes with the position",
+        "the same",
+        "the same",
+        "a column as `normal_load`",
+        sloping,
+        sloping,
+        notes=notes_of_comparison,
+        names=("difference",),
+        errors=differences,
+    ),
+    Finding(
+        "compliance in series (`compare`, `fit`)",
+        "the record is softer at reversals than the model",
+        "stiffness at reversals below half of the model's by three standard errors",
+        "both have loops of friction",
+        "`lateral_stiffness`",
+        lambda: (SOUND, hs.Instrument()),
+        in_series,
+        notes=notes_of_comparison,
+        names=("difference",),
+        errors=differences,
+    ),
+    Finding(
+        "start in mid-stroke (`fit`)",
+        "the record does not begin at rest",
+        "the first load is a tenth of half the height of the loops or more from their middle",
+        "five deviations of noise; no loop skipped with a centred displacement",
+        "`displacement_offset` in `[fit]`",
+        mid_stroke,
+        lambda case, _: (case[0], ("friction", OFFSET)),
+        notes=notes_on_start,
+        names=("μ",),
+        errors=fit_error,
+    ),
+    Finding(
+        "hum (reading)",
+        "notch = ",
+        "a line in the spectrum between turns, beyond noise but for 10⁻⁴",
+        "even clock; a tenth of the power between turns",
+        "`notch`",
+        hummed,
+        notched,
+        notes=hums_of,
+    ),
+    Finding(
+        "zero of the stage (reading)",
+        "its first sample, .*, is its zero",
+        "the first reading of a displacement is beyond six deviations of noise",
+        "neither `offset` nor `centred`",
+        "done; `offset = 0` takes the readings",
+        lambda: File.of(SOUND, u=MOVED + 5e-6),
+        lambda file, _: file,
+        notes=notes_of_file,
+        names=("channels",),
+        errors=errors_of_file,
+        unadvised=lambda file: file.with_entry("tangential_displacement", '{ column = "u", offset = 0 }'),
+    ),
+    Finding(
+        "repeated times (reading)",
+        "have the time of the sample before",
+        "successive times are equal",
+        "none",
+        "`rate`",
+        lambda: File.of(SOUND, t=np.floor(TIME / 2) * 2),
+        with_rate,
+        notes=notes_of_file,
+        names=("channels",),
+        errors=errors_of_file,
+    ),
+    Finding(
+        "runs joined (reading)",
+        "these runs are joined",
+        "a column by the name of a run or cycle counts up in blocks",
+        "no `runs_by`",
+        '`runs_by` with `run = "each"`',
+        stored_cycles,
+        lambda file, _: attrs.evolve(file, loading='runs_by = "Cycle"\nrun = 1'),
+        notes=notes_of_file,
+        names=("energy of the first",),
+        errors=loop_errors_of_file,
+    ),
+    Finding(
+        "broken cell (reading)",
+        "expected a finite number; mend it in the file",
+        "a cell of a column that is read is no number",
+        "none",
+        "mend it; dropping rows comes second, with their number",
+        broken,
+        mended,
+        notes=notes_of_file,
+        names=("channels",),
+        errors=errors_of_file,
+    ),
 )
 
 
@@ -211,7 +607,7 @@ def notes_of(record):
 
 def note_of(finding, record):
     """Give the note of a finding on a record; None where there is none."""
-    return next((note for note in notes_of(record) if re.search(finding.words, note)), None)
+    return next((note for note in finding.notes(record) if re.search(finding.words, note)), None)
 
 
 def false_alarms(seeds):
@@ -219,12 +615,27 @@ def false_alarms(seeds):
     counts: Counter[str] = Counter()
     for seed in seeds:
         record = clean_record(seed)
-        for note in notes_of(record.measurement):
+        counts["closed period"] += is_closed(record.cycle(0))
+        for note in all_notes(record):
             of = next((each.finding for each in FINDINGS if re.search(each.words, note)), None)
             if of is None and not is_true(note, record):
                 of = f"{seed}: {note}"
             counts[of] += of is not None
     return +counts
+
+
+def all_notes(record):
+    """Give all notes on a clean record: on reading it from a file, on its loops, and next to its own model."""
+    seen = observe(record.measurement)
+    beside = Comparison(seen, passed(record.ensemble, hs.Instrument(), seen)).notes
+    return {*notes_of(record.measurement), *notes_of_file(File.of(record.measurement)), *beside, *check_start(seen)}
+
+
+def is_closed(cycle):
+    """Say whether a cycle is taken for a closed period."""
+    names = "tangential_displacement", "tangential_load", "normal_load"
+    trace = Trace.of(cycle.time, *(cycle[name] for name in names))
+    return closed_period(trace, loop_dead_band(trace.displacement)) is not None
 
 
 def closed_periods(seeds, *, after):
@@ -233,10 +644,7 @@ def closed_periods(seeds, *, after):
     for seed in seeds:
         record = clean_record(seed)
         first = record.per_cycle + 7 * seed % record.per_cycle if after else 0
-        cycle = record.cycle(first)
-        names = "tangential_displacement", "tangential_load", "normal_load"
-        trace = Trace.of(cycle.time, *(cycle[name] for name in names))
-        count += closed_period(trace, loop_dead_band(trace.displacement)) is not None
+        count += is_closed(record.cycle(first))
     return count
 
 
@@ -269,14 +677,15 @@ def distance(record):
 ENERGY = loops_of_measurement(SOUND).statistics("dissipated_energy").mean
 
 
+@functools.cache
 def effect(finding):
-    """Give the errors of energy, friction and channels before and after the advice; None where there is none."""
+    """Give the errors before and after the advice; None where there is none."""
     record = finding.fault()
     note = note_of(finding, record)
-    assert note is not None, notes_of(record)
+    assert note is not None, finding.notes(record)
     if finding.follow is None:
         return None
-    return errors_of(record), errors_of(finding.follow(record, note))
+    return finding.errors(finding.unadvised(record)), finding.errors(finding.follow(record, note))
 
 
 def effect_text(finding):
@@ -285,8 +694,8 @@ def effect_text(finding):
     if errors is None:
         return finding.withheld
     texts = ["none" if np.isnan(size) else f"{100 * size:.1f} %" for size in np.ravel(errors)]
-    names = "energy", "μ", "channels"
-    return ", ".join(f"{name} {texts[i]} → {texts[i + 3]}" for i, name in enumerate(names))
+    count = len(finding.names)
+    return ", ".join(f"{name} {texts[i]} → {texts[i + count]}" for i, name in enumerate(finding.names))
 
 
 def table(counts):
@@ -305,6 +714,7 @@ def section():
 
 
 if __name__ == "__main__":
+    warnings.simplefilter("ignore")
     found = false_alarms(range(MANY))
     sys.stdout.write(f"{found}\n")
     PAGE.write_text(PAGE.read_text("utf-8").replace(section(), table(found)), "utf-8")
