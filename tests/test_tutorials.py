@@ -1,12 +1,15 @@
 """The tutorials are typed as they stand: files are saved, commands run, and what Python prints is what stands below."""
 
+import random
 import re
+import runpy
 import shutil
 from pathlib import Path
 
 import numpy as np
 import pages
 import pytest
+from scipy import optimize
 
 import historysim as hs
 
@@ -18,7 +21,8 @@ TUTORIALS = ROOT / "scenarios" / "tutorials"
 def typed(tmp_path, monkeypatch):
     """Return what types a tutorial, and returns its names and the outputs of its commands, by command."""
     (tmp_path / "data").mkdir()
-    shutil.copy(ROOT / "data" / "unat_loops.csv", tmp_path / "data")
+    for name in ("unat_loops.csv", "fresh_256.txt", "worn_256.txt"):
+        shutil.copy(ROOT / "data" / name, tmp_path / "data")
     monkeypatch.chdir(tmp_path)
     # one process is enough for what is so small
     monkeypatch.setattr("historysim.basics.system.processors", lambda: 1)
@@ -117,3 +121,44 @@ def test_6_a_load_along_y_lets_x_creep(typed):
     # 1e-3 of μN over a stiffness of some 1 mN/nm
     assert names["x"] == pytest.approx(x * 1e9, abs=0.05)
     assert (np.diff(names["x"][1::3]) > 0).all()
+
+
+def _noise_free_pair():
+    """Heights of the fresh and the worn surface on the points of the fresh map [nm], by the formula of the data."""
+    formula = runpy.run_path(str(ROOT / "data" / "make_heights.py"))
+    source = random.Random(54)  # noqa: S311 - that of the data
+    roughness = formula["waves"](source, 150, 60.0, 4.0, 100.0)
+    x, y = np.meshgrid(*[0.5 * np.arange(256)] * 2, indexing="ij")
+    fresh = sum(amplitude * np.cos(kx * x + ky * y + phase) for kx, ky, amplitude, phase in roughness)
+    above = np.maximum(fresh - 100.0, 0.0)
+    shown = (x >= 3.2) & (y <= 0.5 * 255 - 1.85)  # by the second map
+    return np.where(shown, fresh, np.nan), np.where(shown, fresh - above + 80.0 * (1 - np.exp(-above / 80.0)), np.nan)
+
+
+def test_7_the_worn_volume_and_the_displacements_are_those_of_the_formula(typed):
+    """Noise-free: the volume by summation, δ = θ μ (z_max - d) with d from Hertz by bisection."""
+    pytest.importorskip("skimage", reason="needs scikit-image: pip install historysim[surfaces]")
+    names, outputs = typed("7_wear_and_drift.md")
+    exact = _noise_free_pair()
+    lost = np.nansum(exact[0] - exact[1]) * 1e-9 * (0.5e-6) ** 2
+    wear = names["wear"]
+    assert lost == pytest.approx(76.505e-18, rel=1e-5)
+    assert abs(wear.worn_volume - lost) < 2 * wear.worn_volume_error < 0.002 * lost
+    assert wear.shift == pytest.approx((3.2e-6, -1.85e-6), abs=4 * wear.shift_error)
+    pair, displacements = names["pair"], []
+    for heights in exact:
+        summits = hs.Surface(heights * 1e-9, 0.5e-6).summits()
+        stiffness = 4 / 3 * pair.contact_modulus * np.sqrt(summits.radius)
+
+        def excess(approach, summits=summits, stiffness=stiffness):
+            depth = np.maximum(summits.height - summits.height.max() + approach, 0.0)
+            return float((stiffness * depth**1.5).sum()) - 50e-3
+
+        displacements.append(pair.displacement_ratio * 0.2 * optimize.brentq(excess, 0.0, 1e-6))
+    assert displacements == pytest.approx([23.17e-9, 5.29e-9], abs=0.01e-9)  # as the page states
+    typed_in = [names["histories"][name].contact.preliminary_displacement().values[0] for name in ("fresh", "worn")]
+    assert typed_in == pytest.approx(displacements, abs=1e-9)
+    assert names["drift"][0] * 1e-9 == pytest.approx(displacements[0] - displacements[1], abs=1e-9)
+    assert "worn volume              76.5 ± 0.041 µm³" in next(iter(outputs.values()))
+    assert Path("lost.png").is_file()
+    assert Path("wear.png").is_file()
