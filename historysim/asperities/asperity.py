@@ -4,13 +4,13 @@ import enum
 import math
 from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple, Self, overload
+from typing import Any, ClassVar, NamedTuple, Self, TypedDict, Unpack, overload
 
 import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.instrument import RINGS, Rings
+from historysim.asperities.instrument import Rings
 from historysim.asperities.law import FrictionLaw
 from historysim.asperities.state import EnsembleState, PlanarState
 from historysim.asperities.traction_picture import traction_svg
@@ -99,6 +99,16 @@ def _parameter(name: str, text: str) -> Any:
     return property(lambda self: self._readout.parameters[name][self._column], doc=text)
 
 
+class Options(TypedDict, total=False):
+    """Arguments of `Ensemble` that an asperity has."""
+
+    tolerance: float
+    wear: WearLaw | None
+    follow_sliding: bool
+    yielding: YieldingLaw | str | None
+    rings: Rings
+
+
 # slots would leave no place for what is computed once
 @attrs.frozen(eq=False, init=False, repr=False, slots=False)
 class Asperity:
@@ -118,8 +128,8 @@ class Asperity:
         Radius R of the summit [m], > 0.
     friction : float or FrictionLaw
         Coulomb coefficient μ ≥ 0, or a law (see `historysim.asperities.laws`).
-    tolerance, wear, follow_sliding, yielding, rings
-        As for `Ensemble`.
+    **options
+        ``tolerance``, ``wear``, ``follow_sliding``, ``yielding`` and ``rings`` of `Ensemble`.
 
     Raises
     ------
@@ -149,21 +159,11 @@ class Asperity:
     _steps: tuple[Step, ...] | None
 
     def __init__(
-        self,
-        pair: MaterialPair,
-        radius: float | str,
-        friction: float | FrictionLaw,
-        *,
-        tolerance: float = 1e-6,
-        wear: WearLaw | None = None,
-        follow_sliding: bool = False,
-        yielding: YieldingLaw | str | None = None,
-        rings: Rings = RINGS,
+        self, pair: MaterialPair, radius: float | str, friction: float | FrictionLaw, **options: Unpack[Options]
     ) -> None:
-        options = {"tolerance": tolerance, "wear": wear, "follow_sliding": follow_sliding, "yielding": yielding}
         coefficient = friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
         summit_radius = scalar("radius", radius, above=0)
-        ensemble = self.ensemble_type(pair, 0.0, summit_radius, coefficient, rings=rings, **options)
+        ensemble = self.ensemble_type(pair, 0.0, summit_radius, coefficient, **options)
         state = ensemble.initial_state()
         self.__attrs_init__(ensemble, state, None, Readout(ensemble, state, [0]), 0, ())
 
