@@ -19,7 +19,7 @@ GROUPS = {
     "Measured records": "loops sliding compare creep fit",
     "Many runs": "sweep spread drift_along design gallery",
     "The event log": "EventLog verify",
-    "Errors": "HistorySimError InputError LoadError FrictionLimitError UnlikelyValueWarning",
+    "Errors": "HistorySimError InputError LoadError FrictionLimitError RampWarning UnlikelyValueWarning",
     "Into other programs": "write_fmu reduce get_include",
 }
 """What a user is after, and the names for it. Public names that stand in none get a page of their own."""

@@ -24,6 +24,7 @@ from historysim.errors import FrictionLimitError as FrictionLimitError
 from historysim.errors import HistorySimError as HistorySimError
 from historysim.errors import InputError as InputError
 from historysim.errors import LoadError as LoadError
+from historysim.errors import RampWarning as RampWarning
 from historysim.errors import UnlikelyValueWarning as UnlikelyValueWarning
 from historysim.exchange.fmu.unit_file import write_fmu as write_fmu
 from historysim.exchange.reduced.reducing import reduce as reduce

@@ -124,6 +124,10 @@ class UnlikelyValueWarning(UserWarning):
     """A number is implausible in SI, the unit of plain numbers."""
 
 
+class RampWarning(UserWarning):
+    """A load channel ramps between two waypoints through events that do not set it, which may not be intended."""
+
+
 @contextmanager
 def at(*place: str | int) -> Iterator[None]:
     """Note at an InputError raised inside that it belongs to this place."""

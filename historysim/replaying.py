@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import attrs
 
-from historysim.asperities.ensemble import Ensemble
+from historysim.asperities.ensemble import Ensemble, check_ensemble
 from historysim.asperities.instrument import RIGID, Instrument, as_instrument
 from historysim.basics.arguments import Integers
 from historysim.basics.files import path_of_numbers, replacing
 from historysim.basics.system import resolve_threads
 from historysim.basics.units import seconds
-from historysim.basics.wording import brief, html_table, progress_bar
+from historysim.basics.wording import html_of_fields, progress_bar
 from historysim.errors import CurveEndError, FrictionLimitError, InputError, LoadError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
+from historysim.loads.holding import apply_hold
 from historysim.recording import provenance
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, changes_of, chosen_asperities
 from historysim.recording.variables import Changes
@@ -29,12 +30,6 @@ if TYPE_CHECKING:
     from historysim.asperities.state import EnsembleState
 
 RecorderType = TypeVar("RecorderType", bound=Recorder)
-
-
-def _is_ensemble(_: object, __: object, given: Any) -> None:
-    if not isinstance(given, Ensemble):
-        run = f"; a scenario is run by hs.run({given!r})" if isinstance(given, str | Path) else ""
-        raise InputError(f"ensemble is {brief(given)}; expected an Ensemble{run}")
 
 
 # slots would leave no place for what is computed once
@@ -57,6 +52,9 @@ class Replay:
         In series with the contact: tangential displacements of the events are those of its drive, recorded, too.
     threads : int, optional
         Threads that record many asperities; one for each processor, up to 4, by default. Results are the same bits.
+    hold : bool, optional
+        Hold load channels at events that do not set them, by waypoints in ``events``. By default they ramp straight to
+        their next waypoint, with a RampWarning if they pass such events; with False without.
 
     Raises
     ------
@@ -64,19 +62,21 @@ class Replay:
         When it is carried out: what cannot be used as it is, and a load that the contact cannot carry, with its event.
     """
 
-    ensemble: Ensemble = attrs.field(validator=_is_ensemble)
+    ensemble: Ensemble = attrs.field(validator=check_ensemble)
     events: Sequence[Event] = attrs.field(converter=as_events, repr=events_text)
     substeps: int = attrs.field(default=1, kw_only=True)
     saturate: bool = attrs.field(default=False, kw_only=True)
     record: Selection = attrs.field(default="touching", kw_only=True)
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True, converter=as_instrument)
     threads: int = attrs.field(default=None, kw_only=True, converter=resolve_threads, repr=False)
+    hold: bool | None = attrs.field(default=None, kw_only=True, repr=False)  #: False once `events` has the waypoints
 
-    def _repr_html_(self) -> str:
-        fields = (field for field in attrs.fields(type(self)) if field.repr)
-        values = ((field, getattr(self, field.name)) for field in fields)
-        texts = ((field.name, field.repr(value) if callable(field.repr) else repr(value)) for field, value in values)
-        return html_table((name.replace("_", " "), text) for name, text in texts)
+    def __attrs_post_init__(self) -> None:
+        """Settle where channels are held, so that a copy of the replay neither warns nor holds again."""
+        object.__setattr__(self, "events", apply_hold(self.events, self.hold, stacklevel=4))
+        object.__setattr__(self, "hold", False)
+
+    _repr_html_ = html_of_fields
 
     @cached_property
     def asperities(self) -> Integers | None:
@@ -115,10 +115,9 @@ class Replay:
         """Write the history to a netCDF file, which is there when it is complete, and not before."""
         from historysim.recording.netcdf import FileRecorder
 
-        made_of = self.attributes()
         with (
             replacing(path_of_numbers(path)) as file,
-            self.recorder(FileRecorder, path=file, attributes=made_of) as target,
+            self.recorder(FileRecorder, path=file, attributes=self.attributes()) as target,
         ):
             self.walk(target, progress=progress)
             target.finish()
@@ -184,15 +183,17 @@ def replay(
     record: Selection = "touching",
     instrument: Instrument = RIGID,
     threads: int | None = None,
+    hold: bool | None = None,
 ) -> "xr.Dataset":
-    """Replay load events across an ensemble; parameters and errors as in `Replay`.
+    """Replay load events across an ensemble; parameters, errors and warnings as in `Replay`.
 
     Returns
     -------
     xarray.Dataset
         Dimensions ``step`` and ``asperity``; see `historysim.recording.variables`. It warns where nothing ever touches.
     """
-    job = Replay(ensemble, events, substeps=substeps, saturate=saturate, record=record, instrument=instrument)
-    history = attrs.evolve(job, threads=threads).dataset()
-    provenance.warn_of_no_contact(ensemble, job.events)
+    events = apply_hold(as_events(events), hold, stacklevel=3)
+    how: dict[str, Any] = {"substeps": substeps, "saturate": saturate, "record": record, "instrument": instrument}
+    history = Replay(ensemble, events, threads=threads, hold=False, **how).dataset()
+    provenance.warn_of_no_contact(ensemble, events)
     return history

@@ -12,7 +12,7 @@ import pytest
 import historysim as hs
 from historysim.basics import lazy
 
-MOST_NAMES = 67
+MOST_NAMES = 68
 NAMESPACES = (
     "analysis",
     "contact",

@@ -34,9 +34,9 @@ def bits(history):
 
 
 def test_a_replay_gives_the_same_bits_as_often_as_it_is_asked(ensemble, tmp_path):
-    job = hs.Replay(ensemble, EVENTS, substeps=3, record="all")
+    job = hs.Replay(ensemble, EVENTS, substeps=3, record="all", hold=False)
     once = job.dataset()
-    assert bits(once) == bits(job.dataset()) == bits(hs.replay(ensemble, EVENTS, substeps=3, record="all"))
+    assert bits(once) == bits(job.dataset()) == bits(hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False))
     job.write(tmp_path / "out.nc")
     with xr.open_dataset(tmp_path / "out.nc", decode_times=False) as written:
         assert bits(written) == bits(once)
@@ -46,7 +46,7 @@ def test_a_replay_gives_the_same_bits_as_often_as_it_is_asked(ensemble, tmp_path
 
 
 def test_a_replay_has_the_state_at_any_time(ensemble):
-    job = hs.Replay(ensemble, EVENTS)
+    job = hs.Replay(ensemble, EVENTS, hold=False)
     history = job.dataset()
     for step, time in enumerate(history.time.values.tolist()):
         state = job.state(until=time)
@@ -57,7 +57,7 @@ def test_a_replay_has_the_state_at_any_time(ensemble):
 
 
 def test_a_part_of_a_replay_ends_between_two_events(ensemble):
-    job = hs.Replay(ensemble, EVENTS, substeps=2)
+    job = hs.Replay(ensemble, EVENTS, substeps=2, hold=False)
     whole, part = job.dataset(), job.dataset(until=0.25)
     assert part.time.values.tolist() == [0.0, 0.25]
     assert part.isel(step=0).normal_load.values.tobytes() == whole.isel(step=0).normal_load.values.tobytes()
@@ -67,9 +67,9 @@ def test_a_part_of_a_replay_ends_between_two_events(ensemble):
 
 
 def test_totals_are_the_same_bits_whatever_is_recorded(ensemble):
-    everything = hs.replay(ensemble, EVENTS, substeps=3, record="all")
+    everything = hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False)
     for record in ("touching", "totals", [2], [0, 4]):
-        history = hs.replay(ensemble, EVENTS, substeps=3, record=record)
+        history = hs.replay(ensemble, EVENTS, substeps=3, record=record, hold=False)
         totals = [name for name, values in everything.data_vars.items() if values.dims == ("step",)]
         assert len(totals) >= 9
         for name in totals:
@@ -77,7 +77,7 @@ def test_totals_are_the_same_bits_whatever_is_recorded(ensemble):
 
 
 def test_asperities_add_up_to_the_totals(ensemble):
-    history = hs.replay(ensemble, EVENTS, substeps=3, record="all")
+    history = hs.replay(ensemble, EVENTS, substeps=3, record="all", hold=False)
     sums = {
         "total_normal_load": history.normal_load,
         "total_tangential_load": history.tangential_load,
@@ -93,7 +93,7 @@ def test_asperities_add_up_to_the_totals(ensemble):
 
 
 def test_substeps_are_rows_between_those_that_are_there_anyway(ensemble):
-    coarse, fine = hs.replay(ensemble, EVENTS), hs.replay(ensemble, EVENTS, substeps=5)
+    coarse, fine = hs.replay(ensemble, EVENTS, hold=False), hs.replay(ensemble, EVENTS, substeps=5, hold=False)
     assert coarse.time.values.tolist() == [0.0, 1.0, 2.0, 2.5, 3.0]
     assert fine.time.values == pytest.approx([*np.arange(0.0, 2.0, 0.2), *np.arange(2.0, 3.05, 0.1)])
     for name, values in coarse.data_vars.items():
@@ -106,7 +106,7 @@ def test_substeps_are_rows_between_those_that_are_there_anyway(ensemble):
 @pytest.mark.parametrize("substeps", [0, -3, 1.5, "2", None, True])
 def test_substeps_that_are_no_count_are_refused(ensemble, substeps):
     with pytest.raises(hs.InputError, match=r"substeps is .*expected a whole number of 1 or more"):
-        hs.replay(ensemble, EVENTS, substeps=substeps)
+        hs.replay(ensemble, EVENTS, substeps=substeps, hold=False)
 
 
 # -- loads that cannot be carried ------------------------------------------------------------------
@@ -155,7 +155,7 @@ def test_the_event_that_asks_too_much_is_the_one_that_is_named(ensemble, events,
 def test_a_wrong_number_of_coefficients_names_the_event(ensemble, friction, saturate):
     events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(12.5, friction), hs.NormalLoad(13.0, 0.02)]
     with pytest.raises(hs.InputError, match=r"^event 1 at t = 12\.5 s: friction .*expected one coefficient.* 5 asper"):
-        hs.replay(ensemble, events, saturate=saturate)
+        hs.replay(ensemble, events, saturate=saturate, hold=False)
 
 
 def test_saturate_holds_the_load_at_the_limit_and_says_so(ensemble):
@@ -176,7 +176,9 @@ def test_saturate_holds_the_load_at_the_limit_and_says_so(ensemble):
 
 
 def test_a_history_within_the_limit_is_the_same_with_saturate(ensemble):
-    xr.testing.assert_identical(hs.replay(ensemble, EVENTS, saturate=True), hs.replay(ensemble, EVENTS))
+    xr.testing.assert_identical(
+        hs.replay(ensemble, EVENTS, saturate=True, hold=False), hs.replay(ensemble, EVENTS, hold=False)
+    )
 
 
 def test_saturate_holds_the_load_where_friction_falls_and_says_so(ensemble):

@@ -63,7 +63,7 @@ def test_a_replay_is_what_steps_by_hand_give(seed, by_load):
         for change in (event for event in there if isinstance(event, hs.FrictionChange)):
             state = ENSEMBLE.with_friction(state, change.friction, instrument=INSTRUMENT)
             state = ENSEMBLE.advance(state, instrument=INSTRUMENT)
-    replayed = hs.Replay(ENSEMBLE, events, instrument=INSTRUMENT).state()
+    replayed = hs.Replay(ENSEMBLE, events, instrument=INSTRUMENT, hold=False).state()
     assert replayed.tangential_load == pytest.approx(state.tangential_load, rel=1e-9, abs=1e-12)
     assert replayed.tangential_displacement == pytest.approx(state.tangential_displacement, rel=1e-9, abs=1e-18)
     assert replayed.dissipated_energy == pytest.approx(state.dissipated_energy, rel=1e-6)
@@ -89,8 +89,8 @@ def test_along_an_axis_the_bits_are_those_of_one_direction(axis, substeps):
             return event
         return type(event)(event.time, (event.value, 0.0) if axis == 0 else (0.0, event.value))
 
-    expected = hs.replay(ENSEMBLE, one, substeps=substeps, instrument=hs.Instrument(3e5))
-    found = hs.replay(ENSEMBLE, list(map(turned, one)), substeps=substeps, instrument=hs.Instrument(3e5))
+    expected = hs.replay(ENSEMBLE, one, substeps=substeps, instrument=hs.Instrument(3e5), hold=False)
+    found = hs.replay(ENSEMBLE, list(map(turned, one)), substeps=substeps, instrument=hs.Instrument(3e5), hold=False)
     for name in set(expected) - {"largest_traction_ratio"}:
         values = found[name].values
         if name in VECTORS:
@@ -103,7 +103,7 @@ def test_a_turned_history_turns_its_vectors_alone():
     events, angle = drawn(3), 0.7
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     turned = [type(one)(one.time, turn @ one.value) if one.channel == "tangential" else one for one in events]
-    a, b = (hs.replay(ENSEMBLE, each, substeps=2) for each in (events, turned))
+    a, b = (hs.replay(ENSEMBLE, each, substeps=2, hold=False) for each in (events, turned))
     for name in a:
         expected = a[name].values @ turn.T if name in VECTORS else a[name].values
         scale = np.nanmax(np.abs(a[name].values.astype(float)))
@@ -111,7 +111,7 @@ def test_a_turned_history_turns_its_vectors_alone():
 
 
 def test_the_drive_is_reached_behind_two_stiffnesses():
-    history = hs.replay(ENSEMBLE, drawn(4), instrument=INSTRUMENT)
+    history = hs.replay(ENSEMBLE, drawn(4), instrument=INSTRUMENT, hold=False)
     reached = history.tangential_displacement + history.total_tangential_load / np.array([3e5, 1e6])
     np.testing.assert_allclose(history.drive_displacement, reached, rtol=1e-12)
     asked = np.array([event.value for event in drawn(4) if event.channel == "tangential"])
@@ -122,7 +122,7 @@ def test_the_drive_is_reached_behind_two_stiffnesses():
 
 
 def test_a_file_holds_what_the_dataset_does(tmp_path):
-    job = hs.Replay(ENSEMBLE, drawn(5), substeps=2, instrument=INSTRUMENT)
+    job = hs.Replay(ENSEMBLE, drawn(5), substeps=2, instrument=INSTRUMENT, hold=False)
     job.write(tmp_path / "a.nc")
     expected = job.dataset()
     with xr.open_dataset(tmp_path / "a.nc") as found:
@@ -136,12 +136,14 @@ def test_a_file_holds_what_the_dataset_does(tmp_path):
 
 def test_a_log_keeps_pairs_rings_and_snapshots(tmp_path):
     events = drawn(6)
-    log = hs.EventLog.create(tmp_path / "a.history", ENSEMBLE, events[:4], substeps=2, instrument=INSTRUMENT)
+    log = hs.EventLog.create(
+        tmp_path / "a.history", ENSEMBLE, events[:4], substeps=2, instrument=INSTRUMENT, hold=False
+    )
     log.append(events[4:])
     assert list(log.events()) == events
     assert log.ensemble.rings == ENSEMBLE.rings
     assert log.instrument == INSTRUMENT
-    job = hs.Replay(ENSEMBLE, events, substeps=2, instrument=INSTRUMENT)
+    job = hs.Replay(ENSEMBLE, events, substeps=2, instrument=INSTRUMENT, hold=False)
     assert log.state(2.3) == job.state(2.3)
     log.close()
     hs.run(tmp_path / "a.history", tmp_path / "a.nc", snapshot_every=3)
@@ -327,7 +329,7 @@ def test_tractions_of_an_asperity_add_up_to_its_load_and_are_at_the_limit_where_
             np.testing.assert_allclose(at, 1.0, atol=1e-3)
             ends += slips.size
     assert ends > 100
-    apart = hs.replay(ensemble, [*events, hs.NormalDisplacement(7.0, -1e-9)])
+    apart = hs.replay(ensemble, [*events, hs.NormalDisplacement(7.0, -1e-9)], hold=False)
     with pytest.raises(InputError, match="does not touch at any of the steps"):
         hs.plot(apart, picture="slip-annulus", steps=[-1])
     with pytest.raises(InputError, match="reversal_points need motion along one line"):
@@ -390,7 +392,7 @@ DEAD_WEIGHT = [
 
 
 def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
-    history = hs.replay(ENSEMBLE, DEAD_WEIGHT, substeps=2)
+    history = hs.replay(ENSEMBLE, DEAD_WEIGHT, substeps=2, hold=False)
     load, displacement = history.total_tangential_load.values, history.tangential_displacement.values
     np.testing.assert_allclose(load[:7, 1], [0, 0.5e-3, 1e-3, 1.25e-3, 1.5e-3, 1.75e-3, 2e-3], atol=1e-12)
     # before its first waypoint x is free of load, and begins to be driven at the event before it
@@ -407,13 +409,13 @@ def test_a_replay_drives_each_component_by_its_own_waypoints(tmp_path):
         {"tangential_displacement": (2e-9, None)},
     ):
         state = ENSEMBLE.advance(state, **targets)
-    found = hs.Replay(ENSEMBLE, DEAD_WEIGHT).state()
+    found = hs.Replay(ENSEMBLE, DEAD_WEIGHT, hold=False).state()
     np.testing.assert_array_equal(found.tangential_load, state.tangential_load)
     assert found.dissipated_energy == state.dissipated_energy
     log = hs.EventLog.create(tmp_path / "a.history", ENSEMBLE, DEAD_WEIGHT[:3])
     log.append(DEAD_WEIGHT[3:])
     assert list(log.events()) == DEAD_WEIGHT
-    assert log.state(3.5) == hs.Replay(ENSEMBLE, DEAD_WEIGHT).state(3.5)
+    assert log.state(3.5) == hs.Replay(ENSEMBLE, DEAD_WEIGHT, hold=False).state(3.5)
     fork = log.fork(2.5, tmp_path / "b.history")
     limit = 0.2 * 20e-3
     np.testing.assert_allclose(fork.state().tangential_load, log.state(2.5).tangential_load, atol=1e-3 * limit)

@@ -155,7 +155,7 @@ VALUES = {
 # Of these, or of what stands in them, it is not asked yet whether arrays stay read-only.
 OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "EnsembleState", "PlanarState", "Start", "Replay", "LogHeader"}
 # They look into an ensemble, change at each step, and hold an open file.
-NO_VALUES = {"UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
+NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
 
 
 def taken_apart(value, met=None, *, hard=True):

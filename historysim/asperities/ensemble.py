@@ -971,3 +971,10 @@ class Patches(Ensemble):
     def _more(self) -> bytes:
         tables = self.curves.arrays
         return b"".join(tables[name].tobytes() for name in sorted(tables) if name not in {"x", "y"})
+
+
+def check_ensemble(_: object, __: object, value: Any) -> None:
+    """Check a field that is to be an Ensemble; anything else is an InputError."""
+    if not isinstance(value, Ensemble):
+        run = f"; a scenario is run by hs.run({value!r})" if isinstance(value, str | Path) else ""
+        raise InputError(f"ensemble is {brief(value)}; expected an Ensemble{run}")

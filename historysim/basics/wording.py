@@ -97,6 +97,16 @@ def html_table(rows: Iterable[Sequence[str]], heading: Sequence[str] = ()) -> st
     return f"<table>{head}<tbody>{body}</tbody></table>"
 
 
+def html_of_fields(instance: Any) -> str:
+    """Format the fields of an attrs object as an HTML table, those that its repr has."""
+    fields = [field for field in attrs.fields(type(instance)) if field.repr]
+    values = (getattr(instance, field.name) for field in fields)
+    texts = (
+        field.repr(value) if callable(field.repr) else repr(value) for field, value in zip(fields, values, strict=True)
+    )
+    return html_table((field.name.replace("_", " "), text) for field, text in zip(fields, texts, strict=True))
+
+
 def _cells(tag: str, texts: Iterable[str]) -> str:
     from html import escape
 

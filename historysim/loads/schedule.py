@@ -127,7 +127,7 @@ class _Schedule:
         self.channels = _channels(events)
         self.friction = self.channels[2]
         done = start.events if start else 0
-        each = _times(events)[done:]
+        each = event_times(events)[done:]
         first = np.flatnonzero(np.diff(each, prepend=-math.inf))
         self.time = each[first]
         # events [first, end) are of each time
@@ -291,7 +291,7 @@ def fork_waypoints(
     ``state_at`` gives the state at a time of the same events.
     """
     state_at = cache(state_at)
-    times = np.unique(_times(events))
+    times = np.unique(event_times(events))
     passed = int(np.searchsorted(times, time, side="right"))
     latest, following = float(times[passed - 1]), float(times[passed]) if passed < times.size else math.inf
     normal, along_x, friction, *along_y = (_bounds(events, channel, time, following) for channel in _channels(events))
@@ -432,7 +432,7 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
     if isinstance(events, SampledLoads) and until == math.inf:
         return events.time.size
     _check(events, substeps)
-    times = _times(events)
+    times = event_times(events)
     done = times[times <= until]
     between = 0 < done.size < times.size and until > done[-1]
     return (int(np.count_nonzero(np.diff(done))) * substeps + 1 if done.size else 0) + int(between)
@@ -453,7 +453,8 @@ def _loads_alone(events: Sequence[Event]) -> bool:
     return loads_of(events) is not None
 
 
-def _times(events: Sequence[Event]) -> Floats:
+def event_times(events: Sequence[Event]) -> Floats:
+    """Return the times of events [s]."""
     loads = loads_of(events)
     if loads is not None:
         return loads.time
@@ -509,13 +510,19 @@ def _channels(events: Sequence[Event]) -> list["_Channel"]:
             own = np.flatnonzero(where == number)
             channels.append(_Channel(own, loads.time[own], loads.value[own], control[own]))
         return channels
-    time, control = _times(events), np.array([_control(type(event)) for event in events])
+    time, control = event_times(events), np.array([_control(type(event)) for event in events])
     for name in (*CHANNELS, *COMPONENTS[1:]) if is_planar(events) else CHANNELS:
         of_channel = [(number, event) for number, event in enumerate(events) if name in event.channels]
         own = np.array([number for number, _ in of_channel], dtype=np.int64)
         values = [event.reached(name) if isinstance(event, LoadEvent) else 0.0 for _, event in of_channel]
         channels.append(_Channel(own, time[own], np.array(values, dtype=float), control[own]))
     return channels
+
+
+def load_waypoints(events: Sequence[Event]) -> dict[str, "_Channel"]:
+    """Return the waypoints of each load channel, by its name; tangential y only if events have two directions."""
+    normal, along_x, _, *along_y = _channels(events)
+    return dict(zip((CHANNELS[0], *COMPONENTS), (normal, along_x, *along_y), strict=False))
 
 
 def _control(kind: type[Event]) -> int:

@@ -20,6 +20,7 @@ from historysim.errors import InputError
 from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, over_text, time_text
 from historysim.loads.events import Event
+from historysim.loads.holding import apply_hold
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
 from historysim.log.result import start_before
@@ -81,7 +82,7 @@ class EventLog:
         self._file = path if isinstance(path, LogFile) else LogFile(as_path(path))
 
     @classmethod
-    def create(
+    def create(  # noqa: PLR0913 - the arguments of `replay`
         cls,
         path: str | Path,
         ensemble: Ensemble,
@@ -92,15 +93,18 @@ class EventLog:
         record: Selection = "touching",
         instrument: Instrument = RIGID,
         title: str = "",
+        hold: bool | None = None,
     ) -> Self:
         """Make a log with an ensemble and the first events, in place of one of that name; the rest as for `replay`.
 
-        Raises InputError: what cannot be used. OSError: it cannot be written, or another process is writing it.
+        The log has the waypoints of channels that `hold` holds. Raises InputError: what cannot be used. OSError: it
+        cannot be written, or another process is writing it.
         """
         schedule.check_substeps(substeps)
         chosen_asperities(ensemble, (), record)
         job = Replay(ensemble, (), substeps=substeps, saturate=saturate, record=record, instrument=instrument)
-        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), as_events(events)))
+        events = apply_hold(as_events(events), hold, stacklevel=3)
+        return cls(LogFile.create(Path(path), LogHeader.of(job, title=title), events))
 
     def __enter__(self) -> Self:
         return self

@@ -187,7 +187,7 @@ class LogFile:
             until = f"; those before, up to t = {time_text(content.events[-1].time)}, are sound" if count else ""
             raise InputError(
                 f"{self.path}: is damaged: {content.problem}, so event {count:,} and what follows cannot be "
-                f"trusted{until}: historysim fork copies what is sound to a new log"
+                f"trusted{until}: EventLog.fork copies the sound events to a new log"
             )
         return content
 
@@ -245,8 +245,8 @@ def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Ev
     if events and before and events[0].time < before[-1].time:
         raise InputError(
             f"event 0 at t = {time_text(events[0].time)}: comes before the last event of the log, at t = "
-            f"{time_text(before[-1].time)}; expected later ones: what a log holds does not change; historysim fork "
-            "copies the past up to a time, for another future"
+            f"{time_text(before[-1].time)}; expected later ones: the events of a log do not change; EventLog.fork "
+            "copies the events up to a time to a new log"
         )
     check_components(components(before) | components(events))
     count = len(head.ensemble)

@@ -200,6 +200,7 @@ class LogHeader:
             record=self.settings["record"],
             instrument=self.instrument,
             threads=threads,
+            hold=False,
         )
 
     @property

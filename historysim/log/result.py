@@ -77,7 +77,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     """
     head, content = file.head, file.sound()
     if not content.events:
-        raise InputError(f"{file.path}: holds no events yet; expected at least one: historysim append adds them")
+        raise InputError(f"{file.path}: holds no events yet; expected at least one: EventLog.append adds them")
     job, link = head.replay(content.events, options.threads), digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
 

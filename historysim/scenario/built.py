@@ -62,6 +62,7 @@ class BuiltScenario:
             saturate=sections.loading.saturate,
             record=sections.record.asperities,
             instrument=sections.instrument,
+            hold=False,
         )
 
     def walk(self, seconds: float) -> float | None:

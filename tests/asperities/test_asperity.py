@@ -283,7 +283,7 @@ def test_what_an_asperity_answers_is_what_is_recorded_of_it_bit_for_bit(several)
     friction = rng.uniform(0.15, 0.25, count) if several else MU
     ensemble = hs.Ensemble(PAIR, rng.normal(0, 40e-9, count), rng.uniform(1e-5, 3e-5, count), friction)
     events = [hs.NormalLoad(0, 5e-3), hs.TangentialLoad(1, 4e-4), hs.TangentialLoad(2, -2e-4), hs.NormalLoad(3, 4e-3)]
-    job = hs.Replay(ensemble, events, record="all")
+    job = hs.Replay(ensemble, events, record="all", hold=False)
     row, state = job.dataset().isel(step=-1), job.state()
     for i in range(count):
         asperity = ensemble.asperity(i, state)

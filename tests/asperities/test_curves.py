@@ -224,8 +224,8 @@ def test_hertz_as_a_table_is_hertz():
     table = hs.Ensemble.from_normal_curves(PAIR, APPROACH, HERTZ, np.pi * APPROACH, friction=0.5)
     assert table.elements == 1
     assert table.curves.error() < 1e-9
-    given = hs.replay(table, EVENTS, substeps=5)
-    expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), EVENTS, substeps=5)
+    given = hs.replay(table, EVENTS, substeps=5, hold=False)
+    expected = hs.replay(hs.Ensemble(PAIR, 0.0, 1.0, friction=0.5), EVENTS, substeps=5, hold=False)
     for name in set(given.data_vars) & set(expected.data_vars):
         np.testing.assert_allclose(given[name], expected[name], rtol=1e-9, atol=1e-15, err_msg=name)
     np.testing.assert_allclose(given["stick_area"], np.pi * expected["stick_radius"] ** 2, atol=1e-12)

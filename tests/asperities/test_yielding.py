@@ -223,7 +223,7 @@ def test_a_path_in_one_part_and_in_a_hundred(kind, seeds):
 
 def test_a_law_of_the_users_own():
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialLoad(1.0, 1e-4), hs.NormalLoad(2.0, 2e-3)]
-    own, built_in = (hs.replay(rough(3, 1, yielding=law), events) for law in (Softer(), LAW))
+    own, built_in = (hs.replay(rough(3, 1, yielding=law), events, hold=False) for law in (Softer(), LAW))
     for name in ("total_tangential_load", "separation", "total_yielding_energy", "tangential_displacement"):
         np.testing.assert_allclose(own[name], built_in[name], rtol=1e-9, atol=1e-30)
     assert __name__ in own.attrs["packages"]
@@ -349,7 +349,10 @@ def test_a_hardness_without_end_is_elastic_to_the_bit():
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 8e-9), hs.NormalLoad(2.0, 4e-3)]
     events += [hs.TangentialLoad(2.0, 2e-4), hs.NormalDisplacement(3.0, 20e-9), hs.TangentialLoad(4.0, 0.0)]
     yielding = rough(40, 5, yielding=KogutEtsion(hardness=1e15))
-    with_law, without = hs.replay(yielding, events, substeps=3), hs.replay(rough(40, 5), events, substeps=3)
+    with_law, without = (
+        hs.replay(yielding, events, substeps=3, hold=False),
+        hs.replay(rough(40, 5), events, substeps=3, hold=False),
+    )
     for name in without.data_vars:
         np.testing.assert_array_equal(with_law[name], without[name], err_msg=str(name))
     assert not with_law["yielding_load"].any()

@@ -460,7 +460,9 @@ def test_the_factor_on_friction_is_that_of_the_ensemble(hosted):
 @pytest.mark.parametrize("make", [rough, patches])
 def test_the_share_that_slips_is_that_of_a_history(hosted, make):
     ensemble = make()
-    replay = hs.Replay(ensemble, [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)], record="all", substeps=7)
+    replay = hs.Replay(
+        ensemble, [*job(ensemble).events, hs.NormalLoad(3.0, 0.03)], record="all", substeps=7, hold=False
+    )
     history = replay.dataset()
     expected = hs.analysis.slip_shares(history)["slipping_area"].values
     host = hosted(replay, tangential="load").begin()

@@ -82,7 +82,7 @@ def check_replay(ensemble, events, moves, **options):
         for move in row:
             state = ensemble.advance(state, **move)
         states.append(state)
-    found = observed(hs.replay(ensemble, events, **options))
+    found = observed(hs.replay(ensemble, events, **options, hold=False))
     assert found == pytest.approx(by_hand(ensemble, states), rel=1e-12, abs=1e-15)
 
 
@@ -143,7 +143,7 @@ def test_a_channel_is_held_after_its_last_event(ensemble):
     assert found[0].tangential == (LOAD, *HELD)
     assert [path.tangential for path in found[1:]] == [(LOAD, 0.002, 1.0)] * 3
     assert [path.normal for path in found[:2]] == [(DISPLACED, 0.04, 1.0), (DISPLACED, 0.08, 0.5)]
-    history = hs.replay(ensemble, events, substeps=3)
+    history = hs.replay(ensemble, events, substeps=3, hold=False)
     assert history.total_tangential_load.values[3:] == pytest.approx([0.002] * 7, rel=1e-12)
 
 
@@ -303,7 +303,7 @@ def one_at_a_time(events):
 def test_random_waypoints_are_replayed_as_they_read(ensemble, seed):
     events = one_at_a_time(random_events(np.random.default_rng(seed)))
     expected = by_hand(ensemble, reference_states(ensemble, events))
-    found = observed(hs.replay(ensemble, events))
+    found = observed(hs.replay(ensemble, events, hold=False))
     assert found == pytest.approx(expected, rel=1e-9, abs=1e-13)
 
 
@@ -410,9 +410,9 @@ def check_fork(ensemble, events, time, earlier, tolerance, instrument):
     """Compare the past of events with that of a fork, also once other events follow it; return whether it had one."""
 
     def state(events, time):
-        return hs.Replay(ensemble, events, saturate=True, instrument=instrument).state(time)
+        return hs.Replay(ensemble, events, saturate=True, instrument=instrument, hold=False).state(time)
 
-    original = hs.Replay(ensemble, events, saturate=True, instrument=instrument)
+    original = hs.Replay(ensemble, events, saturate=True, instrument=instrument, hold=False)
     past = [event for event in events if event.time <= time]
     fork = sorted(past + fork_waypoints(events, time, original.state, instrument), key=lambda event: event.time)
     planar = any(isinstance(event, hs.loads.events.TangentialEvent) and event.planar for event in events)

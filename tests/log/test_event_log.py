@@ -43,7 +43,9 @@ def bits(state):
 
 def by_hand(ensemble, events, time, substeps=1, instrument=None):
     """The state at a time: all events are known, and the replay ends there."""
-    return hs.Replay(ensemble, events, substeps=substeps, instrument=instrument or hs.Instrument()).state(until=time)
+    return hs.Replay(ensemble, events, substeps=substeps, instrument=instrument or hs.Instrument(), hold=False).state(
+        until=time
+    )
 
 
 def snapshots_everywhere(log):
@@ -59,32 +61,34 @@ def snapshots_everywhere(log):
 
 
 def test_a_log_replays_as_the_events_do(path):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS[:4], substeps=3) as log:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS[:4], substeps=3, hold=False) as log:
         log.append(EVENTS[4])
         log.append(EVENTS[5:])
         assert len(log) == len(EVENTS)
         assert log.events() == EVENTS
         assert log.events(2, 4) == EVENTS[2:4]
-        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, substeps=3))
+        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, substeps=3, hold=False))
         assert log.verify().whole
     with hs.EventLog(str(path)) as log:
-        xr.testing.assert_identical(log.replay(record="all"), hs.replay(ENSEMBLE, EVENTS, substeps=3, record="all"))
+        xr.testing.assert_identical(
+            log.replay(record="all"), hs.replay(ENSEMBLE, EVENTS, substeps=3, record="all", hold=False)
+        )
         assert log.settings["contact_modulus"] == 1.0
         assert log.verify().digest == log.digest
 
 
 def test_an_instrument_is_part_of_the_log(path):
     soft = hs.Instrument(lateral_stiffness=0.5)
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS, instrument=soft) as log:
-        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, instrument=soft))
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, instrument=soft, hold=False) as log:
+        xr.testing.assert_identical(log.replay(), hs.replay(ENSEMBLE, EVENTS, instrument=soft, hold=False))
         assert bits(log.state()) == bits(by_hand(ENSEMBLE, EVENTS, math.inf, instrument=soft))
         assert log.instrument == soft
 
 
 @pytest.mark.parametrize("until", [0.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0])
 def test_a_replay_until_an_event_has_the_rows_up_to_there_bit_for_bit(path, until):
-    whole = hs.replay(ENSEMBLE, EVENTS, substeps=2)
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2) as log:
+    whole = hs.replay(ENSEMBLE, EVENTS, substeps=2, hold=False)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2, hold=False) as log:
         part = log.replay(until=until)
     expected = whole.isel(step=slice(0, int((whole.time <= until).sum())))
     assert part.time.values.tolist() == expected.time.values.tolist()
@@ -94,8 +98,8 @@ def test_a_replay_until_an_event_has_the_rows_up_to_there_bit_for_bit(path, unti
 
 
 def test_between_events_the_channels_are_on_their_way(path):
-    fine = hs.replay(ENSEMBLE, EVENTS, substeps=4)
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+    fine = hs.replay(ENSEMBLE, EVENTS, substeps=4, hold=False)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         for step in range(fine.sizes["step"]):
             time = float(fine.time[step])
             last = log.replay(until=time).isel(step=-1)
@@ -108,7 +112,7 @@ def test_between_events_the_channels_are_on_their_way(path):
 
 def test_the_state_is_the_same_bits_from_any_snapshot(path):
     times = [*np.linspace(-0.5, 5.0, 23), *(event.time for event in EVENTS)]
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2) as log:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, substeps=2, hold=False) as log:
         plain = [bits(log.state(at=time)) for time in times]
         assert plain == [bits(by_hand(ENSEMBLE, EVENTS, time, 2)) for time in times]
         snapshots_everywhere(log)
@@ -124,16 +128,16 @@ def test_a_log_of_slopes_makes_its_states_and_history_again(path):
     ensemble = hs.InclinedEnsemble(ENSEMBLE.pair, [0.0, -2e-8, -3e-8], 1e-5, 0.2, slope=[0.1, -0.2, 0.05])
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(1.0, 20e-9), hs.NormalLoad(2.0, 0.5e-3)]
     times = (0.0, 1.0, 1.5, 2.0)
-    with hs.EventLog.create(path, ensemble, events) as log:
+    with hs.EventLog.create(path, ensemble, events, hold=False) as log:
         plain = [log.state(at=time) for time in times]
         snapshots_everywhere(log)
         assert [log.state(at=time, notify=pytest.fail) for time in times] == plain
-        assert log.replay().equals(hs.replay(ensemble, events))
+        assert log.replay().equals(hs.replay(ensemble, events, hold=False))
 
 
 def test_the_state_of_all_asperities_is_a_row_of_the_history(path):
-    everything = hs.replay(ENSEMBLE, EVENTS, record="all")
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+    everything = hs.replay(ENSEMBLE, EVENTS, record="all", hold=False)
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         row = log.state_dataset(at=3.0)
         assert row.sizes == {"step": 1, "asperity": 5}
         for name in ("normal_load", "tangential_load", "stick_radius", "slip_state", "dissipated_energy"):
@@ -145,7 +149,7 @@ def test_the_state_of_all_asperities_is_a_row_of_the_history(path):
 def test_what_is_appended_may_say_how_a_channel_came_there(path):
     """The tangential channel is held at 1 s until a later waypoint draws a straight line to it."""
     first = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalLoad(2.0, 0.025)]
-    with hs.EventLog.create(path, ENSEMBLE, first) as log:
+    with hs.EventLog.create(path, ENSEMBLE, first, hold=False) as log:
         snapshots_everywhere(log)
         assert log.state(at=2.0).tangential_load == pytest.approx(0.004)
         log.append(hs.TangentialLoad(3.0, 0.008))
@@ -159,7 +163,7 @@ def test_what_is_appended_may_say_how_a_channel_came_there(path):
 
 
 def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         monkeypatch.setattr("historysim.log.result.__version__", "0.0.9")
         snapshots_everywhere(log)
         monkeypatch.undo()
@@ -175,7 +179,7 @@ def test_a_snapshot_of_another_version_is_passed_over(path, monkeypatch):
 
 @pytest.mark.parametrize("at", [0.0, 0.4, 1.0, 1.25, 1.5, 2.0, 2.7, 3.0, 3.5, 4.0, 7.0])
 def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log, log.fork(at, tmp_path / "fork.history") as fork:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log, log.fork(at, tmp_path / "fork.history") as fork:
         past = [event for event in EVENTS if event.time <= at]
         assert fork.events()[: len(past)] == past
         assert {event.time for event in fork.events()[len(past) :]} <= {past[-1].time, at}
@@ -191,7 +195,7 @@ def test_a_fork_has_the_same_past_and_another_future(path, tmp_path, at):
 
 
 def test_a_fork_needs_a_past_and_a_name_of_its_own(path, tmp_path):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         with pytest.raises(hs.InputError, match=r"has no event up to t = -1 s; .* at t = 0 s"):
             log.fork(-1.0, tmp_path / "fork.history")
         with pytest.raises(hs.InputError, match="is the log itself"):
@@ -200,7 +204,7 @@ def test_a_fork_needs_a_past_and_a_name_of_its_own(path, tmp_path):
 
 def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
     monkeypatch.setattr(log_file, "MOST_EVENTS_OF_A_BATCH", 3)
-    hs.EventLog.create(path, ENSEMBLE, EVENTS).close()
+    hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False).close()
     connection = sqlite3.connect(path)
     connection.execute("DROP TRIGGER no_update_of_batch")
     connection.execute("UPDATE batch SET value = zeroblob(24) WHERE number = 3")
@@ -210,7 +214,7 @@ def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
     with hs.EventLog(path) as log:
         verdict = log.verify()
         assert (verdict.events, verdict.whole) == (6, False)
-        with pytest.raises(hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: historysim fork"):
+        with pytest.raises(hs.InputError, match=r"those before, up to t = 2\.5 s, are sound: EventLog.fork"):
             log.replay()
         with pytest.raises(hs.InputError, match=r"is sound up to t = 2\.5 s only"):
             log.fork(3.0, tmp_path / "fork.history", notify=told.append)
@@ -220,7 +224,7 @@ def test_a_fork_of_a_damaged_log_has_what_is_sound(path, tmp_path, monkeypatch):
 
 
 def test_times_that_are_none_are_refused(path):
-    with hs.EventLog.create(path, ENSEMBLE, EVENTS) as log:
+    with hs.EventLog.create(path, ENSEMBLE, EVENTS, hold=False) as log:
         for wrong in (math.nan, "noon", None):
             with pytest.raises(hs.InputError):
                 log.state(at=wrong)
@@ -293,7 +297,7 @@ class Use(RuleBasedStateMachine):
         self.log.close()
         with hs.run(self.path, self.output, resume=True, snapshot_every=every) as found:
             # unlike hs.replay it does not warn where nothing touches
-            expected = hs.Replay(ENSEMBLE, self.events, substeps=2).dataset()
+            expected = hs.Replay(ENSEMBLE, self.events, substeps=2, hold=False).dataset()
             for name in expected.variables:
                 assert found[name].values.tobytes() == expected[name].values.tobytes(), name
         self.log = hs.EventLog(self.path)
@@ -336,7 +340,10 @@ TestUse.settings = settings(max_examples=8, stateful_step_count=12, deadline=Non
 
 def test_a_fork_in_the_first_move_of_a_channel_keeps_it(path, tmp_path):
     events = [hs.NormalLoad(0.0, 0.03), hs.TangentialLoad(1.0, 0.004), hs.NormalDisplacement(2.0, 0.05)]
-    with hs.EventLog.create(path, ENSEMBLE, events) as log, log.fork(0.5, tmp_path / "fork.history") as fork:
+    with (
+        hs.EventLog.create(path, ENSEMBLE, events, hold=False) as log,
+        log.fork(0.5, tmp_path / "fork.history") as fork,
+    ):
         assert fork.events()[:1] == events[:1]
         fork.append(hs.TangentialLoad(3.0, 0.0))
         for time in (0.2, 0.5):

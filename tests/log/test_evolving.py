@@ -176,8 +176,8 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     assert (again.yielding, again.pair.cracking_load) == (law, 0.04)
     loads = [hs.NormalLoad(float(k), n * 1e-3) for k, n in enumerate((0.5, 1.0, 0.3, 2.0, 1.5))]
     events = sorted([*loads, *(hs.TangentialLoad(k + 0.5, (-1) ** k * 4e-5) for k in range(4))], key=lambda e: e.time)
-    whole = hs.replay(ensemble, events, substeps=3)
-    with hs.EventLog.create(tmp_path / "whole.history", ensemble, events[:5], substeps=3) as log:
+    whole = hs.replay(ensemble, events, substeps=3, hold=False)
+    with hs.EventLog.create(tmp_path / "whole.history", ensemble, events[:5], substeps=3, hold=False) as log:
         log.append(events[5:])
         history = log.replay()
         middle = log.state(at=1.5)
@@ -190,6 +190,6 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     with hs.EventLog(tmp_path / "fork.history") as fork:
         np.testing.assert_array_equal(fork.state(at=1.5).yielded.summit_height, middle.yielded.summit_height)
     written = tmp_path / "out.nc"
-    hs.Replay(ensemble, events, substeps=3).write(written)
+    hs.Replay(ensemble, events, substeps=3, hold=False).write(written)
     with xr.open_dataset(written) as found:
         np.testing.assert_array_equal(found.yielding_load, whole.yielding_load)

@@ -136,9 +136,9 @@ def test_what_a_held_load_asks_for_is_remembered():
     ]
     whole += [hs.TangentialLoad(10.0, 0.0)]
     order = lambda event: event.time  # noqa: E731
-    once = hs.replay(ensemble, sorted(whole, key=order), saturate=True)
+    once = hs.replay(ensemble, sorted(whole, key=order), saturate=True, hold=False)
     split = [*whole, *(hs.NormalLoad(t, 1.0 + 0.5 * t) for t in (1.0, 3.0, 4.0, 5.5, 7.0, 9.0))]
-    twice = hs.replay(ensemble, sorted(split, key=order), saturate=True)
+    twice = hs.replay(ensemble, sorted(split, key=order), saturate=True, hold=False)
     common = twice.sel(step=np.isin(twice.time.values, once.time.values))
     for name in ("total_tangential_load", "tangential_displacement", "total_dissipated_energy", "saturated"):
         assert common[name].values == pytest.approx(once[name].values, rel=1e-6), name

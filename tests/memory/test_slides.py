@@ -71,7 +71,7 @@ def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
 def test_what_is_lifted_off_under_a_load_slides_before_and_what_was_not_strained_does_not():
     up = hs.NormalDisplacement(2.0, -1e-9)
     strained = [hs.NormalDisplacement(0.0, 50e-9), hs.TangentialDisplacement(1.0, 5e-9), up]
-    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)])
+    history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)], hold=False)
     assert (history.slip_state.values != GROSS).all()
     # δ falls from 50 nm by 51 nm in two seconds; it slides where θμδ is 5 nm
     assert history.contact.slip_onset()["slide_time"].values == pytest.approx(2 * (50 - 5 / (THETA * MU)) / 51)
@@ -93,7 +93,7 @@ def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
     """Springs further out stick that touched later, when the one in the middle has met its limit."""
     events = [hs.NormalLoad(0.0, 0.01), hs.FrictionChange(0.0, 0.375), hs.TangentialLoad(1.0, 4e-3)]
     events += [hs.NormalDisplacement(2.0, 120e-9), hs.FrictionChange(2.0, 0.25), hs.NormalLoad(3.0, 0.01)]
-    fine = hs.replay(ENSEMBLE, events, substeps=FINE, saturate=True, record="all")
+    fine = hs.replay(ENSEMBLE, events, substeps=FINE, saturate=True, record="all", hold=False)
     seen = fine.time.values[first_rows(fine)[:4]]
     found = fine["slide_time"].values[:4]
     assert ((found <= seen) & (found >= seen - 1 / FINE)).all()
@@ -112,11 +112,11 @@ def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, satura
         given["instrument"] = hs.Instrument(lateral_stiffness=stiffness)
     try:
         # unlike hs.replay it does not warn where nothing touches
-        fine = hs.Replay(ensemble, events, substeps=FINE, **given).dataset()
+        fine = hs.Replay(ensemble, events, substeps=FINE, **given, hold=False).dataset()
     except hs.LoadError:
         return
     found = fine["slide_time"].values
-    coarse = hs.Replay(ensemble, events, **given).dataset()["slide_time"].values
+    coarse = hs.Replay(ensemble, events, **given, hold=False).dataset()["slide_time"].values
     np.testing.assert_allclose(found, coarse, rtol=0, atol=1e-6)
     time, states = fine.time.values, fine.slip_state.values
     for moment, seen, state in zip(found, first_rows(fine), states.T, strict=True):
@@ -206,7 +206,7 @@ def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
 
 def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keeps_it():
     events = [*LOADED[:1], hs.TangentialLoad(1.0, 1e-3), hs.GeometryChange(1.5, summit_height=-1e-7, asperities=(0,))]
-    job = hs.Replay(ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all")
+    job = hs.Replay(ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all", hold=False)
     state = job.state(until=1.2)
     again = hs.EnsembleState.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
     np.testing.assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))

@@ -132,8 +132,8 @@ def touched(history):
 
 
 def test_by_default_those_that_ever_touch_are_recorded(ensemble):
-    everything = hs.replay(ensemble, EVENTS, record="all")
-    history = hs.replay(ensemble, EVENTS)
+    everything = hs.replay(ensemble, EVENTS, record="all", hold=False)
+    history = hs.replay(ensemble, EVENTS, hold=False)
     assert history.asperity.values.tolist() == touched(everything) == [0, 1, 3, 4]
     assert int(everything.contact_count.max()) == 4
     xr.testing.assert_identical(history, everything.sel(asperity=[0, 1, 3, 4]))
@@ -167,14 +167,14 @@ def test_those_that_touch_between_two_rows_are_recorded(ensemble):
     ],
 )
 def test_all_or_a_chosen_few_are_recorded(ensemble, record, expected):
-    everything = hs.replay(ensemble, EVENTS, record="all")
-    history = hs.replay(ensemble, EVENTS, record=record)
+    everything = hs.replay(ensemble, EVENTS, record="all", hold=False)
+    history = hs.replay(ensemble, EVENTS, record=record, hold=False)
     assert history.asperity.values.tolist() == expected
     xr.testing.assert_identical(history, everything.isel(asperity=expected))
 
 
 def test_totals_alone_have_no_asperities(ensemble):
-    history = hs.replay(ensemble, EVENTS, record="totals")
+    history = hs.replay(ensemble, EVENTS, record="totals", hold=False)
     assert set(history.dims) == {"step"}
     expected = recorded(Changes(friction=True))[0]
     assert set(history.data_vars) == {variable.name for variable in expected}
@@ -207,7 +207,7 @@ def test_indices_that_cannot_be_recorded_are_named(ensemble, record, message):
 
 
 def test_separated_asperities_hold_zero_and_the_flag(ensemble):
-    history = hs.replay(ensemble, EVENTS, record="all", substeps=5)
+    history = hs.replay(ensemble, EVENTS, record="all", substeps=5, hold=False)
     apart = history.slip_state == 0
     below = history.separation >= history.summit_height
     assert (apart == below).all()
@@ -220,7 +220,7 @@ def test_separated_asperities_hold_zero_and_the_flag(ensemble):
 
 
 def test_a_separated_asperity_keeps_what_it_has_dissipated(ensemble):
-    history = hs.replay(ensemble, EVENTS, record="all")
+    history = hs.replay(ensemble, EVENTS, record="all", hold=False)
     energy = history.dissipated_energy.values
     assert (np.diff(energy, axis=0) >= 0.0).all()
     assert (energy[-1, [0, 1, 3, 4]] > 0.0).all()
@@ -382,7 +382,7 @@ def test_a_disk_without_room_is_told_before_anything_is_computed(ensemble, tmp_p
     path = tmp_path / "out.nc"
     path.write_bytes(b"an older result")
     monkeypatch.setattr(netcdf.shutil, "disk_usage", lambda _: shutil._ntuple_diskusage(10**9, 10**9, 20_000))
-    job = hs.Replay(ensemble, EVENTS, record="all", substeps=2000)
+    job = hs.Replay(ensemble, EVENTS, record="all", substeps=2000, hold=False)
     monkeypatch.setattr(hs.Replay, "walk", lambda *_, **__: pytest.fail("it was computed"))
     with pytest.raises(OSError, match=r"the result needs 3\.\d MB more, and 0\.0 MB are free; make room") as caught:
         job.write(path)

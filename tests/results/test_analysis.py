@@ -19,7 +19,7 @@ EVENTS = [hs.NormalDisplacement(0.0, 60e-9), hs.TangentialDisplacement(1.0, 5e-9
 
 @pytest.fixture(scope="module")
 def history():
-    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS)
+    return hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), EVENTS, hold=False)
 
 
 def by_hand(approach):
@@ -82,7 +82,7 @@ def test_after_a_change_of_friction_every_answer_uses_it():
 def test_friction_is_recorded_one_by_one_only_where_it_differs():
     later = tuple(FRICTION[::-1].tolist())
     events = [*EVENTS[:2], hs.FrictionChange(1.0, later), EVENTS[2], hs.FrictionChange(3.0, 0.5)]
-    found = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=2, record="all")
+    found = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, substeps=2, record="all", hold=False)
     assert found.present_friction.dims == ("step", "asperity")
     expected = [FRICTION] * 2 + [later] * 4 + [np.full(4, 0.5)]
     assert found.present_friction.values.tolist() == [list(row) for row in expected]
@@ -90,18 +90,20 @@ def test_friction_is_recorded_one_by_one_only_where_it_differs():
     capacity = RATIO * np.array(expected) * np.maximum(HEIGHTS + approach[:, np.newaxis], 0.0)
     assert analysis.preliminary_displacement(found).values == pytest.approx(capacity.max(axis=1), rel=1e-12)
     assert analysis.critical_asperity(found).values.tolist() == capacity.argmax(axis=1).tolist()
-    assert "present_friction" not in hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals")
+    assert "present_friction" not in hs.replay(
+        hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION), events, record="totals", hold=False
+    )
 
 
 def test_all_asperities_that_touch_have_to_be_recorded(history):
     ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, FRICTION)
     for record in ("totals", [1], [0, 3]):
-        part = hs.replay(ensemble, EVENTS, record=record)
+        part = hs.replay(ensemble, EVENTS, record=record, hold=False)
         with pytest.raises(hs.InputError, match="does not hold all asperities that touch"):
             analysis.preliminary_displacement(part)
         assert dict(analysis.summary(part))["preliminary displacement"].startswith("not available")
     for record in ("touching", "all", [2, 0, 1]):
-        other = hs.replay(ensemble, EVENTS, record=record)
+        other = hs.replay(ensemble, EVENTS, record=record, hold=False)
         assert (analysis.preliminary_displacement(other) == analysis.preliminary_displacement(history)).all()
 
 
@@ -119,7 +121,7 @@ def test_the_summary_is_readable(history):
 
 def test_the_summary_has_the_preliminary_displacement_at_each_friction():
     events = [hs.NormalLoad(0.0, 0.2), hs.FrictionChange(1.0, 0.5), hs.NormalLoad(2.0, 0.21)]
-    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.2), events)
+    history = hs.replay(hs.Ensemble(PAIR, HEIGHTS, RADII, 0.2), events, hold=False)
     approach = (HEIGHTS.max() - history.separation.values)[[0, 2]]
     virgin = [RATIO * mu * own * 1e9 for mu, own in zip((0.2, 0.5), approach, strict=True)]
     expected = (

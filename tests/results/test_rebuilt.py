@@ -58,7 +58,7 @@ def test_the_tractions_are_those_of_cattaneo_and_mindlin():
 
 @pytest.mark.parametrize("substeps", [1, 7])
 def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
-    job = hs.Replay(MANY, EVENTS, substeps=substeps)
+    job = hs.Replay(MANY, EVENTS, substeps=substeps, hold=False)
     history = job.dataset()
     for step in (substeps, 2 * substeps, -1):
         state = job.state(until=float(history.time[step]))
@@ -119,7 +119,7 @@ def test_what_steps_do_not_tell_needs_the_replay_that_made_them(events):
 
 
 def test_what_is_not_there_is_refused():
-    history = hs.replay(MANY, EVENTS)
+    history = hs.replay(MANY, EVENTS, hold=False)
     missing = next(label for label in range(40) if label not in history.asperity)
     with pytest.raises(InputError, match=f"asperity {missing}: is not recorded in the history; expected one of"):
         rebuilt.asperity(history, missing, 0)
@@ -132,7 +132,7 @@ def test_what_is_not_there_is_refused():
 
 
 def test_an_asperity_is_found_by_step_time_or_name():
-    job = hs.Replay(MANY, EVENTS, substeps=3)
+    job = hs.Replay(MANY, EVENTS, substeps=3, hold=False)
     history = job.dataset().assign_attrs(named_states_attribute({"turned": 2.0}))
     label = int(history.asperity[0])
     expected = history.contact.asperity(label, 6)
@@ -154,7 +154,7 @@ def test_an_asperity_is_found_by_step_time_or_name():
 
 def test_an_asperity_of_several_may_be_moved_on_alone():
     """One that is replayed alone from the steps of its history."""
-    history = hs.replay(MANY, EVENTS, substeps=3)
+    history = hs.replay(MANY, EVENTS, substeps=3, hold=False)
     label = int(history.asperity[0])
     found = history.contact.asperity(label)
     onward = found.advance(tangential_displacement=found.state.tangential_displacement + 1e-9)

@@ -395,8 +395,8 @@ def test_a_channel_that_runs_on_unnamed_is_told_and_may_be_held(tmp_path):
     as_ever, told = events_of(UNNAMED, tmp_path)
     (notice,) = told
     assert notice == (
-        "loading.waypoints[1]: normal_load is not named here, and goes on from 50 mN at 0 s to 45 mN at 2 s, "
-        "and so in 1 other place; set loading.hold = true to hold it, or hold = false if this is meant"
+        "loading.waypoints[1]: normal_load is not set here and ramps from 50 mN at 0 s to 45 mN at 2 s, "
+        "and so in 1 other place; set loading.hold = true to hold it, or hold = false if the ramp is intended"
     )
     assert as_ever == [
         ("normal_load", 0.0, 0.05),

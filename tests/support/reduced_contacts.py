@@ -38,7 +38,7 @@ def job(ensemble, *, load=LOAD, varies=False, start=0.0):
     events += [hs.TangentialDisplacement(float(t), turn * reach) for t, turn in enumerate(turns, 1)]
     if varies:
         events += [hs.NormalLoad(float(t) + 0.5, load * part) for t, part in enumerate((1.0, 0.6, 0.8, 0.5, 1.0), 1)]
-    return hs.Replay(ensemble, sorted(events, key=lambda event: event.time), substeps=5)
+    return hs.Replay(ensemble, sorted(events, key=lambda event: event.time), substeps=5, hold=False)
 
 
 def worst_history(curve, node):

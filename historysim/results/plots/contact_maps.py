@@ -127,7 +127,7 @@ def _independent(origin: Origin, at: float, shape: tuple[int, int], pixel: tuple
     periodic = bool(origin.settings["surface_attributes"]["periodic"])
     summits = Surface(arrays["height"], pixel, periodic=periodic).summits(9)
     ensemble = Ensemble.from_summits(origin.job.ensemble.pair, summits, float(origin.job.ensemble.friction[0]))
-    job = Replay(ensemble, origin.job.events, saturate=True, record="all")
+    job = Replay(ensemble, origin.job.events, saturate=True, record="all", hold=False)
     row = job.dataset(until=at).isel(step=-1)
     x, y = (np.arange(count) * size for count, size in zip(shape, pixel, strict=True))
     for index in np.flatnonzero(row["contact_radius"].values > 0):

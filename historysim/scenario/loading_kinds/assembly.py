@@ -608,7 +608,7 @@ class MeasuredLoading(NumbersFile, Loading):
     def _events_before(self, time: Floats) -> Events:
         """Return the events of the blocks, which end one sample before the record, with all channels held."""
         line = timeline_of(self.blocks)
-        line.hold("loading", "blocks")
+        line.hold_here("loading", "blocks")
         steps = np.diff(time)
         interval = float(np.median(steps)) if steps.size else 0.0
         offset = float(time[0]) - (interval or 1.0) - line.now

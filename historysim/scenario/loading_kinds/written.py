@@ -9,10 +9,10 @@ import attrs
 from cattrs import Converter
 
 from historysim.basics.fields import NOT_NEGATIVE, Time
-from historysim.basics.units import quantity_text
-from historysim.basics.wording import Notify, counted, shown, silent
+from historysim.basics.wording import Notify, shown, silent
 from historysim.errors import InputError, at, misfit, path_text
-from historysim.loads.events import EVENTS, LOAD_KINDS, Event, LoadEvent, TangentialEvent, components_of
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, TangentialEvent, components_of
+from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
 
@@ -83,70 +83,39 @@ def _check_channels(changes: Mapping[str, Any]) -> None:
 
 
 @attrs.define
-class Timeline:
-    """Events in time order, with the value of each channel."""
+class PlacedTimeline(Timeline):
+    """Events of a scenario in time order, with the key that each one comes from."""
 
-    #: Whether a channel keeps its value at each waypoint that does not name it; None where that is open.
+    #: Whether each channel keeps its value at waypoints that do not set it; None if the scenario does not state it.
     holds: bool | None = None
-    now: float = 0.0
-    events: list[Event] = attrs.Factory(list)
-    places: list[Place] = attrs.Factory(list)  #: of each event, in the scenario
-    standing: dict[str, LoadEvent] = attrs.Factory(dict)  #: the last event of each channel
-    #: By channel the time and the place of the first waypoint after its last event, which does not name it.
-    passed: dict[str, tuple[float, Place]] = attrs.Factory(dict)
-    #: Channels that went on past such waypoints: the place, the event before and the one after.
-    drifts: list[tuple[Place, LoadEvent, LoadEvent]] = attrs.Factory(list)
+    now: float = 0.0  #: time of the last waypoint [s]
+    places: list[Place] = attrs.Factory(list)  #: key of each event
 
     def reach(self, time: float, changes: Changes, *place: str | int) -> None:
-        """Add an event for each change at a time."""
+        """Append an event for each change at a time."""
         for key, change in changes.items():
             with at(key):
                 timed = attrs.evolve(cast("Any", change), time=time) if isinstance(change, Event) else None
                 event = EVENTS[key].of(time, change) if timed is None else timed  # type: ignore[arg-type] # fields
-            self._append(event, place)
+            self.append(event)
         self.now = time
         if self.holds:
-            self.hold(*place)
-        for channel, event in self.standing.items():
-            if event.time < time:
-                self.passed.setdefault(channel, (time, place))
+            self.hold(time)
+        self._attribute_to(place)
 
-    def hold(self, *place: str | int) -> None:
-        """Let every channel keep its value until now."""
-        for event in dict.fromkeys(self.standing.values()):
-            if event.time < self.now:
-                own = [name for name in event.channels if self.standing[name] == event]
-                self._append(attrs.evolve(event.of_channels(own), time=self.now), place)
+    def hold_here(self, *place: str | int) -> None:
+        """Hold all channels until the last waypoint."""
+        self.hold(self.now)
+        self._attribute_to(place)
 
-    def _append(self, event: Event, place: Place) -> None:
-        self.events.append(event)
-        self.places.append(place)
-        if not isinstance(event, LoadEvent):
-            return
-        for channel in event.channels:
-            time, passed = self.passed.pop(channel, (event.time, ()))
-            before = self.standing.get(channel)
-            self.standing[channel] = event
-            if before is None or time == event.time:
-                continue
-            if (before.name, before.reached(channel)) != (event.name, event.reached(channel)):
-                self.drifts.append((passed, before.of_channels([channel]), event.of_channels([channel])))
+    def _attribute_to(self, place: Place) -> None:
+        self.places += [place] * (len(self.events) - len(self.places))
 
-    def warn_of_drifts(self, notify: Notify) -> None:
-        """Notify where a channel goes on at waypoints that do not name it, unless ``hold`` says so."""
-        if not self.drifts or self.holds is not None:
-            return
-        place, before, after = self.drifts[0]
-        more = f", and so in {counted(len(self.drifts) - 1, 'other place', 'other places')}" if self.drifts[1:] else ""
-        notify(
-            f"{path_text(place)}: {before.name} is not named here, and goes on from {_reached(before)} to "
-            f"{_reached(after)}{more}; set loading.hold = true to hold it, or hold = false if this is meant"
-        )
-
-
-def _reached(event: LoadEvent) -> str:
-    values = [quantity_text(event.reached(channel), event.unit) for channel in event.channels]
-    return f"{', '.join(values)} at {event.time:g} s"
+    def warn_of_ramp(self, notify: Notify) -> None:
+        """Notify of a channel that ramps through waypoints that do not set it, unless ``hold`` is stated."""
+        if self.holds is None and (ramp := find_ramp(self.events)) is not None:
+            location = path_text(self.places[ramp.passed])
+            notify(ramp.notice(location, "loading.hold = true", "hold = false"))
 
 
 @attrs.frozen(kw_only=True)
@@ -161,13 +130,13 @@ class Written(Loading):
         return f"expected it in a waypoint, as {{ time = 0, {key} = … }}" if key in LOAD_KINDS else ""
 
     @abc.abstractmethod
-    def timeline(self) -> Timeline:
+    def timeline(self) -> PlacedTimeline:
         """Return the events with their places."""
 
     def events(self, folder: Path, notify: Notify = silent) -> list[Event]:  # noqa: ARG002 - they are in the scenario
         """Return the events; ``notify`` hears of channels that run on unnamed."""
         line = self.timeline()
-        line.warn_of_drifts(notify)
+        line.warn_of_ramp(notify)
         return line.events
 
     def place(self, folder: Path, index: int) -> str:  # noqa: ARG002 - as for `events`
@@ -202,9 +171,9 @@ class Waypoints(Written):
                 times[waypoint.name] = time
         return times
 
-    def timeline(self) -> Timeline:
+    def timeline(self) -> PlacedTimeline:
         """Return the events with their places."""
-        line = Timeline(self.hold)
+        line = PlacedTimeline(holds=self.hold)
         for index, waypoint in enumerate(self.waypoints):
             with at("loading", "waypoints", index):
                 time = line.now + waypoint.after if waypoint.time is None else waypoint.time  # type: ignore[operator]
@@ -290,16 +259,16 @@ class WaypointBlock:
         turns = self.each.count if self.each else 1
         return turns * (1 + self.repeat * sum(len(waypoint.changes) for waypoint in self.waypoints))
 
-    def extend(self, line: Timeline, *place: str | int) -> None:
+    def extend(self, line: PlacedTimeline, *place: str | int) -> None:
         """Append the events of the block, at a place of the scenario."""
         run = [(waypoint.after or 0.0, waypoint.changes) for waypoint in self.waypoints]
         for turn in self.each.turns if self.each else [{}]:
             # a channel without an event here would run straight to its next waypoint, across all the loops
-            line.hold(*place)
+            line.hold_here(*place)
             if self.each:
                 with at("each"):
                     line.reach(line.now + self.each.after, turn, *place, "each")
-                line.hold(*place, "each")
+                line.hold_here(*place, "each")
             for _ in range(self.repeat):
                 for index, (after, changes) in enumerate(run):
                     with at("waypoints", index):
@@ -315,18 +284,18 @@ class Blocks(Written):
 
     blocks: tuple[WaypointBlock, ...]  #: runs of waypoints, one after the other, as below
 
-    def timeline(self) -> Timeline:
+    def timeline(self) -> PlacedTimeline:
         """Return the events with their places."""
         return timeline_of(self.blocks, hold=self.hold)
 
 
-def timeline_of(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) -> Timeline:
+def timeline_of(blocks: Sequence[WaypointBlock], *, hold: bool | None = None) -> PlacedTimeline:
     """Return the events of blocks of ``[loading]`` with their places; too many are an InputError."""
     count = sum(block.count() for block in blocks)
     if count > MOST_EVENTS:
         problem = f"{shown(count)} events; expected {MOST_EVENTS:,} at most; repeat less often"
         raise misfit(problem, "loading", "blocks")
-    line = Timeline(hold)
+    line = PlacedTimeline(holds=hold)
     for index, block in enumerate(blocks):
         with at("loading", "blocks", index):
             block.extend(line, "loading", "blocks", index)
