@@ -13,7 +13,6 @@ from installed import install
 import historysim as hs
 from historysim.cli import main
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_table import read_events, write_events
 from historysim.scenario.kinds import registries
 
 PROJECT = Path(__file__).parent / "stranger"
@@ -272,7 +271,7 @@ def greased(path, waypoints=WAYPOINTS):
     return path
 
 
-def test_an_event_of_it_runs_and_is_in_the_log(path, site, tmp_path):
+def test_an_event_of_it_runs_and_is_in_the_log(path, site):
     hs.run(greased(path), "a.nc").close()
     with hs.open("a.nc") as history:
         assert history.present_friction.values.ravel().tolist() == [0.4, 0.4, 0.2, 0.2]
@@ -280,9 +279,6 @@ def test_an_event_of_it_runs_and_is_in_the_log(path, site, tmp_path):
     with hs.EventLog(Path("a.history")) as log:
         event = log.events()[2]
         assert (event.name, event.time, event.part) == ("grease", 2.0, 0.5)
-        # a table of events has it, too, and a log takes it
-        write_events(tmp_path / "events.csv", log.events())
-        assert read_events(tmp_path / "events.csv") == log.events()
         log.append([type(event)(4.0, 0.5)])
         assert log.replay().present_friction.values.ravel().tolist() == [0.4, 0.4, 0.2, 0.2, 0.1]
     assert "grease" in called("log", "a.history")

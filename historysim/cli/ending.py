@@ -81,7 +81,7 @@ GROUPS = {
     "Measured records": "loops sliding compare fit creep",
     "Studies": "sweep design gallery",
     "Other programs": "fmu reduce",
-    "The log": "verify state log fork append",
+    "The log": "verify state log",
     "Reference": "table kinds",
 }
 OF_FILES = {".toml": "run", ".nc": "show", ".history": "log"}  # a command for a file that stands in place of one

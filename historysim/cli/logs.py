@@ -1,22 +1,17 @@
-"""Commands that read or extend a log: verify, state, fork, append, log."""
+"""Commands that read a log: verify, state, log."""
 
 import math
 from pathlib import Path
-from typing import Any
 
 import click
 
 from historysim.basics.files import is_log, replacing
-from historysim.basics.targets import LOG, PICTURE, RESULT, format_without_mark
-from historysim.basics.wording import counted
+from historysim.basics.targets import PICTURE, RESULT
 from historysim.cli import options
 from historysim.cli.ending import Ended
 from historysim.cli.output import check_outputs, notice, save, write_answer
 from historysim.errors import InputError
 
-TABLE_OF_EVENTS = format_without_mark(
-    "a table that says who wrote it", ".csv"
-)  # tables of events are written by hand, too
 # What is shown of a state, by units.
 TOTALS = {
     "N": ("normal_load", "tangential_load"),
@@ -89,44 +84,6 @@ def state(log: Path, at: float, asperity: int | None, output: Path | None) -> No
         write_answer(lines, files=files, data=lambda: events.state_dataset(at=at))
 
 
-@click.command()
-@options.shared("log")
-@options.quantity_option("--at", "s", help='The time, as "12.5 s".', required=True)
-@options.output_option("The new log.", required=True)
-@options.shared("force")
-def fork(log: Path, at: float, output: Path) -> None:
-    """Copy the past of LOG (NAME.history) up to a time to a new log."""
-    check_outputs([log], (output, LOG))
-    from historysim.log.event_log import EventLog
-
-    with EventLog(log) as events, events.fork(at, output, notify=notice) as made:
-        click.echo(f"{output}: {counted(len(made), 'event', 'events')}")
-
-
-@click.command()
-@options.shared("log")
-@click.argument("table", type=options.path_type)
-@options.shared(*options.TEXT)
-def append(log: Path, table: Path, **text: Any) -> None:
-    """Append the events in TABLE (CSV) to LOG (NAME.history).
-
-    The table has a header line: time, and one or more of normal_load, normal_displacement, tangential_load,
-    tangential_displacement, friction. Numbers are SI, or have a unit beside them or beside the name of their column;
-    an empty cell is no event.
-    """
-    from historysim.loads.event_table import read_events
-    from historysim.log.event_log import EventLog
-
-    layout = options.layout_of(**text)
-    with EventLog(log) as events:
-        new = read_events(table, layout)
-        try:
-            events.append(new)
-        except InputError as error:
-            raise InputError(f"{table}: {error}") from error
-        click.echo(f"{log}: {counted(len(new), 'event', 'events')} appended, {len(events):,} in all")
-
-
 @click.command("log")
 @options.shared("log")
 @click.option(
@@ -136,15 +93,10 @@ def append(log: Path, table: Path, **text: Any) -> None:
 @options.quantity_option("--to", "s", help="Only up to this time.", default=math.inf)
 @click.option("--first", type=click.IntRange(0), help="Only the first COUNT events.", metavar="COUNT")
 @click.option("--last", type=click.IntRange(0), help="Only the last COUNT events.", metavar="COUNT")
-@options.path_option("--csv", "table", help="Write them to this file instead, a table that append reads.")
-@options.shared("json", "force")
-def list_log(
-    log: Path, kind: tuple[str, ...], first: int | None, last: int | None, table: Path | None, **between: float
-) -> None:
+@options.shared("json")
+def list_log(log: Path, kind: tuple[str, ...], first: int | None, last: int | None, **between: float) -> None:
     """List the events of LOG (NAME.history)."""
-    check_outputs([log], (table, TABLE_OF_EVENTS))
     from historysim.loads.event_sequence import time_text
-    from historysim.loads.event_table import write_events
     from historysim.loads.events import EVENTS
     from historysim.log.event_log import EventLog
 
@@ -158,10 +110,6 @@ def list_log(
             if between["from"] <= event.time <= between["to"] and (not kind or event.name in kind)
         ][:first]
     chosen = chosen if last is None else chosen[max(len(chosen) - last, 0) :]
-    if table is not None:
-        write_events(table, [event for _, event in chosen])
-        click.echo(f"{table}: {counted(len(chosen), 'event', 'events')}")
-        return
     rows = [("event", "time", "kind", "value")]
     for number, event in chosen:
         unit = "" if event.unit == "1" else f" {event.unit}"

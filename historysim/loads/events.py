@@ -1,7 +1,6 @@
 """Load events: what a channel has reached at a time (waypoints, as in an amplitude table), and what changes at once."""
 
 import math
-import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
@@ -11,7 +10,7 @@ from historysim.basics.fields import Force, Length, Numbers, Quantity
 from historysim.basics.limits import MOST_FRICTION, SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import as_float, convert_each, in_si, is_number, metres, newtons, seconds
-from historysim.basics.wording import counted, shown
+from historysim.basics.wording import counted
 from historysim.errors import InputError
 
 __all__ = [
@@ -25,8 +24,6 @@ __all__ = [
     "TangentialLoad",
     "register",
 ]
-
-Number = Callable[[str], float]  # reads a number of a table, with its unit, in SI
 
 
 def __dir__() -> list[str]:
@@ -125,14 +122,14 @@ _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finit
 class Event:
     """A fact with a time: a waypoint of a channel, or a change that acts at once.
 
-    A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None: so they
-    stand in a log, and in a table of events.
+    A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None, as a log
+    stores them.
     """
 
     __slots__ = ()
 
-    name: ClassVar[str]  #: its name in scenarios, tables and logs
-    unit: ClassVar[str] = "1"  #: of the numbers in a table
+    name: ClassVar[str]  #: its name in scenarios and logs
+    unit: ClassVar[str] = "1"  #: of its numbers
     channel: ClassVar[str | None] = None  #: of a waypoint: "normal", "tangential" or "friction"
     #: The fields beside the time in their order in a log; by default as they are declared.
     order: ClassVar[tuple[str, ...]] = ()
@@ -173,27 +170,10 @@ class Event:
 
     @property
     def cell(self) -> str:
-        """Its cell in a table of events: ``"0 2: 1e-9 2e-9 | 1e-6"``, with as many digits as each number needs."""
+        """Its numbers as ``historysim log`` lists them: ``"0 2: 1e-9 2e-9 | 1e-6"``, with all digits."""
         chosen = getattr(self, "asperities", None)
         front = "" if chosen is None else f"{' '.join(map(str, chosen))}: "
         return front + " | ".join(_numbers_text(getattr(self, name)) for name in self._lists())
-
-    @classmethod
-    def from_cell(cls, time: float, text: str, number: Number) -> Self:
-        """Return the event of a cell, in which a single number may have a unit."""
-        front, colon, rest = text.rpartition(":") if "asperities" in cls.fields() else ("", "", text)
-        for each in front.split():
-            if not each.isdecimal():
-                raise InputError(f"{shown(each)}; expected the index of an asperity, 0 or more")
-        parts = [_numbers_in(part, number) for part in rest.split("|")]
-        if len(parts) > len(cls._lists()):
-            raise InputError(f"has {len(parts)} parts between bars (|); expected {len(cls._lists())} at most")
-        values: Any = dict(zip(cls._lists(), parts, strict=False))
-        if colon:
-            values["asperities"] = tuple(map(int, front.split())) or None
-        made: Any = cls
-        event: Self = made(time, **values)
-        return event
 
     @classmethod
     def _lists(cls) -> list[str]:
@@ -229,21 +209,11 @@ def _differ(friction: float | tuple[float, ...]) -> bool:
 
 
 def _numbers_text(numbers: float | tuple[float, ...] | None) -> str:
-    """Return numbers as a cell has them; a list of one stands in brackets."""
+    """Format numbers; a list of one is in brackets."""
     if not isinstance(numbers, tuple):
         return "" if numbers is None else repr(numbers)
     text = " ".join(map(repr, numbers))
     return text if len(numbers) > 1 else f"[{text}]"
-
-
-def _numbers_in(text: str, number: Number) -> float | tuple[float, ...] | None:
-    """Return the numbers of `_numbers_text`; brackets may stand round any list."""
-    words = text.strip().removeprefix("[").removesuffix("]").split()
-    if not words:
-        return () if "[" in text else None
-    # a unit stands behind a single number with a blank
-    alone = len(words) == 1 or not re.match(r"[-+.\d]", words[1])
-    return number(text.strip()) if alone and "[" not in text else tuple(map(number, words))
 
 
 # All kinds of events by their names.
@@ -376,7 +346,7 @@ class TangentialEvent(LoadEvent):
 
     @property
     def cell(self) -> str:
-        """Its cell in a table of events: ``"1e-08"``, or in two directions ``"[1e-08 5e-09]"``."""
+        """Its numbers as ``historysim log`` lists them: ``"1e-08"``, or in two directions ``"[1e-08 5e-09]"``."""
         return f"[{' '.join(map(repr, self.value))}]" if self.planar else repr(self.value)
 
 

@@ -1,10 +1,9 @@
 """Files of numbers: named columns of measured records and lists → SI numbers."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import attrs
 
@@ -27,9 +26,6 @@ from historysim.tables.columns import (
 )
 from historysim.tables.readers import LineReader, TableReader, reader_of
 
-if TYPE_CHECKING:
-    from historysim.tables.head import Heading
-
 __all__ = [
     "MOST_ROWS",
     "REFUSE_OR_DROP",
@@ -42,7 +38,6 @@ __all__ = [
     "column_names",
     "describe",
     "join_tables",
-    "opened_rows",
     "read_table",
     "what_is_seen",
 ]
@@ -179,25 +174,6 @@ def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tup
         from historysim.tables import from_text
 
         return from_text.picture(*text)
-
-
-@contextmanager
-def opened_rows(
-    path: str | PathLike[str],
-    known: Collection[str],
-    format: Format | None = None,  # noqa: A002 - as above
-) -> "Iterator[tuple[Heading, Iterator[tuple[int, list[str]]]]]":
-    """Yield the heading of a text of more than numbers, and the number of each line with its values.
-
-    The header is the line that has the most of the known names; units may stand beside them. Raises InputError: a file
-    that cannot be read, without such a header, or with rows of another width. Errors from inside name the file.
-    """
-    path, layout = Path(path), format or Format()
-    with _file(path):
-        from historysim.tables import from_text
-
-        lines = from_text.lines_of(path, layout.encoding or from_text.encoding_of(path), MOST_ROWS)
-        yield from_text.with_heading(lines, known, layout)
 
 
 @contextmanager

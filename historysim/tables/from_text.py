@@ -245,15 +245,6 @@ def describe(text: Sequence[str], layout: Format) -> list[Listing]:
     ]
 
 
-def with_heading(
-    text: Sequence[str], known: Collection[str], layout: Format
-) -> tuple[Heading, Iterator[tuple[int, list[str]]]]:
-    """Return the heading with the most of some names, and the rows below it with the numbers of their lines."""
-    heading = Head.of(text, layout).heading_of(known)
-    lines = _lines_of_rows(text, heading, layout, len(text))
-    return heading, ((at, _row(at, line, heading)) for each in lines for at, line in zip(*each, strict=True))
-
-
 # -- rows ------------------------------------------------------------------------------------------
 
 

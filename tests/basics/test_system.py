@@ -60,14 +60,11 @@ def test_no_other_module_asks_for_what_only_some_systems_have():
 @pytest.mark.skipif(sys.platform != "linux", reason="the stand-in for Windows' locks needs those of Linux")
 def test_the_commands_work_where_nothing_of_posix_is_there(tmp_path):
     (tmp_path / "s.toml").write_text(SCENARIO, encoding="utf-8")
-    (tmp_path / "loads.csv").write_text("time,normal_load\n10,0.02\n", encoding="utf-8")
     for arguments in (
         ["run", "s.toml", "-o", "r.nc", "--picture", "r.png"],
         ["run", "s.toml", "-o", "r.nc", "--resume"],
-        ["append", "r.history", "loads.csv"],
         ["run", "r.history", "-o", "r.nc", "--compression", "zlib"],
         ["verify", "r.nc"],
-        ["fork", "r.history", "--at", "4", "-o", "fork.history"],
         ["sweep", "s.toml", "-o", "sweep.csv", "--workers", "1"],
         ["report", "r.nc"],
         ["show", "r.nc"],

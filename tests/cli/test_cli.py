@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import h5py
 import netCDF4
@@ -17,7 +16,6 @@ from hypothesis import strategies as st
 
 import historysim as hs
 from historysim.cli import main
-from historysim.loads.event_table import read_events
 
 SCENARIO = """
 title = "a ball"
@@ -416,11 +414,9 @@ def test_the_state_is_told_at_any_time(ran):
     assert (ran / "traction.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_fork_has_another_future(ran):
-    assert call("fork", "ball.history", "--at", "0.5", "-o", "fork.history").output == "fork.history: 3 events\n"
-    (ran / "more.csv").write_text("time,tangential_load\n2,-6 mN\n", encoding="utf-8")
-    done = call("append", "fork.history", "more.csv")
-    assert done.output == "fork.history: 1 event appended, 4 in all\n"
+def test_a_log_is_listed_and_a_fork_of_it_is_run(ran):
+    with hs.EventLog("ball.history") as log, log.fork(0.5, "fork.history") as fork:
+        fork.append(hs.TangentialLoad(2.0, -6e-3))
     listed = call("log", "fork.history").output.splitlines()
     assert listed[0].split() == ["event", "time", "kind", "value"]
     assert listed[1].split() == ["0", "0", "s", "normal_load", "0.05", "N"]
@@ -433,27 +429,6 @@ def test_a_fork_has_another_future(ran):
     assert call("log", "fork.history", "--from", "0.4 s", "--to", "1").output.count("\n") == 3
     assert call("log", "fork.history", "--first", "1").output.count("\n") == 2
     assert call("log", "fork.history", "--last", "1").output.splitlines()[1].startswith("3 ")
-
-
-@pytest.mark.usefixtures("ran")
-def test_events_are_written_to_a_table_and_read_back():
-    done = call("log", "ball.history", "--csv", "all.csv")
-    assert done.output == "all.csv: 2 events\n"
-    call("fork", "ball.history", "--at", "0", "-o", "fork.history")
-    call("log", "ball.history", "--from", "0.1", "--csv", "later.csv")
-    assert call("append", "fork.history", "later.csv").exit_code == 0
-    with hs.EventLog("fork.history") as fork, hs.EventLog("ball.history") as log:
-        assert fork.events() == log.events() == read_events(Path("all.csv"))
-    assert "would overwrite an input of the command" in call("log", "ball.history", "--csv", "ball.history").output
-
-
-def test_a_table_to_append_is_read_as_it_is_said(ran):
-    (ran / "more.csv").write_text("time;tangential_load [mN]\n2;-6,5\n", encoding="utf-8")
-    assert "if it has a decimal comma, say decimal" in call("append", "ball.history", "more.csv").output
-    assert call("append", "ball.history", "more.csv", "--decimal", ",").exit_code == 0
-    with hs.EventLog("ball.history") as log:
-        assert log.events()[-1] == hs.TangentialLoad(2.0, -6.5e-3)
-    assert "--delimiter: ';;'; expected one" in call("append", "ball.history", "more.csv", "--delimiter", ";;").output
 
 
 def test_a_run_is_resumed_from_its_log(ran):
@@ -469,8 +444,6 @@ def test_a_run_is_resumed_from_its_log(ran):
     [
         (["state", "good.history", "--at", "noon"], "--at: 'noon'"),
         (["state", "good.history", "--asperity", "7"], "asperity 7 does not exist"),
-        (["fork", "good.history", "--at", "-1", "-o", "f.history"], "has no event up to t = -1 s"),
-        (["append", "good.history", "past.csv"], "past.csv: event 0 at t = 0.25 s: comes before the last event"),
         (["log", "good.history", "--kind", "load"], "--kind load: expected one of normal_load"),
         (["run", "ball.toml", "-o", "x.history"], "x.history: is the name of a log"),
         (["run", "ball.toml", "--snapshot-every", "0"], "Invalid value for '--snapshot-every'"),
@@ -479,7 +452,6 @@ def test_a_run_is_resumed_from_its_log(ran):
 )
 def test_what_cannot_be_asked_of_a_log_gets_code_2(with_results, monkeypatch, arguments, said):
     monkeypatch.chdir(with_results)
-    (with_results / "past.csv").write_text("time,normal_load\n0.25,1 mN\n", encoding="utf-8")
     before = files(with_results)
     check_refusal(call(*arguments), 2, said)
     assert files(with_results) == before
@@ -488,11 +460,9 @@ def test_what_cannot_be_asked_of_a_log_gets_code_2(with_results, monkeypatch, ar
 def test_a_log_that_is_being_written_is_told(ran):
     from historysim.log.file import LogFile
 
-    (ran / "more.csv").write_text("time,normal_load\n5,1 mN\n", encoding="utf-8")
     with LogFile(ran / "ball.history", write=True):
         said = "ball.history: another process is writing it; wait until it is done"
-        check_refusal(process(ran, "append", "ball.history", "more.csv"), 1, said)
-        check_refusal(call("run", "ball.toml"), 1, said)
+        check_refusal(process(ran, "run", "ball.toml"), 1, said)
         assert call("log", "ball.history").exit_code == 0
 
 

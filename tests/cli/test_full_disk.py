@@ -16,7 +16,7 @@ ROOMS = (0, 8192)
 # The log is the record of a run, kept on purpose; cells of a sweep that are complete are kept for the next attempt.
 KEPT = re.compile(r"\w+\.history|\w+\.cells")
 # One command for each library and format that is written; the others share their writers.
-WRITERS = ("run", "sweep", "state", "fork", "log", "table to netCDF", "loops --picture", "fit", "plot", "fmu")
+WRITERS = ("run", "sweep", "state", "table to netCDF", "loops --picture", "fit", "plot", "fmu")
 EVERY_COMMAND = [
     pytest.param(command, marks=pytest.mark.ci if command in WRITERS else pytest.mark.slow) for command in COMMANDS
 ]

@@ -56,7 +56,7 @@ def test_all_commands_are_here():
     assert {arguments[0] for arguments, _ in COMMANDS.values()} | set(READING) == set(main.found)
 
 
-@pytest.mark.parametrize("command", ["run", "state of one", "fork", "table", "plot", "fmu", "reduce"])
+@pytest.mark.parametrize("command", ["run", "state of one", "table", "plot", "fmu", "reduce"])
 def test_what_is_no_regular_file_is_refused(folder, command):
     ending = COMMANDS[command][1]
     os.mkfifo(folder / f"fifo{ending}")
@@ -96,7 +96,7 @@ OTHERS |= {"loops --levels", "table to netCDF", "gallery", "creep"}
 ALSO = [
     pytest.param(each, marks=[pytest.mark.slow] if each in OTHERS else [])
     for each in COMMANDS
-    if each not in {"sliding", "plot moving", "log"}
+    if each not in {"sliding", "plot moving"}
 ]
 
 

@@ -48,7 +48,7 @@ KINDS = {
     "circle": CIRCLE,
 }
 
-LOG, TABLE = "expected the log of a run", "expected a table of events"
+LOG = "expected the log of a run"
 TOML = "expected a scenario file (TOML)"
 # Arguments, the files that a command takes, and what it says it expects instead of others.
 COMMANDS = {
@@ -57,9 +57,6 @@ COMMANDS = {
     "verify": (["verify", "FILE"], {"a.nc", "a.history"}, "expected a result of historysim run (netCDF), or a log"),
     "verify --log": (["verify", "a.nc", "--log", "FILE"], {"a.history"}, LOG),
     "state": (["state", "FILE"], {"a.history"}, LOG),
-    "fork": (["fork", "FILE", "--at", "1", "-o", "fork.history"], {"a.history"}, LOG),
-    "append": (["append", "FILE", "loads.csv"], {"a.history"}, LOG),
-    "append TABLE": (["append", "a.history", "FILE"], {"loads.csv"}, TABLE),
     "log": (["log", "FILE"], {"a.history"}, LOG),
     "compare": (["compare", "FILE"], set(), TOML),
     "creep": (["creep", "FILE"], set(), TOML),
@@ -126,8 +123,6 @@ def test_a_wrong_file_is_named_as_what_it_is(folder, command):
         (["plot", "a.nc", "-o", "new.png"], "new.png"),
         (["loops", "a.nc", "-o", "new.nc"], "new.nc"),
         (["state", "a.history", "-o", "new.nc"], "new.nc"),
-        (["fork", "a.history", "--at", "1", "-o", "new.history"], "new.history"),
-        (["log", "a.history", "--csv", "new.csv"], "new.csv"),
     ],
 )
 def test_what_may_not_be_written_is_named_as_it_was_asked_for(folder, monkeypatch, arguments, asked_for):

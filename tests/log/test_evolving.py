@@ -8,7 +8,6 @@ import historysim as hs
 from historysim.asperities import laws
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.asperities.yielding import KogutEtsion
-from historysim.loads.event_table import read_events, write_events
 from historysim.log import result as result_writer
 from historysim.log.canonical import columns_of, events_of
 from historysim.log.header import LogHeader, head_from
@@ -36,11 +35,9 @@ LAWS = [
 ]
 
 
-def test_other_events_come_back_from_columns_and_tables(tmp_path):
+def test_other_events_come_back_from_columns():
     events = [hs.NormalLoad(0.0, 0.01), *OTHER, hs.FrictionChange(3.0, [0.1, 0.2, 0.3])]
     assert events_of(columns_of(events)) == events
-    write_events(tmp_path / "events.csv", events)
-    assert read_events(tmp_path / "events.csv") == events
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.text)

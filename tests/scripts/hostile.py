@@ -370,7 +370,7 @@ def forged_head(path: Path, settings: dict[str, object]) -> None:
 
 def logs() -> Iterator[Case]:
     commands = (["verify", "a.history"], ["show", "a.history"], ["log", "a.history"], ["state", "a.history"])
-    others = ["run", "a.history", "-o", "out.nc"], ["append", "a.history", "loads.csv"]
+    others = (["run", "a.history", "-o", "out.nc"],)
     for name, statements in FORGERIES.items():
         for command in (*commands, *others):
             yield Case(
@@ -509,7 +509,6 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         made = Path(name)
         text("s.toml", SCENARIO)(made)
-        text("loads.csv", "time,normal_load\n10,0.01\n")(made)
         hs.run(made / "s.toml", made / "a.nc").close()
         for kind, case in chosen:
             if problem := wrong(case, made):

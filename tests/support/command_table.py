@@ -43,8 +43,6 @@ COMMANDS = {
     "design": (["design", "s.toml", "-o", "TARGET", "--workers", "1"], ".csv"),
     "state": (["state", "r.history", "-o", "TARGET"], ".nc"),
     "state of one": (["state", "r.history", "--asperity", "0", "-o", "TARGET"], ".png"),
-    "fork": (["fork", "r.history", "--at", "10", "-o", "TARGET"], ".history"),
-    "log": (["log", "r.history", "--csv", "TARGET"], ".csv"),
     "table": (["table", "r.nc", "slip-onset", "-o", "TARGET"], ".csv"),
     "table to netCDF": (["table", "r.nc", "time-series", "-o", "TARGET"], ".nc"),
     "loops": (["loops", "s.toml", "-o", "TARGET"], ".csv"),
@@ -63,19 +61,19 @@ COMMANDS = {
     "reduce --picture": (["reduce", "s.toml", "--elements", "4", "-o", "new.json", "--picture", "TARGET"], ".png"),
 }
 
-# Arguments of each command that writes no file of the user's choice; `append` extends the log it is given.
+# Arguments of each command that writes no file.
 READING = {
     "columns": ["columns", "m.csv"],
     "validate": ["validate", "s.toml"],
     "show": ["show", "r.nc"],
     "verify": ["verify", "r.nc"],
-    "append": ["append", "r.history", "later.csv"],
+    "log": ["log", "r.history"],
     "kinds": ["kinds", "laws"],
 }
 
 
 def write_inputs(folder):
-    """Write scenarios, records, one result with its log, and a table of events into a folder."""
+    """Write scenarios, records and one result with its log into a folder."""
     turns = np.array([0, 60, -60, 60, -60, 60, -60, 60])
     times = np.arange(0, 71, 2)
     x = np.interp(times, np.arange(0, 80, 10.0), turns)
@@ -93,7 +91,6 @@ def write_inputs(folder):
     (folder / "one_way.toml").write_text(SCENARIO.replace("m.csv", "o.csv"), encoding="utf-8")
     held = SCENARIO.partition("[sweep.over]")[0].replace("m.csv", "h.csv")
     (folder / "h.toml").write_text(held, encoding="utf-8")
-    (folder / "later.csv").write_text("time,normal_load\n1000,0.02\n", encoding="utf-8")
     hs.run(folder / "s.toml", folder / "r.nc").close()
 
 
