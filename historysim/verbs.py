@@ -303,9 +303,8 @@ def plot(
         Draw into these axes: pictures with one panel.
     **options
         Those of the picture: ``step`` of "contact-map" (which it chooses), ``steps`` of "loops" and "traction",
-        ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on the adhesion map, or with
-        ``asperity`` the equilibria of one. Of the path of a height map ``form``, ``pixel_size``, …, as for
-        `read_surface`.
+        ``panels`` of "history". Of a scenario ``adhesion=True``: its asperities on the adhesion map. Of the
+        path of a height map ``form``, ``pixel_size``, …, as for `read_surface`.
 
     Returns
     -------

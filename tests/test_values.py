@@ -18,7 +18,6 @@ import historysim as hs
 from historysim import errors
 from historysim.asperities import laws, wear
 from historysim.basics.wording import Finding
-from historysim.contact import adhesion
 from historysim.errors import misfit
 from historysim.loads import schedule
 from historysim.loads.event_sequence import SampledLoads
@@ -146,9 +145,6 @@ VALUES = {
     "records": compared,
     "Sliding": lambda: sliding.sliding_of_channels(*SLID),
     "table": lambda: (Column("N", unit="mN"), Format(delimiter=";")),
-    "Branch": lambda: adhesion.branch(
-        summit_radius=1e-6, contact_modulus=1e9, work_of_adhesion=0.05, max_load=1e-6, model="jkr"
-    ),
 }
 
 

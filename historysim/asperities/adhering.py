@@ -9,10 +9,6 @@ import numpy.typing as npt
 from historysim.asperities.ensemble import Ensemble
 from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.contact import adhesion, hertz
-from historysim.errors import InputError
-
-# Load over that of pull-off up to which equilibria are followed: beyond, adhesion hardly shows in their curve.
-LARGEST_LOAD = 5.0
 
 
 @attrs.frozen(eq=False)
@@ -25,10 +21,6 @@ class AdheringAsperities:
     maugis_parameter: Floats  #: λ
     regime: npt.NDArray[np.object_]  #: their zone of the adhesion map
     pull_off_load: Floats  #: at which each would be pulled off, by Maugis [N], < 0
-    summit_radius: Floats
-    contact_modulus: float
-    work_of_adhesion: float
-    equilibrium_separation: float
 
     def summary(self) -> list[tuple[str, str]]:
         """Return how many asperities need which theory, and what leaving adhesion out costs, in a few lines."""
@@ -50,21 +42,6 @@ class AdheringAsperities:
             f"asperity {self.asperity[rank]}, {name}": (parameters[0][rank], parameters[1][rank])
             for rank, name in sorted(ranks.items())
         }
-
-    def branch(self, asperity: int) -> adhesion.Branch:
-        """Return the equilibria of an asperity that touches, by Maugis, up to its load, as far as adhesion shows."""
-        found = np.flatnonzero(self.asperity == asperity)
-        if not found.size:
-            most = self.asperity[0]
-            raise InputError(f"asperity {asperity} does not touch; expected one that does: {most} carries most")
-        return adhesion.branch(
-            adhesion.Regime.MAUGIS,
-            summit_radius=float(self.summit_radius[found[0]]),
-            contact_modulus=self.contact_modulus,
-            work_of_adhesion=self.work_of_adhesion,
-            max_load=min(float(self.normal_load[found[0]]), -LARGEST_LOAD * float(self.pull_off_load[found[0]])),
-            equilibrium_separation=self.equilibrium_separation,
-        )
 
 
 def adhering_asperities(
@@ -97,5 +74,4 @@ def adhering_asperities(
         maugis_parameter=parameter,
         regime=np.asarray(adhesion.regime(parameter, relative)),
         pull_off_load=adhesion.maugis_pull_off_load(**contact),
-        **contact,
     )

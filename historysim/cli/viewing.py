@@ -43,7 +43,7 @@ SHORT = {
     "across": "What a traction is drawn over: radius or diameter.",
     "labels": "Of loops and traction: names of the lines, with commas between.",
     "step": "Draw the contact map of a result at this step: a number, partial or peak.",
-    "asperity": "Of traction: which asperity; with --adhesion, the one to draw the equilibria of.",
+    "asperity": "Of traction: which asperity.",
     "panels": "Of the picture history: some of loop,loads,states,energy.",
 }
 # What the file of a height map does not say.

@@ -10,7 +10,6 @@ from historysim.basics.wording import silent
 from historysim.errors import InputError
 from historysim.results.plots.pictures import HISTORY, PICTURES, SCENARIO, SWEEP, draw, draw_figure, figure_of
 from historysim.scenario.document import parsed, pictures_of
-from historysim.scenario.picture_section import adhering_of
 from historysim.scenario.run import run
 from historysim.scenario.scenario import Scenario
 from historysim.scenario.schema import reported
@@ -49,16 +48,9 @@ def _of_scenario(
     place: "Place | None" = None,
     name: str = "",  # noqa: ARG001 - a scenario knows its own path
     adhesion: bool = False,
-    asperity: int | str | None = None,
     **options: Any,  # noqa: ANN401 - fields of pictures
 ) -> "FigureOrAxes":
     """Draw what its ``[picture]`` asks for, or else the surface with its summits; with `adhesion` the adhesion map."""
-    if asperity is not None:
-        if not adhesion:
-            problem = f"asperity {asperity}: of a scenario it needs adhesion, to draw the equilibria of the asperity"
-            raise InputError(problem)
-        branch = adhering_of(scenario).branch(int(asperity))
-        return figure_of(branch, title=f"Equilibria of asperity {asperity} after {branch.model.label}", place=place)
     if picture is None and not adhesion and not options and (pictures := drawable(scenario)):
         return draw_scenario_figure(scenario, pictures, place)
     kind = picture or ("adhesion-map" if adhesion else "surface")

@@ -8,7 +8,6 @@ import pytest
 import historysim as hs
 from historysim.asperities.adhering import adhering_asperities
 from historysim.contact.adhesion import Regime
-from historysim.errors import InputError
 from historysim.scenario import scenario
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=50e9, shear_modulus=10e9)
@@ -93,15 +92,3 @@ def test_examples_are_the_greatest_the_median_and_the_least_load():
     assert list(adhering([0.0], 1e-6, 4e-9).examples()) == ["asperity 0, greatest load"]
     two = adhering([0.0, -1e-9], 1e-6, 4e-9)
     assert list(two.examples()) == ["asperity 0, greatest load", "asperity 1, median load"]
-
-
-def test_the_branch_of_an_asperity_is_that_of_its_contact():
-    found = adhering([0.0, -1e-9, -9e-9], [1e-6, 9e-6, 1e-6], 4e-9)
-    branch = found.branch(0)
-    assert branch.model is Regime.MAUGIS
-    assert branch.pull_off_under_load.normal_load == pytest.approx(found.pull_off_load[1], rel=1e-9)
-    most = min(found.normal_load[1], -5 * found.pull_off_load[1])
-    assert branch.normal_load[-1] == pytest.approx(most, rel=1e-6)
-    for asperity in (2, -1, 7):
-        with pytest.raises(InputError, match=f"asperity {asperity} does not touch; expected one that does: 1 carries"):
-            found.branch(asperity)

@@ -249,9 +249,6 @@ def test_how_adhesive_a_scenario_is(folder):
     (folder / "ball.toml").write_text(text, encoding="utf-8")
     assert "adhesion regimes     1 JKR, where the asperities are pressed most\n" in call("show", "ball.toml").output
     assert call("plot", "ball.toml", "--adhesion").output == "ball_adhesion.png\n"
-    assert call("plot", "ball.toml", "--adhesion", "--asperity", "0", "-o", "branch.svg").exit_code == 0
-    assert "Equilibria of asperity 0 after Maugis" in (folder / "branch.svg").read_text(encoding="utf-8")
-    check_refusal(call("plot", "ball.toml", "--adhesion", "--asperity", "9"), 2, "asperity 9 does not touch")
     assert call("run", "ball.toml", "-q").exit_code == 0
     assert "adhesion does not apply" in call("plot", "ball.nc", "--adhesion").output
 
@@ -536,7 +533,7 @@ PIXEL = ("--pixel-size", "1 µm", "--height-unit", "nm")
         (["show", "ball.toml", *PIXEL], "pixel_size, height_unit: ball.toml is a scenario; expected a height map"),
         (["plot", "good.nc", "--with", "what=1"], "is no option of a picture"),
         (["plot", "good.nc", "--adhesion"], "adhesion does not apply to the picture history"),
-        (["plot", "ball.toml", "--asperity", "0"], "asperity 0: of a scenario it needs adhesion"),
+        (["plot", "ball.toml", "--asperity", "0"], "asperity does not apply to the picture surface"),
         (["plot", "stranger.nc"], "stranger.nc: holds no heights"),
         (["plot", "cut.nc"], "cut.nc: is damaged"),
     ],

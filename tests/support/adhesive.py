@@ -45,7 +45,7 @@ class Springs:
         self.stress = 16 * work_of_adhesion / (9 * math.sqrt(3) * equilibrium_separation)
         self.range = work_of_adhesion / self.stress
         edge = -2 * self.stress * math.sqrt(zone**2 - a**2) / contact_modulus
-        self.approach = a**2 / summit_radius + edge if a else self._approach_at_range()
+        self.approach = a**2 / summit_radius + edge
 
     @classmethod
     def of(cls, a, **arguments):
@@ -56,9 +56,6 @@ class Springs:
             return springs.gap(springs.zone) / springs.range - 1
 
         return cls(a, a * math.sqrt(1 + 10 ** (2 * brentq(miss, -9, 9, xtol=1e-14))), **arguments)
-
-    def _approach_at_range(self):
-        return self.zone**2 / (2 * self.radius) + self.displacement(self.zone) - self.range
 
     def spring(self, x):
         if x < self.a:
@@ -77,10 +74,3 @@ class Springs:
     def load(self):
         parts = ((0, self.a), (self.a, self.zone))
         return 2 * self.modulus * sum(quad(self.spring, *part, epsabs=0)[0] for part in parts)
-
-    @property
-    def energy(self):
-        parts = ((0, self.a), (self.a, self.zone))
-        elastic = self.modulus * sum(quad(lambda x: self.spring(x) ** 2, *part, epsabs=0)[0] for part in parts)
-        zone = quad(lambda r: 2 * math.pi * r * self.stress * (self.range - self.gap(r)), self.a, self.zone)[0]
-        return elastic - math.pi * self.a**2 * self.work - zone

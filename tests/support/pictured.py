@@ -8,7 +8,6 @@ from tempfile import mkdtemp
 import numpy as np
 
 import historysim as hs
-from historysim.contact.adhesion import branch
 from historysim.measured.comparison import Comparison, observe, passed
 from historysim.measured.reduction import Measurement
 
@@ -231,7 +230,6 @@ PICTURES = {
     "adhesion-map": lambda **p: hs.plots.adhesion_map(
         {"silicon": (0.5, 10.0), "glass": (8.0, 200.0), "pulled": (0.05, -0.2)}, **p
     ),
-    "adhesion-branch": lambda **p: hs.plot(_branch(), **p),
     "swept": lambda **p: hs.plots.curve(sweep(), quantity="preliminary_displacement", title=TITLE, **p),
     "bars": lambda **p: hs.plots.bars(
         _pairs(), quantity="preliminary_displacement", groups={"smooth": ["a", "b"], "rough": ["a", "b"]}, **p
@@ -254,11 +252,6 @@ def _asperity():
     state = one.advance(one.initial_state(), normal_load=50e-3)
     state = one.advance(one.advance(state, tangential_load=8e-3), tangential_load=-2e-3)
     return one.asperity(0, state)
-
-
-def _branch():
-    tip = {"summit_radius": 1e-6, "contact_modulus": 1e9, "work_of_adhesion": 0.05}
-    return branch("maugis", **tip, max_load=3e-7, equilibrium_separation=1e-9)
 
 
 def _pairs():

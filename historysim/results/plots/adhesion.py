@@ -1,4 +1,4 @@
-"""Pictures of adhesion: the zones in which its theories hold, with contacts in them, and equilibria of one contact."""
+"""Picture of the zones in which the theories of adhesion hold, with contacts in them."""
 
 import itertools
 from collections.abc import Iterable, Mapping
@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import attrs
 import numpy as np
-import numpy.typing as npt
 
 from historysim.asperities.adhering import AdheringAsperities
-from historysim.basics.units import quantity_text
-from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Branch, Regime, hertz_boundary, regime, rigid_boundary
+from historysim.contact.adhesion import DMT_BELOW, JKR_ABOVE, Regime, hertz_boundary, regime, rigid_boundary
 from historysim.errors import InputError, LoadError
 from historysim.results.plots.canvas import Canvas
-from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel, Titled
-from historysim.results.plots.style import FAINT, INK, LINES, MARK, plain, zero_lines
+from historysim.results.plots.pictures import PICTURES, SCENARIO, Panel
+from historysim.results.plots.style import FAINT, INK, LINES, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -140,55 +138,3 @@ def _draw_zones(axes: "Axes") -> None:
     axes.plot(x[shown], np.maximum(below_rigid, bottom)[shown], **line)
     for limit in (DMT_BELOW, JKR_ABOVE):
         axes.plot([limit, limit], [bottom, float(hertz_boundary(limit))], **line)
-
-
-@PICTURES.register
-@attrs.frozen(kw_only=True)
-class AdhesionBranchPicture(Titled):
-    """The load of an adhesive contact over its approach: what is stable, and where it jumps."""
-
-    kind, of, size, alone = "adhesion-branch", (Branch,), (130.0, 102.0), True
-
-    def draw(self, canvas: Canvas, data: Branch) -> None:
-        """Draw the equilibria."""
-        axes = canvas.axes()
-        zero_lines(axes)
-        for name, part, line in _parts(data):
-            axes.plot(data.approach[part], data.normal_load[part], label=name, **line)
-        for name, point, mark in _jumps(data):
-            load = point.normal_load
-            text = f", {quantity_text(load, 'N', 3)}" if load < 0 else ""
-            axes.plot(point.approach, load, label=name + text, color=MARK, ls="none", zorder=3, clip_on=False, **mark)
-        axes.margins(0.06)
-        axes.set(
-            title=plain(self.title or f"Equilibria after {data.model.label}"),
-            xlabel=r"approach $\delta$ (m)",
-            ylabel="normal load $N$ (N)",
-        )
-
-
-def _parts(branch: Branch) -> "list[tuple[str, npt.NDArray[np.intp], dict[str, Any]]]":
-    """Return what to call, which points to draw and how, for each part of the curve that is there."""
-    size = branch.normal_load.size
-    stable, held = (size - int(mask.sum()) for mask in (branch.stable_under_load, branch.stable_under_displacement))
-    dashed, dotted = ({"linewidth": 1.0, "linestyle": (0, pattern)} for pattern in ((4, 2), (1.2, 1.5)))
-    # neighbours share a point, so that the curve does not tear
-    parts = [
-        ("stable", np.arange(max(stable, held), size), {"color": INK, "linewidth": 1.2}),
-        ("stable under displacement only", np.arange(held, stable + 1), {"color": INK, **dashed}),
-        ("unstable", np.arange(min(stable, held) + 1), {"color": FAINT, **dotted}),
-    ]
-    return [part for part in parts if part[1].size > 1]
-
-
-def _jumps(branch: Branch) -> "list[tuple[str, Any, dict[str, Any]]]":
-    """Return what to call, where to draw and how, for each point at which the contact jumps."""
-    load, displacement = branch.pull_off_under_load, branch.pull_off_under_displacement
-    if load == branch.jump_in:
-        return []
-    pull_off = [("pull-off under load", load, {"marker": "o", "ms": 5})]
-    pull_off.append(("pull-off under displacement", displacement, {"marker": "s", "ms": 4.5}))
-    if load == displacement:
-        pull_off = [("pull-off", load, {"marker": "o", "ms": 5})]
-    # a ring, since a pull-off may lie right beside it
-    return [*pull_off, ("jump-in", branch.jump_in, {"marker": "o", "ms": 9, "mfc": "none"})]
