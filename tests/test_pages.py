@@ -39,7 +39,6 @@ def after_the_readme(tmp_path_factory):
     folder = tmp_path_factory.mktemp("readme")
     for name in ("data", "scenarios"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("thesis", "tutorials", "*.py"))
-    (folder / "more.csv").write_text("time,normal_load [mN]\n13,80\n14,60\n", encoding="utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setattr("historysim.basics.system.processors", lambda: 1)
