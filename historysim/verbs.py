@@ -14,7 +14,17 @@ import attrs
 from historysim.basics.files import as_path, is_netcdf, kind_text
 from historysim.basics.wording import Lines, brief, shell_word
 from historysim.errors import InputError
-from historysim.results.result_files import CALLED, FILES, KINDS, damage_reported, kind_of, open_history, read_table
+from historysim.results.history_view import History, is_dataset
+from historysim.results.result_files import (
+    CALLED,
+    FILES,
+    KINDS,
+    damage_reported,
+    kind_of,
+    open_file_history,
+    open_history,
+    read_table,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -80,9 +90,7 @@ def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading
     kind = kind_of(path)
     if kind == "height map":
         return _height_map(path, form or "plane", **reading)
-    if unused := ([] if form is None else ["form"]) + list(reading):
-        called = CALLED.get(kind, f"a {kind}")
-        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
+    _check_reading(path, kind, form, reading)
     if kind == "result":
         return open_history(path)
     if kind == "log":
@@ -95,6 +103,13 @@ def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading
         return load(path)
     content: Content = _read_whole(path, kind)
     return content
+
+
+def _check_reading(path: Path, kind: str, form: str | None, reading: Reading) -> None:
+    """Check that no options of a height map are given for a file of another type."""
+    if unused := ([] if form is None else ["form"]) + list(reading):
+        called = CALLED.get(kind, f"a {kind}")
+        raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
 
 
 def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kinds of files have their own types
@@ -205,6 +220,12 @@ def show(what: object, *, form: str | None = None, attributes: bool = False, **r
     kind = kind_of(Path(what))
     if kind == "height map":
         return Lines(_lines_of_map(Path(what), form or "plane", **reading))
+    if kind == "result":
+        _check_reading(Path(what), kind, form, reading)
+        from historysim.results.analysis.history_summary import summary_lines
+
+        with open_file_history(Path(what)) as history:
+            return Lines(summary_lines(history) + (_attribute_lines(history) if attributes else []))
     with opened(what, form=form, **reading) as content:
         return Lines(_lines(content, attributes=attributes))
 
@@ -224,24 +245,27 @@ def _registration(maps: "Sequence[object]", **reading: Any) -> "Registration":  
 
 
 def _lines(what: Any, *, attributes: bool = False) -> list[tuple[str, str]]:  # noqa: ANN401 - whatever has a summary
-    import xarray as xr
+    if is_dataset(what):
+        from historysim.results import tables
 
-    from historysim.results import tables
-    from historysim.scenario.scenario import Scenario
-    from historysim.scenario.scenario import summary as of_scenario
-    from historysim.surfaces.heights import Surface
-    from historysim.surfaces.inspection import summary as of_surface
-
-    if isinstance(what, xr.Dataset):
         summaries = {"sweep": tables.sweep_summary, "table": tables.table_summary, "loops": tables.loop_summary}
-        if summary := summaries.get(KINDS.get(str(what.attrs.get("content")), "")):
-            return summary(what)
+        if summarise := summaries.get(KINDS.get(str(what.attrs.get("content")), "")):
+            return summarise(what)
         if "total_normal_load" not in what:
             raise InputError("this Dataset is no history; expected one from historysim, with all its variables")
-        return _lines_of_history(what, attributes=attributes)
+        from historysim.results.analysis.history_summary import summary
+
+        return [*summary(what), *(_attribute_lines(what) if attributes else [])]
+    from historysim.scenario.scenario import Scenario
+    from historysim.scenario.scenario import summary as of_scenario
+
     if isinstance(what, Scenario):
         return of_scenario(what)
+    from historysim.surfaces.heights import Surface
+
     if isinstance(what, Surface):
+        from historysim.surfaces.inspection import summary as of_surface
+
         return of_surface(what)
     if not hasattr(what, "summary"):
         raise InputError(
@@ -262,15 +286,12 @@ def _lines_of_map(path: Path, form: str, **reading: Unpack[Reading]) -> list[tup
     return lines if coarse is None else [*lines, ("warning", coarse)]
 
 
-def _lines_of_history(history: "xr.Dataset", *, attributes: bool) -> list[tuple[str, str]]:
-    from historysim.results.analysis.history_summary import readable_attributes, summary
+def _attribute_lines(history: History) -> list[tuple[str, str]]:
+    from historysim.results.analysis.history_summary import readable_attributes
 
-    lines = list(summary(history))
-    if attributes:
-        # strings of many lines, such as the scenario, would hide the rest
-        found = readable_attributes(history)
-        lines += [("", ""), *((name, text) for name, text in found.items() if "\n" not in text.strip())]
-    return lines
+    # strings of many lines, such as the scenario, would hide the rest
+    texts = readable_attributes(history)
+    return [("", ""), *((name, text) for name, text in texts.items() if "\n" not in text.strip())]
 
 
 def plot(

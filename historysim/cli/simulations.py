@@ -61,20 +61,19 @@ def run(
     outputs = [Output(path, (PICTURE,)) for path in pictures]
     chosen = RunOptions(progress=not quiet, notify=notice, force=options.given("force"), **choices)
     write(source, output, chosen, *outputs)
-    if quiet and not pictures:
-        return
-    from historysim.results.result_files import open_result
+    from historysim.results.result_files import open_file_history, open_result
 
-    with open_result(output, own=True) as history:
-        if pictures:
+    if pictures:
+        with open_result(output, own=True) as history:
             drawn = _drawn(source, history)
             for path in pictures:
                 save(drawn, path)
-        if not quiet:
-            from historysim.results.analysis.history_summary import summary
+    if not quiet:
+        from historysim.results.analysis.history_summary import summary_lines
 
-            files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
-            write_answer([*summary(history), *files])
+        files = [("result", str(output)), *(("picture", str(path)) for path in pictures)]
+        with open_file_history(output, own=True) as summarised:
+            write_answer([*summary_lines(summarised), *files])
 
 
 def _drawn(source: Any, history: "xr.Dataset") -> Any:

@@ -13,11 +13,9 @@ import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.errors import InputError
-from historysim.recording.variables import COORDINATES, SLIDE_TIME, Changes, Variable, known, recorded
+from historysim.recording.variables import COORDINATES, SLIDE_TIME, Variable, known
+from historysim.results.history_view import MODULI
 
-MODULI = ("contact_modulus", "shear_modulus")
-#: Variables of every history; a contact that is given by its loads alone has no area.
-NEEDED = frozenset({"time", *(variable.name for variable in recorded(Changes(areas=False))[0])})
 _LABELS = {"step": "time", "asperity": "asperity"}  # coordinates that remain if one step or asperity is selected
 _COORDINATES = frozenset(variable.name for variable in COORDINATES)
 _SINGLE_PRECISION = np.dtype(np.float32).itemsize

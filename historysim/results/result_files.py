@@ -6,11 +6,9 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import netCDF4
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import DIRECTION
 from historysim.basics.files import is_log, is_netcdf, what_is_there
@@ -18,7 +16,10 @@ from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
 from historysim.recording.variables import COORDINATES, VARIABLES
-from historysim.results.layout import MODULI, NEEDED
+from historysim.results.history_view import MODULI, NEEDED, FileHistory, History
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 # What a netCDF file is, by its attribute ``content``; the modules that write it are heavy to import.
 KINDS: Mapping[str, str] = {
@@ -31,6 +32,7 @@ KINDS: Mapping[str, str] = {
     "history over time": "table",
 }
 
+EXPECTED = "expected a result of historysim run (netCDF)"
 CALLED: Mapping[str, str] = {
     "scenario": "a scenario",
     "log": "a log",
@@ -91,6 +93,8 @@ def kind_of(path: Path) -> str:
 
 
 def _kind_of_netcdf(path: Path) -> str:
+    import netCDF4
+
     check_named(path)
     # height maps are netCDF, too; what does not open is left to the reader of results, which says what is wrong
     with contextlib.suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
@@ -102,7 +106,7 @@ def _kind_of_netcdf(path: Path) -> str:
     return "result"
 
 
-def open_history(path: Path, *, own: bool = False) -> xr.Dataset:
+def open_history(path: Path, *, own: bool = False) -> "xr.Dataset":
     """Open the result of a run, read lazily; its ``close()`` closes the file.
 
     The Dataset is that of xarray, which also closes files that nobody has closed. It must not be held open by a
@@ -121,14 +125,11 @@ def open_history(path: Path, *, own: bool = False) -> xr.Dataset:
     InputError
         The file does not exist, is not a finished result, or is damaged.
     """
-    expected = "expected a result of historysim run (netCDF)"
-    _check_exists(path, expected)
-    if not is_netcdf(path):
-        raise InputError(f"{path}: is not a netCDF file; {expected}")
+    _check_netcdf(path)
     history = _open_netcdf(path, own=own)
     try:
         with damage_reported(path):
-            _check_history(history, path, expected)
+            _check_history(history, path)
     except BaseException:
         history.close()
         raise
@@ -136,7 +137,7 @@ def open_history(path: Path, *, own: bool = False) -> xr.Dataset:
 
 
 @contextlib.contextmanager
-def open_result(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
+def open_result(path: Path, *, own: bool = False) -> Iterator["xr.Dataset"]:
     """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
 
     Parameters and errors as for `open_history`.
@@ -145,7 +146,26 @@ def open_result(path: Path, *, own: bool = False) -> Iterator[xr.Dataset]:
         yield history
 
 
-def read_table(path: Path) -> xr.Dataset:
+@contextlib.contextmanager
+def open_file_history(path: Path, *, own: bool = False) -> Iterator[FileHistory]:
+    """Open the result of a run for a summary, without xarray, and close it when the block ends.
+
+    Parameters and errors as for `open_history`; damage found while reading is an InputError as well.
+    """
+    _check_netcdf(path)
+    if not own:
+        check_named(path)
+    with contextlib.ExitStack() as files:
+        try:
+            history = files.enter_context(FileHistory.open(path))
+        except (OSError, RuntimeError, AttributeError) as error:
+            raise _damaged(path, error) from error
+        files.enter_context(damage_reported(path))
+        _check_history(history, path)
+        yield history
+
+
+def read_table(path: Path) -> "xr.Dataset":
     """Read a sweep, friction loops, a table of them, or friction over time or distance, as it was written."""
     with _open_netcdf(path) as found, damage_reported(path):
         return found.load()
@@ -156,14 +176,26 @@ def _check_exists(path: Path, expected: str) -> None:
         raise InputError(f"{path}: {found}; {expected}")
 
 
-def _open_netcdf(path: Path, *, own: bool = False) -> xr.Dataset:
+def _check_netcdf(path: Path) -> None:
+    _check_exists(path, EXPECTED)
+    if not is_netcdf(path):
+        raise InputError(f"{path}: is not a netCDF file; {EXPECTED}")
+
+
+def _damaged(path: Path, error: Exception) -> InputError:
+    return InputError(f"{path}: is damaged ({error}); make it again")
+
+
+def _open_netcdf(path: Path, *, own: bool = False) -> "xr.Dataset":
+    import xarray as xr
+
     if not own:
         check_named(path)
     try:
         # elapsed time in s is no date
         return xr.open_dataset(path, engine="netcdf4", decode_times=False)
     except (OSError, RuntimeError, AttributeError, ValueError) as error:
-        raise InputError(f"{path}: is damaged ({error}); make it again") from error
+        raise _damaged(path, error) from error
 
 
 @contextlib.contextmanager
@@ -176,7 +208,7 @@ def damage_reported(path: Path) -> Iterator[None]:
         text = error.strerror if isinstance(error, OSError) else str(error)
         if not str(text).startswith("NetCDF: "):
             raise
-        raise InputError(f"{path}: is damaged ({error}); make it again") from error
+        raise _damaged(path, error) from error
 
 
 STRINGS = (
@@ -186,17 +218,17 @@ STRINGS = (
 KNOWN = {variable.name: variable for variable in (*COORDINATES, *VARIABLES)}
 
 
-def _check_history(history: xr.Dataset, path: Path, expected: str) -> None:
+def _check_history(history: History, path: Path) -> None:
     """Check that a file is a finished result, with attributes and variables as this program writes them."""
     if kind := KINDS.get(str(history.attrs.get("content", ""))):
-        raise InputError(f"{path}: is {CALLED[kind]}; {expected}")
+        raise InputError(f"{path}: is {CALLED[kind]}; {EXPECTED}")
     if not history.attrs.get("complete"):
         raise InputError(f"{path}: is not a finished result of historysim run; run the scenario again")
     if problem := next(_wrong(history), ""):
         raise InputError(f"{path}: is no result of historysim run, or damaged: {problem}; run the scenario again")
 
 
-def _wrong(history: xr.Dataset) -> Iterator[str]:
+def _wrong(history: History) -> Iterator[str]:
     """Yield what is wrong with the attributes and variables of a result."""
     for name in STRINGS:
         if not isinstance(history.attrs.get(name, ""), str):

@@ -4,34 +4,34 @@ import json
 import re
 
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import NAMED_STATES
 from historysim.basics.wording import listed
 from historysim.errors import InputError
+from historysim.results.history_view import History
 
 NUMBER = re.compile(r"-?\d+")
 
 
-def named_states(history: xr.Dataset) -> dict[str, int]:
+def named_states(history: History) -> dict[str, int]:
     """Return the step of each named state of a history, in the order of the scenario: the last one at its time."""
     steps = {name: step_at(history, time) for name, time in _named_times(history).items()}
     return {name: step for name, step in steps.items() if step is not None}
 
 
-def _named_times(history: xr.Dataset) -> dict[str, float]:
+def _named_times(history: History) -> dict[str, float]:
     """Return the time of each named state of the scenario [s], also of states that a part of a history leaves out."""
     times: dict[str, float] = json.loads(str(history.attrs.get(NAMED_STATES, "{}")))
     return times
 
 
-def step_at(history: xr.Dataset, time: float) -> int | None:
+def step_at(history: History, time: float) -> int | None:
     """Return the last step recorded at a time [s]; None if there is none."""
     near = np.flatnonzero(np.isclose(np.asarray(history["time"].values), time, rtol=1e-9, atol=1e-12))
     return int(near[-1]) if near.size else None
 
 
-def position_of(step: object, history: xr.Dataset) -> int:
+def position_of(step: object, history: History) -> int:
     """Return a step of a history as a number from 0.
 
     The step is a number, where negative ones count from the end, also as a string, or the name of a state. InputError
@@ -53,7 +53,7 @@ def position_of(step: object, history: xr.Dataset) -> int:
     return int(step) % steps  # type: ignore[call-overload,no-any-return] # as above
 
 
-def state_label(history: xr.Dataset, step: int) -> str:
+def state_label(history: History, step: int) -> str:
     """Return what a step is called: its name, or else its number and time."""
     for name, position in named_states(history).items():
         if position == step:

@@ -336,6 +336,9 @@ def test_the_columns_of_a_file_are_listed(folder):
     check_refusal(call("columns", "loads.csv", "--decimal", "x"), 2, "decimal")
 
 
+SLOW_IMPORTS = {"xarray", "pandas", "pint", "scipy", "dask", "matplotlib", "h5py"}
+
+
 @pytest.mark.parametrize(
     ("command", "heavy"),
     [
@@ -343,10 +346,17 @@ def test_the_columns_of_a_file_are_listed(folder):
         # it is asked often, of files that are being written; the compiler alone takes longer than the check
         (["validate", "ball.toml"], {"scipy", "xarray", "matplotlib", "netCDF4"}),
         # importing them would take as long as a small run
-        (["run", "-q", "ball.toml"], {"xarray", "pandas", "matplotlib", "h5py", "scipy.linalg"}),
+        (["run", "-q", "ball.toml"], SLOW_IMPORTS),
+        (["run", "ball.toml"], SLOW_IMPORTS),
+        (["show", "ball.toml"], SLOW_IMPORTS),
+        (["show", "result.nc"], SLOW_IMPORTS),
+        (["show", "-v", "result.nc"], SLOW_IMPORTS),
+        (["show", "result.history"], SLOW_IMPORTS),
     ],
 )
 def test_a_command_imports_nothing_heavy_that_it_does_not_use(folder, command, heavy):
+    if command[-1].startswith("result"):
+        call("run", "ball.toml", "-q", "-o", "result.nc")
     code = (
         "import sys\n"
         "from historysim.cli import main\n"

@@ -13,7 +13,7 @@ from historysim.errors import InputError
 from historysim.log.event_log import EventLog
 from historysim.recording.netcdf import FileRecorder
 from historysim.results.analysis import history_summary
-from historysim.results.result_files import kind_of, open_result, read_table
+from historysim.results.result_files import kind_of, open_file_history, open_result, read_table
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -83,6 +83,48 @@ def test_damage_that_is_met_while_reading_is_reported(tmp_path):
     damaged = pytest.raises(hs.InputError, match=r"out\.nc: is damaged \(NetCDF: .*\); make it again")
     with damaged, open_result(path) as recorded:
         history_summary.summary(recorded)
+
+
+SUMMITS = PAIR, [0.0, -5e-9, -9e-9], 1e-5, 0.2
+APPROACH = np.linspace(0.0, 4e-8, 9)
+CURVE = 1e4 * APPROACH[:, np.newaxis]
+MOVES = [hs.NormalDisplacement(0.0, 3e-8), hs.TangentialDisplacement(1.0, 3e-8), hs.TangentialDisplacement(2.0, -3e-8)]
+
+
+@pytest.mark.parametrize(
+    ("ensemble", "events", "options"),
+    [
+        (ROUGH, MOVES, {"record": "touching"}),
+        (ROUGH, MOVES, {"record": "totals"}),
+        (ROUGH, MOVES, {"record": [2]}),
+        (ROUGH, [*MOVES, hs.FrictionChange(2.5, 0.1), hs.TangentialLoad(3.0, 0.1)], {"saturate": True}),
+        (ROUGH, [MOVES[0], hs.TangentialDisplacement(1.0, (3e-8, 1e-8))], {}),
+        (hs.Ensemble(*SUMMITS, wear=hs.wear.ArchardWear(coefficient=1e-2, hardness=1e9)), MOVES, {}),
+        (hs.Ensemble(*SUMMITS, yielding=hs.yielding.KogutEtsion(hardness=1e8, poissons_ratio=0.25)), MOVES, {}),
+        (hs.InclinedEnsemble(*SUMMITS, slope=[0.1, -0.2, 0.05]), MOVES, {}),
+        (hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, area=CURVE, friction=0.2), MOVES, {}),
+        (hs.Ensemble.from_normal_curves(PAIR, APPROACH, CURVE, friction=0.2), MOVES, {}),
+    ],
+)
+def test_a_file_and_its_dataset_have_one_summary(tmp_path, ensemble, events, options):
+    path = tmp_path / "out.nc"
+    job = hs.Replay(ensemble, events, **options)
+    job.write(path)
+    with open_file_history(path) as file:
+        lines = history_summary.summary_lines(file)
+    assert lines == history_summary.summary(job.dataset())
+    assert [*hs.show(path)] == lines
+    with hs.open(path) as history:
+        assert [*hs.show(path, attributes=True)] == [*hs.show(history, attributes=True)]
+
+
+@pytest.mark.parametrize("name", ["none.nc", ".", "map.txt", "l.nc", "t.nc", "stranger.nc", "cut.nc"])
+def test_both_readers_of_results_report_the_same_errors(folder, name):
+    with pytest.raises(InputError) as lazy, open_result(folder / name):
+        pass
+    with pytest.raises(InputError) as light, open_file_history(folder / name):
+        pass
+    assert str(light.value) == str(lazy.value)
 
 
 @pytest.mark.parametrize("name", ["r.nc", "l.nc", "r.history", "s.nc", "t.nc", "h.nc"])

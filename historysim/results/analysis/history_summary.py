@@ -1,9 +1,9 @@
 """A history in a few lines, and what the model assumes that did not hold."""
 
 from contextlib import suppress
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Floats
 from historysim.basics.units import duration_text, quantity_text
@@ -20,22 +20,30 @@ from historysim.results.analysis.recorded import (
 )
 from historysim.results.analysis.slips import order_of_sliding, slide_times, slip_note
 from historysim.results.asking import question
+from historysim.results.history_view import History
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 MOST_COEFFICIENTS = 4  # friction coefficients that a summary names
 NOTABLE_TRACTION_RATIO = 1.05  # ratio of traction to friction limit from which a summary has it
 
 
 @question(per_step=True, table="name,value", planar=True)
-def validity(history: xr.Dataset) -> tuple[Finding, ...]:
+def validity(history: "xr.Dataset") -> tuple[Finding, ...]:
     """Return which assumptions of the model did not hold where the asperities were pressed most.
 
     Each has name, value, limit and text; see `historysim.asperities.validity.findings`.
     """
+    return _findings(history)
+
+
+def _findings(history: History) -> tuple[Finding, ...]:
     return read_findings(history.attrs.get("validity", "[]"))
 
 
 @question(table="label,text", planar=True)
-def summary(history: xr.Dataset) -> list[tuple[str, str]]:
+def summary(history: "xr.Dataset") -> list[tuple[str, str]]:
     """Return in a few lines what happened.
 
     Parameters
@@ -50,6 +58,11 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         which the tangential load was held at the limit, a warning for each assumption of the model that does not
         hold, and a note where recorded steps are too far apart to show how slip spreads.
     """
+    return summary_lines(history)
+
+
+def summary_lines(history: History) -> list[tuple[str, str]]:
+    """Return the lines of `summary`, also of an open file of a result."""
     normal = history["total_normal_load"].values
     peak = int(normal.argmax())
     time = history["time"].values
@@ -80,7 +93,7 @@ def summary(history: xr.Dataset) -> list[tuple[str, str]]:
         condition = ", if the contact were round" if of_patches(history) else ""
         far = f"up to {largest:.2f} μp where friction fell: the model is that far from Coulomb's law{condition}"
         lines += [("traction", far)] if largest > NOTABLE_TRACTION_RATIO else []
-    lines += [("warning", finding.text) for finding in validity(history)]
+    lines += [("warning", finding.text) for finding in _findings(history)]
     note = slip_note(history)
     return [*lines, ("note", note)] if note else lines
 
@@ -106,7 +119,7 @@ def _preliminary(normal: Floats, last: Capacity, *, changes: bool) -> str:
     return f"{', '.join(lines)}, loaded from rest"
 
 
-def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
+def _evolved(history: History) -> list[tuple[str, str]]:
     """Return how far asperities have slid, what they lost, how they yielded, and what was forgotten."""
     lines = []
     if "total_slid_distance" in history:
@@ -128,7 +141,7 @@ def _evolved(history: xr.Dataset) -> list[tuple[str, str]]:
     return lines
 
 
-def _touched(history: xr.Dataset) -> str:
+def _touched(history: History) -> str:
     most = int(history["contact_count"].values.max())
     total = f" of {history.attrs['number_of_asperities']:,}" if "number_of_asperities" in history.attrs else ""
     if not is_complete(history) or SLOPE in history:
@@ -142,7 +155,7 @@ def _touched(history: xr.Dataset) -> str:
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 
-def _first_to_slide(history: xr.Dataset) -> str:
+def _first_to_slide(history: History) -> str:
     times = slide_times(history)
     order = order_of_sliding(history, times)
     if not order.size:
@@ -169,7 +182,7 @@ UNITS = {
 }
 
 
-def readable_attributes(history: xr.Dataset) -> dict[str, str]:
+def readable_attributes(history: History) -> dict[str, str]:
     """Return the attributes of a history as texts, quantities with their units."""
     return {
         str(name): quantity_text(value, UNITS[name]) if name in UNITS else str(value)

@@ -5,11 +5,10 @@ T = F(u) = Σ μ_i N_i [1 - (1 - u/(θ μ_i δ_i))₊^(3/2)] (Cattaneo; Mindlin)
 """
 
 from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import attrs
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers, scalar
 from historysim.contact import hertz
@@ -24,7 +23,11 @@ from historysim.results.analysis.recorded import (
     shape_of,
 )
 from historysim.results.asking import question
+from historysim.results.history_view import History
 from historysim.results.steps import position_of
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 DISPLACEMENTS = {
     "virgin": "from rest until the last asperity slides",
@@ -35,7 +38,7 @@ DISPLACEMENTS = {
 
 
 @question(per_step=True, planar=True)
-def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
+def preliminary_displacement(history: "xr.Dataset") -> "xr.DataArray":
     """Return the preliminary displacement [m]: the tangential displacement at which the last asperity of all slides.
 
     δ_t,max = max_i θ μ_i δ_i with θ = E*/(4 G*) and the approach δ_i = z_i - d, for one-way loading from the virgin
@@ -47,7 +50,7 @@ def preliminary_displacement(history: xr.Dataset) -> xr.DataArray:
 
 
 @question(per_step=True, planar=True)
-def critical_asperity(history: xr.Dataset) -> xr.DataArray:
+def critical_asperity(history: "xr.Dataset") -> "xr.DataArray":
     """Return the label of the asperity that slides last, with the greatest μ_i δ_i, at each step; -1 without contact.
 
     InputError: as for `preliminary_displacement`.
@@ -58,7 +61,7 @@ def critical_asperity(history: xr.Dataset) -> xr.DataArray:
 
 
 @question(unit="m")
-def drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
+def drift(history: "xr.Dataset", first: int | str, second: int | str) -> float:
     """Return the change of the preliminary displacement between two steps, |δ_t,max,2 - δ_t,max,1| [m].
 
     Steps are positions, where negative ones count from the end, or names of states. InputError: a step that the history
@@ -70,7 +73,7 @@ def drift(history: xr.Dataset, first: int | str, second: int | str) -> float:
 
 
 @question(per_step=True, table="time,virgin", planar=True, earlier="preliminary_displacements")
-def branch_displacements(history: xr.Dataset) -> xr.Dataset:
+def branch_displacements(history: "xr.Dataset") -> "xr.Dataset":
     """Return the preliminary displacement of the surface under each definition, at the normal load of each step [m].
 
     Along ``step``, 0 where nothing touches:
@@ -82,6 +85,7 @@ def branch_displacements(history: xr.Dataset) -> xr.Dataset:
 
     InputError: a history without some or all of the asperities that touch, or of patches.
     """
+    import xarray as xr
 
     def displacements(virgin: _Virgin) -> tuple[float, ...]:
         reach = float(virgin.reach.max())
@@ -96,7 +100,7 @@ def branch_displacements(history: xr.Dataset) -> xr.Dataset:
 
 
 @question(per_step=True, planar=True)
-def presliding_work(history: xr.Dataset) -> xr.DataArray:
+def presliding_work(history: "xr.Dataset") -> "xr.DataArray":
     """Return the mechanical work of pre-sliding at the normal load of each step [J]: the area of the closed loop ±δ.
 
     The loop turns where the last asperity slides, at the preliminary displacement δ, so it has no flat parts. Its area
@@ -112,7 +116,11 @@ def presliding_work(history: xr.Dataset) -> xr.DataArray:
     return _along_steps(history, values, "presliding_work", text, "J")
 
 
-def _along_steps(history: xr.Dataset, values: Floats | Integers, name: str, text: str, unit: str = "") -> xr.DataArray:
+def _along_steps(
+    history: "xr.Dataset", values: Floats | Integers, name: str, text: str, unit: str = ""
+) -> "xr.DataArray":
+    import xarray as xr
+
     return xr.Dataset({name: described("step", values, text, unit)}, {"time": history["time"]})[name]
 
 
@@ -124,7 +132,7 @@ class Capacity(NamedTuple):
     friction: Floats  #: its coefficient
 
 
-def capacity(history: xr.Dataset) -> Capacity:
+def capacity(history: History) -> Capacity:
     """Return which asperity slides last at each step, and at which displacement."""
     check_all_recorded(history)
     friction, ratio = present_friction(history), displacement_ratio(history)
@@ -145,7 +153,7 @@ def capacity(history: xr.Dataset) -> Capacity:
     return found
 
 
-def _leading(history: xr.Dataset, friction: Floats) -> Integers:
+def _leading(history: History, friction: Floats) -> Integers:
     """Return the few asperities one of which slides last at any approach, where neither friction nor shape changes."""
     height = history["summit_height"].values
     # none that never touches, or is no higher than another one with more friction
@@ -175,7 +183,7 @@ class _Virgin:
         return u
 
     @classmethod
-    def of(cls, history: xr.Dataset, step: int, separation: float) -> Self:
+    def of(cls, history: History, step: int, separation: float) -> Self:
         """Return that of the asperities of a step, with the friction that they have there."""
         height, radius = (shape_of(history, f"summit_{name}", step) for name in ("height", "radius"))
         coefficient = np.broadcast_to(present_friction(history).of(step), height.shape)
@@ -186,7 +194,7 @@ class _Virgin:
         return cls(own * load, displacement_ratio(history) * own * approach)
 
 
-def first_loading(history: xr.Dataset, normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
+def first_loading(history: History, normal_load: float, points: int = 101) -> tuple[Floats, Floats]:
     """Return u [m] and F(u) [N] of first loading at a normal load [N], from rest until the last asperity slides.
 
     The asperities are those of the first step, with the friction that they have there; a load that more asperities
@@ -214,7 +222,7 @@ def first_loading(history: xr.Dataset, normal_load: float, points: int = 101) ->
     return u, (virgin.limit * (1 - left**3)).sum(axis=1)
 
 
-def _of_each_load(history: xr.Dataset, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
+def _of_each_load(history: History, of_curve: Callable[[_Virgin], tuple[float, ...]], count: int) -> Floats:
     """Return what is found of the virgin curve of each step (step, count); 0 where nothing with friction touches."""
     check_recorded(history, "summit_radius")
     check_all_recorded(history)

@@ -5,11 +5,11 @@ from typing import Any
 
 import attrs
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import DIRECTION, Floats
 from historysim.basics.wording import brief
 from historysim.errors import InputError
+from historysim.results.history_view import History
 
 SEPARATED, FULL_STICK, PARTIAL_SLIP, GROSS_SLIP = range(4)  # flag values of slip_state
 STATES = ("full_stick", "partial_slip", "gross_slip")  # those of asperities in contact, from 1 on
@@ -20,12 +20,12 @@ def described(dims: Any, values: Any, text: str, unit: str = "") -> tuple[Any, A
     return dims, values, {**({"units": unit} if unit else {}), "long_name": text}
 
 
-def of_patches(history: xr.Dataset) -> bool:
+def of_patches(history: History) -> bool:
     """Return whether the recorded asperities are patches, of normal curves or of full interaction."""
     return bool(history.sizes.get("asperity")) and not {"summit_radius", "contact_radius"} & history.variables.keys()
 
 
-def check_recorded(history: xr.Dataset, *names: str) -> None:
+def check_recorded(history: History, *names: str) -> None:
     """Check that a history holds variables of its asperities; an InputError says why it does not."""
     if not hasattr(history, "sizes"):
         raise InputError(f"{brief(history)} is no history; expected a Dataset from historysim, as hs.open gives")
@@ -45,13 +45,13 @@ def check_recorded(history: xr.Dataset, *names: str) -> None:
     )
 
 
-def check_any(history: xr.Dataset) -> None:
+def check_any(history: History) -> None:
     """Check that there is an asperity to show; InputError where none ever touches."""
     if not history.sizes.get("asperity"):
         raise InputError('no asperity ever touches, so there is none to show; press harder, or record = "all"')
 
 
-def check_all_recorded(history: xr.Dataset) -> None:
+def check_all_recorded(history: History) -> None:
     """Check that all asperities that touch are recorded, and level; InputError where not."""
     if SLOPE in history:
         raise InputError(
@@ -65,7 +65,7 @@ def check_all_recorded(history: xr.Dataset) -> None:
         )
 
 
-def is_complete(history: xr.Dataset) -> bool:
+def is_complete(history: History) -> bool:
     """Return whether all asperities that touch are recorded."""
     if SLOPE in history:
         touching = (history["slip_state"].values != SEPARATED).sum(axis=1)
@@ -91,14 +91,14 @@ SLOPE = "slope"  # coordinate of a history of inclined asperities
 CHANGING_HEIGHT = "present_summit_height"  # variable of a history in which the geometry of asperities changes
 
 
-def shape_of(history: xr.Dataset, name: str, steps: object) -> Floats:
+def shape_of(history: History, name: str, steps: object) -> Floats:
     """Return ``summit_height`` or ``summit_radius`` [m] at a step (asperity), or where they change at steps, too."""
     changing = f"present_{name}"
     values: Floats = (history[changing].isel(step=steps) if changing in history else history[name]).values
     return values
 
 
-def sizes(history: xr.Dataset, name: str, steps: object = ...) -> Floats:
+def sizes(history: History, name: str, steps: object = ...) -> Floats:
     """Return the sizes of a load or displacement at steps, of numbers or of vectors in two directions."""
     found = history[name]
     values = (found if steps is ... else found.isel(step=steps)).values
@@ -106,7 +106,7 @@ def sizes(history: xr.Dataset, name: str, steps: object = ...) -> Floats:
     return size
 
 
-def column_of(asperity: int, history: xr.Dataset) -> int:
+def column_of(asperity: int, history: History) -> int:
     """Return the position of an asperity among the recorded ones; InputError where it is not one of them."""
     there = np.flatnonzero(history["asperity"].values == asperity)
     if isinstance(asperity, bool) or there.size != 1:
@@ -118,7 +118,7 @@ def column_of(asperity: int, history: xr.Dataset) -> int:
     return int(there[0])
 
 
-def displacement_ratio(history: xr.Dataset) -> float:
+def displacement_ratio(history: History) -> float:
     """Return θ = E*/(4 G*) of the pair of a history."""
     return float(history.attrs["contact_modulus"] / (4 * history.attrs["shear_modulus"]))
 
@@ -128,7 +128,7 @@ class Friction:
     """The friction coefficients of a history, also where they change."""
 
     changes: bool  #: whether they change from step to step
-    source: xr.DataArray  #: along ``asperity``, ``step`` or both
+    source: Any  #: variable along ``asperity``, ``step`` or both
 
     def of(self, steps: object) -> Floats:
         """Return those of a step (asperity), or of steps (step, asperity); a size of 1 stands for all asperities."""
@@ -136,14 +136,14 @@ class Friction:
         return coefficients[..., np.newaxis] if self.source.dims == ("step",) else coefficients
 
 
-def present_friction(history: xr.Dataset) -> Friction:
+def present_friction(history: History) -> Friction:
     """Return the friction coefficients of the recorded asperities at each step."""
     if "present_friction" in history:
         return Friction(changes=True, source=history["present_friction"])
     return Friction(changes=False, source=history["friction"])
 
 
-def reach_of(history: xr.Dataset, step: int) -> Floats:
+def reach_of(history: History, step: int) -> Floats:
     """Return the preliminary displacement θ μ_i δ_i of each asperity at a step [m], 0 where it does not touch."""
     approach = shape_of(history, "summit_height", step) - float(history["separation"].values[step])
     return displacement_ratio(history) * present_friction(history).of(step) * np.maximum(approach, 0.0)
@@ -152,7 +152,7 @@ def reach_of(history: xr.Dataset, step: int) -> Floats:
 CELLS_AT_ONCE = 1 << 19  # steps times asperities of one variable that are held in memory at a time
 
 
-def parts(history: xr.Dataset, asperities: int | None = None) -> Iterator[slice]:
+def parts(history: History, asperities: int | None = None) -> Iterator[slice]:
     """Yield the steps of a history in blocks, so that memory holds a variable of all asperities, or of some."""
     steps = history.sizes["step"]
     at_once = max(1, CELLS_AT_ONCE // max(asperities or history.sizes.get("asperity", 1), 1))

@@ -2,9 +2,9 @@
 
 import math
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 from historysim.basics.arguments import Floats, Integers
 from historysim.basics.units import quantity_text
@@ -13,6 +13,10 @@ from historysim.measured.reduction import turning_points
 from historysim.results.analysis.preliminary import capacity
 from historysim.results.analysis.recorded import PARTIAL_SLIP, STATES, check_recorded, described, parts, sizes
 from historysim.results.asking import question
+from historysim.results.history_view import History
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 NEVER = -1
 BEGINNINGS = {"slip": "first slips", "slide": "first slides"}
@@ -25,7 +29,7 @@ SHARES = {
 
 
 @question(table="asperity,summit_height", planar=True, earlier="first_slips")
-def slip_onset(history: xr.Dataset) -> xr.Dataset:
+def slip_onset(history: "xr.Dataset") -> "xr.Dataset":
     """Return when each asperity first slips, in part or whole, when it first slides, and its rank among the others.
 
     A *slip* is any, also of a thin annulus at the edge of the contact, which begins with the first tangential load;
@@ -36,6 +40,8 @@ def slip_onset(history: xr.Dataset) -> xr.Dataset:
     never; ``slip_time`` and ``slide_time`` [s], NaN for never; ``slip_rank`` and ``slide_rank``, 0 for those that come
     first, 1 more for every asperity before, -1 for never. InputError: a history without asperities.
     """
+    import xarray as xr
+
     time = history["time"].values
     moments = {"slide": slide_times(history), "slip": _first_rows(history)}
     if (moments["slide"] < time[0]).any():
@@ -55,7 +61,7 @@ def slip_onset(history: xr.Dataset) -> xr.Dataset:
     return xr.Dataset(variables, beside)
 
 
-def slide_times(history: xr.Dataset) -> Floats:
+def slide_times(history: History) -> Floats:
     """Return when asperities first slide as a whole, up to the last step (asperity) [s]; NaN for never."""
     check_recorded(history, "slip_state", "slide_time")
     found, last = history["slide_time"].values, history["time"].values[-1]
@@ -63,7 +69,7 @@ def slide_times(history: xr.Dataset) -> Floats:
 
 
 @question(table="rank,asperity", planar=True)
-def slides_first(history: xr.Dataset) -> Integers:
+def slides_first(history: "xr.Dataset") -> Integers:
     """Return the labels of the asperities that slide, in the order of the instants at which they begin to.
 
     Empty where none slides. InputError: as for `slip_onset`.
@@ -71,7 +77,7 @@ def slides_first(history: xr.Dataset) -> Integers:
     return order_of_sliding(history, slide_times(history))
 
 
-def order_of_sliding(history: xr.Dataset, times: Floats) -> Integers:
+def order_of_sliding(history: History, times: Floats) -> Integers:
     """Return the labels of asperities in the order of their instants (asperity) [s]."""
     sliding = np.flatnonzero(~np.isnan(times))
     labels: Integers = history["asperity"].values[sliding]
@@ -79,7 +85,7 @@ def order_of_sliding(history: xr.Dataset, times: Floats) -> Integers:
     return labels[np.lexsort((labels, times[sliding]))]
 
 
-def _first_rows(history: xr.Dataset) -> Floats:
+def _first_rows(history: History) -> Floats:
     """Return the times of the steps at which asperities first slip (asperity) [s]; NaN for never."""
     found = np.full(history.sizes["asperity"], np.nan)
     for rows in parts(history):
@@ -98,7 +104,7 @@ def _ranks(moment: Floats) -> Integers:
 
 
 @question(per_step=True, table="time,share_of_contacts", planar=True)
-def slip_shares(history: xr.Dataset) -> xr.Dataset:
+def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     """Return the fractions of contacts, area and load in each slip state, and the fraction of the area that slips.
 
     Along ``step`` and ``slip_state`` (full_stick, partial_slip, gross_slip), each row with a sum of 1, or of 0 where
@@ -107,6 +113,8 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
     the fraction of the contact area outside the stick radii, also inside contacts in partial slip. Where only some
     asperities are recorded, the fractions are of those. InputError: no asperities, or patches without areas.
     """
+    import xarray as xr
+
     patches = "contact_area" in history
     areas = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
     names = ("slip_state", *areas, "normal_load", "tangential_load")
@@ -135,7 +143,7 @@ def slip_shares(history: xr.Dataset) -> xr.Dataset:
 
 
 @question(planar=True)
-def representative_step(history: xr.Dataset) -> int:
+def representative_step(history: "xr.Dataset") -> int:
     """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
 
     It is that of the greatest normal load where no contact ever slips in part. InputError: as for `slip_shares`.
@@ -151,7 +159,7 @@ SLIDES = 0.99  # tangential load over the friction limit from which on a contact
 SWING = 0.1  # part of the range of the displacement by which it turns round
 
 
-def slip_note(history: xr.Dataset) -> str:
+def slip_note(history: History) -> str:
     """Return that a contact goes from a reversal to sliding in fewer than three recorded steps; nothing where not."""
     names = ("tangential_displacement", "total_tangential_load", "friction_limit")
     if not all(name in history for name in names) or history[names[0]].ndim > 1:
