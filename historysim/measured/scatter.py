@@ -191,7 +191,11 @@ class TrendLine:
             inside = np.log1p(ratios[:, None] / np.cos(_ANGLES) ** 2)
             return float(np.mean(np.exp(-inside.sum(axis=0) / 2))) - outside
 
-        return math.exp(float(brentq(too_many, math.log(1e-2), math.log(1e6), xtol=1e-4)))
+        largest = math.log(1e6)
+        if too_many(largest) > 0:
+            # one piece holds nearly all that the record knows, so the others show no scatter
+            return math.inf
+        return math.exp(float(brentq(too_many, math.log(1e-2), largest, xtol=1e-4)))
 
     def _covariance(self, correlation: float) -> Floats:
         covariance: Floats = np.power(correlation, self._apart) * np.outer(self._root, self._root)

@@ -86,6 +86,12 @@ def test_a_drift_is_told_and_taken_as_such():
     assert sum(of_values(random.normal(size=16), 0.95).drifts for _ in range(100)) <= 5
 
 
+def test_one_piece_with_all_information_leaves_no_finite_interval():
+    share = np.array([1.0, *[1e-9] * 9])
+    moves = np.array([0.0, *np.linspace(-1e-12, 1e-12, 9)])
+    assert wander(moves, share, 0.999).reach == np.inf
+
+
 def test_pieces_are_whole_loops():
     assert_array_equal(pieces(np.array([0, 5, 10, 15, 20]), 21), [0, 10, 21])
     # the branch behind the last loop belongs to it
