@@ -216,18 +216,27 @@ def find_hum(time: Floats, values: Floats, *, dead_band: float) -> tuple[Hum, ..
     # white noise of variance 1 has the mean 1; a line spreads over the lobe of the window alone
     power = spectrum[:, 2 * _DEGREE : -1].mean(axis=0) / np.sum(window**2)
     lines = []
-    for peak in (1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))).tolist():
-        if not _ASIDE <= peak < power.size - 1:
-            continue
+    least = LEAST_HUM * float(power.sum())
+    for peak in _peaks_above(power, least):
         before, after = power[peak - _ASIDE : peak - _LOBE], power[peak + _LOBE + 1 :][:_ASIDE]
         # on a slope the higher side counts, lest the bend of a branch be taken for a line
         floor = max(float(np.median(side)) for side in (before, after) if side.size)
         squared = 4 * float(np.sum(power[peak - _LOBE : peak + _LOBE + 1] - floor)) / length
-        is_worth = squared / 2 > LEAST_HUM * 2 * float(power.sum()) / length
+        is_worth = squared / 2 > 2 * least / length
         if is_worth and squared > (_ROUNDING * np.ptp(values)) ** 2 and power[peak] > floor * _most(power, len(pieces)):
             at = (2 * _DEGREE + _between_bins(power, peak)) * rate / length
             lines.append(Hum(float(at), math.sqrt(squared)))
     return tuple(sorted(lines, key=lambda each: -each.amplitude))
+
+
+def _peaks_above(power: Floats, least: float) -> list[int]:
+    """Return the bins of peaks whose lobe, noise included, holds more than a least power."""
+    peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))
+    peaks = peaks[(peaks >= _ASIDE) & (peaks < power.size - 1)]
+    # the last lobes are cut off at the end of the spectrum; sums in another order differ in rounding
+    lobes = np.lib.stride_tricks.sliding_window_view(np.pad(power, _LOBE), 2 * _LOBE + 1)[peaks].sum(axis=1)
+    found: list[int] = peaks[lobes > (1 - 1e-9) * least].tolist()
+    return found
 
 
 def _between_turns(values: Floats, dead_band: float) -> Floats:

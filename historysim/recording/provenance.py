@@ -101,7 +101,7 @@ def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
 
 
 def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
-    moves = any(any(_sizes(events, kind)) for kind in (TangentialDisplacement, TangentialLoad))
+    moves = any(_largest(events, kind) for kind in (TangentialDisplacement, TangentialLoad))
     if moves and not approach > 0 and not changes_geometry(events):
         yield Finding(
             "contact",
@@ -112,17 +112,18 @@ def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
         )
 
 
-def _sizes(events: Sequence[Event], kind: type[LoadEvent]) -> Iterator[float]:
-    """Return the sizes of what tangential events of a kind have reached, whatever its direction."""
-    # an open component of a pair is None
-    return (float(np.linalg.norm(np.nan_to_num(np.array(value, dtype=float)))) for value in values_of(events, kind))
+def _largest(events: Sequence[Event], kind: type[LoadEvent]) -> float:
+    """Return the largest magnitude of the values of tangential events of one type; 0 without such events."""
+    values = np.nan_to_num(values_of(events, kind))
+    sizes = np.linalg.norm(values, axis=-1) if values.ndim > 1 else np.abs(values)
+    return float(sizes.max(initial=0.0))
 
 
 def _turning(ensemble: Ensemble, events: Sequence[Event], approach: float) -> Iterator[Finding]:
     touching = ensemble.first_touch < approach
     if ensemble.slope is None or not touching.any():
         return
-    amplitude = max(_sizes(events, TangentialDisplacement), default=0.0)
+    amplitude = _largest(events, TangentialDisplacement)
     # the centres of two spheres are four radii of their contact apart, or more
     turn = amplitude / (4 * float(ensemble.summit_radius[touching].min()))
     if turn > MOST_TURN:
@@ -136,7 +137,7 @@ def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Fin
         (TangentialDisplacement, "displacement", "m", instrument.displacement_resolution),
         (TangentialLoad, "load", "N", instrument.load_resolution),
     ):
-        amplitude = max(_sizes(events, kind), default=0.0)
+        amplitude = _largest(events, kind)
         if 0 < amplitude < resolution:
             reached, resolved = (quantity_text(value, unit, 3) for value in (amplitude, resolution))
             text = f"the greatest tangential {name}, {reached}, is below what the instrument resolves, {resolved}: no "

@@ -60,7 +60,7 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
             return np.arange(len(ensemble))
         if isinstance(ensemble, InclinedEnsemble):
             kinds = (NormalLoad, NormalDisplacement, TangentialDisplacement)
-            reached = (max(map(abs, values_of(events, kind)), default=0.0) for kind in kinds)
+            reached = (float(np.abs(values_of(events, kind)).max(initial=0.0)) for kind in kinds)
             return np.flatnonzero(ensemble.may_touch(*reached))
         return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
     given = np.asarray(record if not isinstance(record, str) else ())
@@ -107,8 +107,8 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
     """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
     # channels run straight between waypoints, so the extremes are waypoints
-    loads, approaches = values_of(events, NormalLoad), values_of(events, NormalDisplacement)
-    return max([*approaches, ensemble.approach_at(max([*loads, 0.0])), 0.0])
+    load, approach = (float(values_of(events, kind).max(initial=0.0)) for kind in (NormalLoad, NormalDisplacement))
+    return max(approach, ensemble.approach_at(load))
 
 
 @attrs.define

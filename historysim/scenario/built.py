@@ -123,8 +123,8 @@ def _as_loaded(
     That is the normal contact of a map with interaction, and the nominal area of one that lies on a ball: that of the
     smooth ball under that load, after Hertz.
     """
-    load = max([0.0, *values_of(events, NormalLoad)]) / sections.pair().contact_modulus
-    approach = max([0.0, *values_of(events, NormalDisplacement)])
+    load = float(values_of(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
+    approach = float(values_of(events, NormalDisplacement).max(initial=0.0))
     if surface.ball_radius:
         pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
         area = math.pi * surface.ball_radius * max(pressed, approach)

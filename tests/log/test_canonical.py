@@ -1,6 +1,8 @@
 """The digest of a history: what it sees."""
 
+import hashlib
 import itertools
+import json
 import math
 
 import numpy as np
@@ -8,7 +10,7 @@ import pytest
 
 import historysim as hs
 from historysim.basics.limits import MOST_FRICTION
-from historysim.loads.event_sequence import digest
+from historysim.loads.event_sequence import Events, digest
 from historysim.loads.events import LOAD_KINDS
 from historysim.log.canonical import columns_of
 
@@ -25,6 +27,15 @@ DIGEST = "2b36a8acef8555c412094439cfc45e63416d0ed8c345c8456fa442d3826f3517"
 
 def test_the_canonical_form_stays_as_it_is():
     assert digest(EVENTS) == DIGEST
+
+
+def test_the_digest_of_loads_covers_lines_of_json():
+    numbers = [0.0, -0.0, 5e-324, -1e-310, 0.1, -0.5, 1.0, 1e16, -1.7e59]
+    kinds = (hs.NormalDisplacement, hs.TangentialDisplacement)
+    loads = [kind(time, value) for time, value in itertools.product(numbers, numbers) for kind in kinds]
+    lines = [json.dumps([type(event).__name__, event.time.hex(), event.value.hex()]) + "\n" for event in loads]
+    assert Events(loads).loads is not None
+    assert digest(Events(loads)) == hashlib.sha256("".join(lines).encode()).hexdigest()
 
 
 def test_kind_order_and_sign_matter():
