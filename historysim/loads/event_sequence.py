@@ -79,7 +79,11 @@ class Events(Sequence[Event]):
 
     def __len__(self) -> int:
         """Return the number of events."""
-        return len(self._objects) if "_objects" in vars(self) else vars(self)["loads"].time.size
+        if "_objects" in vars(self):
+            return len(self._objects)
+        loads = self.loads
+        assert loads is not None  # noqa: S101 - as above
+        return loads.time.size
 
     def __iter__(self) -> Iterator[Event]:
         return iter(self._objects)
@@ -90,7 +94,8 @@ class Events(Sequence[Event]):
     def __getitem__(self, index: slice) -> "Events": ...
     def __getitem__(self, index: int | slice) -> "Event | Events":
         """Return an event, or those of a slice."""
-        loads = vars(self).get("loads")
+        # objects are not converted for a few of them
+        loads = vars(self).get("loads") if "_objects" in vars(self) else self.loads
         if isinstance(index, slice):
             return Events(self._objects[index]) if loads is None else Events(loads=loads.part(index))
         if "_objects" in vars(self) or loads is None:
@@ -129,10 +134,18 @@ class SampledLoads(Events):
         given = {"time": time, "normal_load": normal_load, "tangential_displacement": tangential_displacement}
         for name, values in given.items():
             workable(name, values)
-        kinds = np.array([_CODE[NormalLoad], _CODE[TangentialDisplacement]], dtype=np.int8)
-        values = np.column_stack([normal_load, tangential_displacement])
-        super().__init__(loads=Loads(np.tile(kinds, time.size), np.repeat(time, 2), values.ravel()))
         self.time, self.normal_load, self.tangential_displacement = time, normal_load, tangential_displacement
+
+    @cached_property
+    def loads(self) -> Loads:
+        """Both events of each sample as arrays, which a replay does not need."""
+        kinds = np.array([_CODE[NormalLoad], _CODE[TangentialDisplacement]], dtype=np.int8)
+        values = np.column_stack([self.normal_load, self.tangential_displacement])
+        return Loads(np.tile(kinds, self.time.size), np.repeat(self.time, 2), values.ravel())
+
+    def __len__(self) -> int:
+        """Return the number of events."""
+        return 2 * self.time.size
 
 
 def loads_of(events: Sequence[Event]) -> Loads | None:
@@ -142,6 +155,11 @@ def loads_of(events: Sequence[Event]) -> Loads | None:
     return Events(events).loads if isinstance(events, list | tuple) else None
 
 
+def are_loads(events: Sequence[Event]) -> bool:
+    """Return whether all events are loads or displacements in one tangential direction."""
+    return isinstance(events, SampledLoads) or loads_of(events) is not None
+
+
 def is_planar(events: Sequence[Event]) -> bool:
     """Return whether events move the contact in two tangential directions."""
     return components(events) == {2}
@@ -149,6 +167,8 @@ def is_planar(events: Sequence[Event]) -> bool:
 
 def components(events: Sequence[Event]) -> set[int]:
     """Return how many numbers the tangential channel has at its waypoints: 1, 2, or there are both."""
+    if isinstance(events, SampledLoads):
+        return {1}
     loads = loads_of(events)
     if loads is not None:
         return {1} if np.isin(loads.kind, _TANGENTIAL).any() else set()

@@ -12,7 +12,7 @@ from historysim.asperities.law import FrictionGoal, coulomb
 from historysim.basics.arguments import Array, Booleans, Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.loads.event_sequence import KINDS, SampledLoads, check_sequence, is_planar, loads_of
+from historysim.loads.event_sequence import KINDS, SampledLoads, are_loads, check_sequence, is_planar, loads_of
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -109,7 +109,7 @@ def segments(
     Raises InputError: what are no events, not in order, or none; substeps below 1.
     """
     if isinstance(events, SampledLoads) and start is None and until == math.inf:
-        yield _sampled(events, substeps)
+        yield from _sampled(events, substeps, most_rows)
         return
     _check(events, substeps)
     yield from _Schedule(events, substeps, start).segments(math.inf if most_rows is None else most_rows, until)
@@ -441,16 +441,12 @@ def row_count(events: Sequence[Event], substeps: int = 1, until: float = math.in
 def friction_changes(events: Sequence[Event]) -> list[Event]:
     """Return the events that change friction."""
     # what is no event is refused where their order is checked
-    return [] if _loads_alone(events) else [one for one in events if getattr(one, "changes_friction", False)]
+    return [] if are_loads(events) else [one for one in events if getattr(one, "changes_friction", False)]
 
 
 def changes_geometry(events: Sequence[Event]) -> bool:
     """Return whether an event changes heights or radii of summits."""
-    return not _loads_alone(events) and any(getattr(event, "changes_geometry", False) for event in events)
-
-
-def _loads_alone(events: Sequence[Event]) -> bool:
-    return loads_of(events) is not None
+    return not are_loads(events) and any(getattr(event, "changes_geometry", False) for event in events)
 
 
 def event_times(events: Sequence[Event]) -> Floats:
@@ -461,14 +457,16 @@ def event_times(events: Sequence[Event]) -> Floats:
     return np.fromiter((event.time for event in events), dtype=float, count=len(events))
 
 
-def _sampled(samples: SampledLoads, substeps: int) -> Segment:
-    """Return the segment of sampled loads, which are walked in one piece."""
+def _sampled(samples: SampledLoads, substeps: int, most_rows: int | None) -> Iterator[Segment]:
+    """Yield segments of sampled loads, of so many samples each."""
     check_substeps(substeps)
-    time = samples.time
-    times = np.append(time[:1], time[:-1]), time
-    goals = Goals(LOAD, samples.normal_load), Goals(DISPLACED, samples.tangential_displacement)
-    paths = paths_to(*goals, times=times)
-    return Segment(paths, range(1, len(samples), 2), time)
+    size = samples.time.size
+    for first in range(0, size, most_rows or max(size, 1)):
+        part = slice(first, min(first + (most_rows or size), size))
+        time = samples.time[part]
+        times = np.append(samples.time[max(first - 1, 0)], time[:-1]), time
+        goals = Goals(LOAD, samples.normal_load[part]), Goals(DISPLACED, samples.tangential_displacement[part])
+        yield Segment(paths_to(*goals, times=times), range(2 * first + 1, 2 * part.stop, 2), time)
 
 
 def _check(events: Sequence[Event], substeps: int) -> None:

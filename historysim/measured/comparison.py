@@ -33,7 +33,7 @@ from historysim.measured.reduction import (
     noise_of,
     turning_points,
 )
-from historysim.recording.recorder import DatasetRecorder
+from historysim.recording.recorder import TotalsRecorder
 from historysim.replaying import Replay
 
 # Change of the normal load from one sample to the next, over the greatest one, up to which it is no step of it.
@@ -259,23 +259,24 @@ def passed(
     loads = SampledLoads(time, normal, np.append(np.zeros(before), target))
     # totals alone: the cost does not grow with the asperities
     job = Replay(ensemble, loads, record="totals", instrument=instrument)
-    recorder = job.recorder(DatasetRecorder)
+    recorder = job.recorder(TotalsRecorder, names=("tangential_load", "tangential_stiffness", "friction_limit"))
     job.walk(recorder)
-    rows = recorder.rows
-    in_time = np.empty_like(order)
-    in_time[order] = np.arange(order.size)
-    of_samples = rows.totals[before:]
-    stiffness = of_samples["tangential_stiffness"]
+    load, stiffness, limit = (values[before:] for values in recorder.values.values())
     stiffness = stiffness / (1 + stiffness / instrument.stiffness) + instrument.parallel_stiffness
-    totals = of_samples[in_time]
     parallel_load = instrument.parallel_stiffness * target
+
+    def in_time(values: Floats) -> Floats:
+        sorted_values = np.empty_like(values)
+        sorted_values[order] = values
+        return sorted_values
+
     return ModelResponse(
-        slope=stiffness[in_time],
-        displacement=target[in_time],
-        tangential_load=totals["tangential_load"] + parallel_load,
+        slope=in_time(stiffness),
+        displacement=in_time(target),
+        tangential_load=in_time(load) + parallel_load,
         parallel_load=parallel_load,
-        stiffness=_stiffest(target, stiffness, 2 * observation.displacement_noise)[in_time],
-        friction_limit=totals["friction_limit"],
+        stiffness=in_time(_stiffest(target, stiffness, 2 * observation.displacement_noise)),
+        friction_limit=in_time(limit),
     )
 
 

@@ -223,6 +223,26 @@ class DatasetRecorder(Recorder):
 
 @final
 @attrs.define
+class TotalsRecorder(Recorder):
+    """Selected totals of one history in memory."""
+
+    names: tuple[str, ...]  #: fields of ``hs_totals``
+    values: dict[str, Floats] = attrs.field(init=False)  #: (step) by name, in SI units
+
+    def __attrs_post_init__(self) -> None:
+        self.asperities = None
+        self.values = {name: np.empty(self.steps) for name in self.names}
+
+    def record(self, times: Array) -> None:
+        """Keep the selected totals of the rows that were given last."""
+        rows = slice(self._filled, self._filled + times.size)
+        for name, values in self.values.items():
+            values[rows] = self.rows.totals[name]
+        self._filled += times.size
+
+
+@final
+@attrs.define
 class StateOnly(Recorder):
     """Records nothing, where only the state at the end is asked for."""
 
