@@ -40,6 +40,7 @@ from historysim.results.steps import position_of, step_at
 
 # difference of loads, over the greatest ones, up to which a memory replayed from steps is that of the history
 AGREEMENT = 1e-6
+STEPS_AT_ONCE = 1 << 16  # steps whose paths and rows are held in memory together
 
 
 @question(per_step=True, table=None, planar=True)
@@ -219,13 +220,14 @@ def _from_steps(history: xr.Dataset, column: int, positions: Sequence[int]) -> l
     found: dict[int, Asperity] = {}
     loads = np.empty_like(recorded)
     first = 0
-    for last in sorted(set(positions)):
+    for last in sorted({*positions, *range(STEPS_AT_ONCE, max(positions), STEPS_AT_ONCE)}):
         part = slice(first, last + 1)
         paths = paths_to(Goals(DISPLACED, approach[part]), Goals(DISPLACED, displacement[part]))
         walked = blank_rows(last + 1 - first, 1)
         state = alone.walk(state, paths, rows=walked, asperities=[0])
         loads[:, part] = walked.normal_load[:, 0], walked.tangential_load[:, 0]
-        found[last] = Asperity.of(Readout(alone, state, [0]), 0, int(own["asperity"]))
+        if last in positions:
+            found[last] = Asperity.of(Readout(alone, state, [0]), 0, int(own["asperity"]))
         first = last + 1
     off = np.abs(loads - recorded).max(axis=1)
     return None if (off > AGREEMENT * np.abs(recorded).max(axis=1)).any() else [found[step] for step in positions]

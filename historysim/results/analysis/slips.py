@@ -116,19 +116,16 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     import xarray as xr
 
     patches = "contact_area" in history
-    areas = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
-    names = ("slip_state", *areas, "normal_load", "tangential_load")
+    names = ("slip_state", "contact_area" if patches else "contact_radius", "normal_load", "tangential_load")
+    slipping = slipping_area(history)
     check_recorded(history, *names)
     steps = history.sizes["step"]
     shares = np.zeros((len(SHARES), steps, len(STATES)))
-    slipping = np.zeros(steps)
     for rows in parts(history):
-        state, area, stick, normal = (history[name].isel(step=rows).values for name in names[:-1])
+        state, area, normal = (history[name].isel(step=rows).values for name in names[:-1])
         if not patches:
             # π cancels in a fraction
-            area, stick = area**2, stick**2
-        whole = area.sum(axis=1)
-        np.divide(whole - stick.sum(axis=1), whole, out=slipping[rows], where=whole > 0)
+            area = area**2
         for number, weight in enumerate((state > 0, area, normal, sizes(history, names[-1], rows))):
             by_state = np.stack([np.where(state == value, weight, 0.0).sum(axis=1) for value in (1, 2, 3)], axis=1)
             total = by_state.sum(axis=1, keepdims=True)
@@ -142,13 +139,29 @@ def slip_shares(history: "xr.Dataset") -> "xr.Dataset":
     return xr.Dataset(variables, {"time": history["time"], "slip_state": list(STATES)})
 
 
+def slipping_area(history: History) -> Floats:
+    """Return the fraction of the contact area outside the stick radii (step), as in `slip_shares`."""
+    patches = "contact_area" in history
+    names = ("contact_area", "stick_area") if patches else ("contact_radius", "stick_radius")
+    check_recorded(history, "slip_state", *names)
+    slipping = np.zeros(history.sizes["step"])
+    for rows in parts(history):
+        area, stick = (history[name].isel(step=rows).values for name in names)
+        if not patches:
+            # π cancels in a fraction
+            area, stick = area**2, stick**2
+        whole = area.sum(axis=1)
+        np.divide(whole - stick.sum(axis=1), whole, out=slipping[rows], where=whole > 0)
+    return slipping
+
+
 @question(planar=True)
 def representative_step(history: "xr.Dataset") -> int:
     """Return the first step at which half of the contact area slips, or nearest to that, for a picture of it.
 
     It is that of the greatest normal load where no contact ever slips in part. InputError: as for `slip_shares`.
     """
-    slipping = slip_shares(history)["slipping_area"].values
+    slipping = slipping_area(history)
     if ((slipping > 0) & (slipping < 1)).any():
         return int(np.abs(slipping - 0.5).argmin())
     return int(history["total_normal_load"].values.argmax())

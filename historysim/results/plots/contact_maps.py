@@ -12,7 +12,7 @@ from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.replaying import Replay
-from historysim.results.analysis.slips import representative_step, slip_shares
+from historysim.results.analysis.slips import representative_step, slipping_area
 from historysim.results.origin import Origin
 from historysim.results.plots.canvas import TWO_COLUMNS, Canvas, Size
 from historysim.results.plots.pictures import PICTURES, Picture
@@ -57,7 +57,7 @@ class ContactMapPicture(Picture):
     @classmethod
     def caption_of(cls, history: xr.Dataset) -> str:
         """Return the caption with the share that slips there."""
-        share = float(slip_shares(history)["slipping_area"].values[representative_step(history)])
+        share = float(slipping_area(history)[representative_step(history)])
         if 0 < share < 1:
             return f"{cls.caption}: {100 * share:.0f} %."
         what = "no step shows partial slip; all of it slips" if share == 1 else "nothing of it slips"

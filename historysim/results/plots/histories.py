@@ -11,7 +11,7 @@ from historysim.basics.arguments import DIRECTION, Floats
 from historysim.basics.units import quantity_text
 from historysim.errors import InputError
 from historysim.results.analysis.recorded import check_any, check_recorded
-from historysim.results.analysis.slips import slip_note, slip_shares
+from historysim.results.analysis.slips import slip_note, slipping_area
 from historysim.results.plots.canvas import COLUMN, TWO_COLUMNS, WIDE, Canvas, Size
 from historysim.results.plots.first_loading import check_worn, draw_wear
 from historysim.results.plots.pictures import PICTURES, Picture
@@ -264,7 +264,7 @@ class LoopPicture(Picture):
         thin = thinned(data)
         values = thin["time"].values
         if self.colour == "slip":
-            values = slip_shares(data)["slipping_area"].values[shown_steps(data)]
+            values = slipping_area(data)[shown_steps(data)]
         axes = canvas.axes()
         label_loop(axes)
         x, y = thin["tangential_displacement"].values, thin["total_tangential_load"].values
