@@ -10,10 +10,7 @@ from historysim.results.accessor import Questions
 
 GROUPS = {
     "Run, ask and draw": "run replay Replay open load validate show plot report explore write_csv write_netcdf",
-    "Contacts": (
-        "Material MaterialPair material Ensemble EnsembleState PlanarState Rings Asperity SlipState Instrument "
-        "ContactBatch"
-    ),
+    "Contacts": ("Material MaterialPair material Ensemble State Rings Asperity SlipState Instrument ContactBatch"),
     "Loads": "NormalLoad NormalDisplacement TangentialLoad TangentialDisplacement FrictionChange",
     "Surfaces": "Surface Summits random_surface read_surface registered area_laws",
     "Measured records": "loops sliding compare creep fit",

@@ -15,8 +15,7 @@ from historysim.asperities.ensemble import Ensemble as Ensemble
 from historysim.asperities.inclined import InclinedEnsemble as InclinedEnsemble
 from historysim.asperities.instrument import Instrument as Instrument
 from historysim.asperities.instrument import Rings as Rings
-from historysim.asperities.state import EnsembleState as EnsembleState
-from historysim.asperities.state import PlanarState as PlanarState
+from historysim.asperities.state import State as State
 from historysim.contact.materials import Material as Material
 from historysim.contact.materials import MaterialPair as MaterialPair
 from historysim.contact.materials import material as material
@@ -71,6 +70,8 @@ from historysim.verbs import show as show
 
 # isort: split
 # earlier places, which dir() leaves out
+from historysim.asperities.state import State as EnsembleState  # noqa: F401 - reached as hs.EnsembleState
+from historysim.asperities.state import State as PlanarState  # noqa: F401 - reached as hs.PlanarState
 from historysim.contact.greenwood_williamson import GreenwoodWilliamson as GreenwoodWilliamson
 from historysim.interaction.solutions import NormalSolutions as NormalSolutions
 from historysim.loads.events import FrictionRamp as FrictionRamp

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import control
 
     from historysim.asperities.ensemble import Ensemble
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import State
 
 __all__ = ["CoupledSolution", "StageMotion", "contact_system", "controlled_stage", "solve_ivp"]
 
@@ -29,7 +29,7 @@ def __dir__() -> list[str]:
     return sorted(__all__)
 
 
-Motion = Callable[[float, Floats, "EnsembleState"], ArrayLike]
+Motion = Callable[[float, Floats, "State"], ArrayLike]
 Place = Callable[[float, Floats], Mapping[str, float]]
 
 METHODS = ("RK23", "RK45", "DOP853", "Radau", "BDF", "LSODA")
@@ -51,7 +51,7 @@ class CoupledSolution:
     normal_load: Floats  #: (step) Of the contact [N]
     tangential_load: Floats  #: (step) Of the contact [N]
     dissipated_energy: Floats  #: (step) What friction has taken since the contact was unloaded [J]
-    state: "EnsembleState"  #: the contact at the end
+    state: "State"  #: the contact at the end
     turns: int  #: steps that were cut where the contact turned round
     evaluations: int  #: how often the equations were evaluated
 
@@ -63,7 +63,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     ensemble: "Ensemble",
     place: Place,
     *,
-    state: "EnsembleState | None" = None,
+    state: "State | None" = None,
     method: str | type[Any] = "RK45",
     saturate: bool = False,
     instrument: Instrument = RIGID,
@@ -77,7 +77,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     Parameters
     ----------
     motion : callable
-        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `EnsembleState` that the contact would be in. Its
+        ``motion(t, y, contact)`` returns dy/dt; ``contact`` is the `State` that the contact would be in. Its
         force on a body that moves by the tangential displacement is minus its ``tangential_load`` [N].
     t_span : (float, float)
         Beginning and end [s].
@@ -87,7 +87,7 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     place : callable
         ``place(t, y)`` returns where the contact is then: what `Ensemble.advance` takes, such as
         ``{"tangential_displacement": y[0]}``.
-    state : EnsembleState, optional
+    state : State, optional
         The contact at the beginning, where ``place(t, y)`` says; the unloaded one by default.
     method : str or class
         A method of `scipy.integrate.solve_ivp`, or a class of its kind of solvers; ``options`` are its options.
@@ -113,9 +113,9 @@ def solve_ivp(  # noqa: PLR0913 - those of scipy's solve_ivp, and the contact
     _check_targets(place(begin, start))
     states, times, values = [state or ensemble.initial_state()], [], []
 
-    def tried(t: float, y: Floats) -> "EnsembleState":
+    def tried(t: float, y: Floats) -> "State":
         targets: dict[str, Any] = dict(place(t, y))
-        after: EnsembleState = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
+        after: State = ensemble.advance(states[-1], **targets, saturate=saturate, instrument=instrument)
         return after
 
     def accept(t: float, y: Floats) -> None:
@@ -232,7 +232,7 @@ OUTPUTS = (
 
 def contact_system(
     ensemble: "Ensemble",
-    state: "EnsembleState | None" = None,
+    state: "State | None" = None,
     *,
     dt: float,
     inputs: Sequence[str] = ("tangential_displacement",),
@@ -271,7 +271,7 @@ def contact_system(
     # by the number of the sample: the first one, the present, and the one before
     states = {0: state or ensemble.initial_state()}
 
-    def moved(x: ArrayLike, u: ArrayLike) -> "tuple[int, EnsembleState]":
+    def moved(x: ArrayLike, u: ArrayLike) -> "tuple[int, State]":
         number = float(np.atleast_1d(x)[0])
         if number not in states:
             raise InputError(
@@ -309,12 +309,12 @@ class StageMotion:
     kinetic: float  #: energy of the motion at the end [J]
     stored: float  #: energy in the tractions at the end [J]
     dissipated: float  #: energy lost to friction [J]
-    state: "EnsembleState"  #: the contact at the end
+    state: "State"  #: the contact at the end
 
 
 def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contact
     ensemble: "Ensemble",
-    state: "EnsembleState",
+    state: "State",
     controller: Callable[[float, float], float],
     *,
     mass: float,
@@ -333,7 +333,7 @@ def controlled_stage(  # noqa: PLR0913 - a stage, its controller, and its contac
     ----------
     ensemble, saturate, instrument
         As for `solve_ivp`.
-    state : EnsembleState
+    state : State
         The contact at the beginning, pressed. Its normal channel is held as it is: a load, or an approach.
     controller : callable
         ``controller(time, place)`` returns the force of the motor [N] until the next sample; called once a sample.

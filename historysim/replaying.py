@@ -27,7 +27,7 @@ from historysim.recording.variables import Changes
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import State
 
 RecorderType = TypeVar("RecorderType", bound=Recorder)
 
@@ -122,7 +122,7 @@ class Replay:
             self.walk(target, progress=progress)
             target.finish()
 
-    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "EnsembleState":
+    def state(self, until: float = math.inf, *, start: schedule.Start | None = None) -> "State":
         """Return the state at a time [s]: before the first event nothing has happened, after the last all is held."""
         return self.walk(self.recorder(StateOnly, until=until), until=until, start=start)
 
@@ -134,8 +134,8 @@ class Replay:
         until: float = math.inf,
         most_rows: int | None = None,
         progress: bool = False,
-        after: "Callable[[schedule.Cursor, EnsembleState], None] | None" = None,
-    ) -> "EnsembleState":
+        after: "Callable[[schedule.Cursor, State], None] | None" = None,
+    ) -> "State":
         """Walk the events up to a time [s], record their rows, and return the last state.
 
         Between two event times a row is recorded where it stops. A segment is broken after ``most_rows``, where that is
@@ -157,7 +157,7 @@ class Replay:
         target.conclude(state)
         return state
 
-    def _walked(self, segment: schedule.Segment, state: "EnsembleState", **recorded: Any) -> "EnsembleState":
+    def _walked(self, segment: schedule.Segment, state: "State", **recorded: Any) -> "State":
         """Return the state after a segment, and name the event where that is not to be had."""
         ensemble, event = self.ensemble, segment.event[0]
         how: dict[str, Any] = {"saturate": self.saturate, "instrument": self.instrument}

@@ -27,7 +27,7 @@ NAMESPACES = (
     "yielding",
 )
 CONTRACT = {
-    *("MaterialPair", "Material", "material", "Ensemble", "EnsembleState", "Asperity", "SlipState"),
+    *("MaterialPair", "Material", "material", "Ensemble", "State", "Asperity", "SlipState"),
     *("NormalLoad", "TangentialLoad", "NormalDisplacement", "TangentialDisplacement", "FrictionChange"),
     *("Surface", "Summits", "random_surface", "read_surface", "registered", "area_laws", "surfaces", "contact"),
     *("coupling", "plots", "laws", "wear", "yielding"),

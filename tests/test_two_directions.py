@@ -1,6 +1,7 @@
 """Histories in two tangential directions: events, logs, files, scenarios, questions and pictures of them."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
@@ -343,21 +344,35 @@ def test_a_stepper_of_two_directions_goes_as_advance_does():
     for to in ((1e-8, 0.0), (1e-8, 1e-8)):
         stepper.step(tangential_displacement=to)
         kept, state = stepper.save(), ensemble.advance(state, tangential_displacement=to)
-    assert stepper.state == state
+    assert stepper.save() == state
     stepper.step(tangential_load=(1.0, 0.0))
     assert np.hypot(*stepper.tangential_load) == pytest.approx(0.2 * 4e-3, rel=2e-3)
     stepper.restore(kept)
     np.testing.assert_array_equal(stepper.tangential_load, state.tangential_load)
     other = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.3)
-    for wrong in (other.in_plane(other.initial_state()), ensemble.initial_state()):
-        with pytest.raises(InputError):
-            stepper.restore(wrong)
+    with pytest.raises(InputError):
+        stepper.restore(other.in_plane(other.initial_state()))
     for wrong in ({"tangential_displacement": 1e-9}, {"tangential_displacement": (math.nan, 0.0)}):
         with pytest.raises(InputError):
             stepper.step(**wrong)
-    with pytest.raises(InputError, match="the stepper moves in one tangential direction"):
-        ensemble.stepper().step(normal_load=1e-3, tangential_displacement=(1e-9, 0.0))
-    assert stepper.state == state
+    assert stepper.save() == state
+    with pytest.raises(InputError, match="the state has two tangential directions"):
+        stepper.slopes()
+
+
+def test_a_stepper_enters_the_plane_at_the_first_pair():
+    ensemble = hs.Ensemble(PAIR, [0.0, -20e-9], 1e-5, 0.2)
+    start = ensemble.advance(ensemble.initial_state(), normal_load=4e-3)
+    stepper, turned = ensemble.stepper(start), ensemble.advance(start, tangential_displacement=(1e-9, 2e-9))
+    with pytest.raises(hs.FrictionLimitError):
+        stepper.step(tangential_load=(1.0, 0.0))
+    assert stepper.save() == start
+    stepper.step(tangential_displacement=(1e-9, 2e-9))
+    assert stepper.save() == turned
+    assert pickle.loads(pickle.dumps(stepper)).save() == turned  # noqa: S301
+    stepper.restore(start)
+    stepper.step(tangential_displacement=1e-9)
+    assert stepper.save() == ensemble.advance(start, tangential_displacement=1e-9)
 
 
 def test_a_hodograph_needs_two_directions():

@@ -130,8 +130,8 @@ VALUES = {
     ),
     "Ensemble": ensemble,
     "InclinedEnsemble": lambda: hs.InclinedEnsemble(PAIR, [0.0, -1e-8], 1e-4, 0.2, slope=[0.1, -0.1]),
-    "EnsembleState": stepped,
-    "PlanarState": lambda: ensemble().advance(stepped(), tangential_displacement=(1e-9, 2e-9)),
+    "State": stepped,
+    "state in a plane": lambda: ensemble().advance(stepped(), tangential_displacement=(1e-9, 2e-9)),
     "laws": lambda: (laws.ShearStrength(3e8), wear.ArchardWear(coefficient=1e-4, hardness=1e9)),
     "SlipState": lambda: tuple(hs.SlipState),
     "Replay": lambda: hs.Replay(ensemble(), EVENTS[:4], substeps=2, record=[0, 2], instrument=hs.Instrument(1e5)),
@@ -149,7 +149,7 @@ VALUES = {
 
 
 # Of these, or of what stands in them, it is not asked yet whether arrays stay read-only.
-OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "EnsembleState", "PlanarState", "Start", "Replay", "LogHeader"}
+OF_ASPERITIES = {"Ensemble", "InclinedEnsemble", "State", "state in a plane", "Start", "Replay", "LogHeader"}
 # They look into an ensemble, change at each step, and hold an open file.
 NO_VALUES = {"RampWarning", "UnlikelyValueWarning", "Asperity", "ContactBatch", "EventLog"}
 
@@ -166,7 +166,7 @@ def taken_apart(value, met=None, *, hard=True):
             held = str(value), apart(value.args), apart(vars(value))
         elif isinstance(value, xr.Dataset):
             held = {name: (one.dims, apart(one.values), apart(one.attrs)) for name, one in value.variables.items()}
-        elif attrs.has(type(value)) and not isinstance(value, hs.EnsembleState | hs.PlanarState):
+        elif attrs.has(type(value)) and not isinstance(value, hs.State):
             held = {one.name: apart(getattr(value, one.name)) for one in attrs.fields(type(value))}
         elif isinstance(value, dict):
             held = {key: apart(one) for key, one in value.items()}

@@ -12,21 +12,20 @@ import numpy.typing as npt
 
 from historysim.asperities.instrument import Rings
 from historysim.asperities.law import FrictionLaw
-from historysim.asperities.state import EnsembleState, PlanarState
+from historysim.asperities.state import State
 from historysim.asperities.traction_picture import traction_svg
 from historysim.asperities.wear import WearLaw
 from historysim.asperities.yielding import YieldingLaw
 from historysim.basics.arguments import Array, Floats, checked, scalar
-from historysim.basics.library import ffi, lib, pointer
+from historysim.basics.library import lib
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import counted, html_table
 from historysim.contact.hertz import half_chord
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import TIE, Memory, check, owned, view
+from historysim.memory.binding import TIE, Memory, check, nodes, owned, view
 from historysim.memory.paths import blank_rows
 
-State = EnsembleState | PlanarState
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(3)  # exact for polynomials of degree 5
 
 
@@ -48,13 +47,8 @@ class Readout:
     @cached_property
     def recorded(self) -> dict[str, list[Any]]:
         """Values that a recorder writes, by name, in SI: a number or a vector for each asperity."""
-        planar = isinstance(self.state, PlanarState)
-        rows, positions = blank_rows(1, len(self.positions), planar=planar), np.array(self.positions, dtype=np.int64)
-        struct = rows.as_struct(positions)
-        if isinstance(self.state, PlanarState):
-            check(lib.hs_planar_read(self.state.planar, struct, 0))
-        else:
-            check(lib.hs_read(self.state.memory, struct, 0))
+        rows = blank_rows(1, len(self.positions), planar=self.state.directions == 2)
+        check(lib.hs_read(self.state.memory, rows.as_struct(np.array(self.positions, dtype=np.int64)), 0))
         return {name: values[0].tolist() for name, values in rows.each.items()}
 
     @cached_property
@@ -80,7 +74,8 @@ class Step(NamedTuple):
     @classmethod
     def between(cls, before: State, after: State) -> Self:
         """Return the step from one state to the next."""
-        line, pressed = after.memory, after.memory.approach != before.memory.approach
+        line = after.memory.line
+        pressed = line.approach != before.memory.line.approach
         loads = after.normal_load, after.tangential_load
         return cls(*loads, after.approach, after.tangential_displacement, line.approach, line.displacement, pressed)
 
@@ -280,28 +275,30 @@ class Asperity:
     @property
     def approach(self) -> float:
         """Approach δ of this asperity [m]; negative if separated."""
-        return float((self.memory.approach - self._gap) * self.memory.contact.units.length)
+        line = self.memory.line
+        return float((line.approach - self._gap) * line.contact.units.length)
 
     @cached_property
     def memory(self) -> Memory:
         """Traction memory of this asperity alone, of the library; in two directions that along its line."""
-        return owned(lib.hs_memory_of_one(self.state.memory, self._position))
+        return owned(lib.hs_state_of_one(self.state.memory, self._position))
 
     @property
     def stored_energy(self) -> float:
         """Tangential elastic energy [J]."""
-        if not isinstance(self.state, PlanarState):
+        if self._nodes is None:
             return float(lib.hs_stored_energy(self.memory))
         if not self.contact_radius:
             return 0.0
         # E = 4 G* ∫ |v(x)|² dx over the radius x, with the deflection v, which is linear in x² between nodes
-        nodes, units = self._nodes[::-1], self.memory.contact.units
+        nodes, contact = self._nodes[::-1], self.memory.line.contact
         edges = np.unique(self._radius(nodes[:, 0]))
         half = 0.5 * np.diff(edges)[:, np.newaxis]
         radius = edges[:-1, np.newaxis] + half * (1.0 + GAUSS_POINTS)
-        label = self._gap + (radius / (self.memory.contact.weight[0] * units.radius)) ** 2
+        label = self._gap + (radius / (contact.weight[0] * contact.units.radius)) ** 2
         squares = sum(np.interp(label, nodes[:, 0], nodes[:, axis]) ** 2 for axis in (1, 2))
-        return float(4.0 * self.pair.shear_modulus * units.displacement**2 * (half * GAUSS_WEIGHTS * squares).sum())
+        scale = 4.0 * self.pair.shear_modulus * contact.units.displacement**2
+        return float(scale * (half * GAUSS_WEIGHTS * squares).sum())
 
     @property
     def preliminary_displacement(self) -> float:
@@ -314,7 +311,7 @@ class Asperity:
 
         Less if a fall of friction lets a disc slide inside the stick zone.
         """
-        if isinstance(self.state, PlanarState):
+        if self._nodes is not None:
             return float(self.pair.contact_modulus * 2.0 / self.pair.displacement_ratio * self.stick_radius)
         return float(lib.hs_stiffness(self.memory, 0))
 
@@ -325,10 +322,10 @@ class Asperity:
         The weight is the slope of the anchors inside the radius, ±μ where springs slip, less the slope outside; in two
         directions a vector (radius, direction).
         """
-        if not isinstance(self.state, PlanarState):
+        nodes = self._nodes
+        if nodes is None:
             seen = self._seen
             return self._radius(seen["label"][::-1]), np.diff(seen["slope"][::-1], prepend=0.0)
-        nodes = self._nodes
         slopes = np.diff(nodes[:, 1:], axis=0) / -np.diff(nodes[:, :1], axis=0)
         return self._radius(nodes[: len(slopes), 0]), np.diff(slopes, prepend=0.0, axis=0)
 
@@ -364,9 +361,7 @@ class Asperity:
         # is left behind when the displacement then went the other way
         strain = made_at - stack["anchor"]
         left = stack[(np.abs(strain) > tie) & (onward * strain < 0.0)]
-        displacement = left["made_at"][::-1] * self.memory.contact.units.displacement
-        if isinstance(self.state, PlanarState):
-            displacement = self.state.on_line(left["made_at"][::-1])
+        displacement = self.state.on_line(left["made_at"][::-1])
         points = np.recarray(left.size, dtype=[("radius", float), ("displacement", float, displacement.shape[1:])])
         points.radius = self._radius(left["label"][::-1])
         points.displacement = displacement
@@ -389,9 +384,8 @@ class Asperity:
                 "the asperity was taken from an ensemble or a history, whose events are its steps; expected "
                 "hs.Asperity(pair, radius, friction).advance(…), or `reversal_points`"
             )
-        planar = isinstance(self.state, PlanarState)
         names = Step._fields[:4]
-        shapes = [(2,) if planar and name.startswith("tangential") else () for name in names]
+        shapes = [np.shape(getattr(self.state, name)) for name in names]
         found = np.recarray(
             len(self._steps), dtype=[(name, float, shape) for name, shape in zip(names, shapes, strict=True)]
         )
@@ -426,7 +420,7 @@ class Asperity:
     @property
     def on_one_line(self) -> bool:
         """Whether it has moved along one line only, so that its memory is exact."""
-        return not isinstance(self.state, PlanarState) or not self.state.turned
+        return not self.state.turned
 
     @property
     def _position(self) -> int:
@@ -434,11 +428,12 @@ class Asperity:
 
     @property
     def _gap(self) -> float:
-        return float(self.memory.contact.gap[0])
+        return float(self.memory.line.contact.gap[0])
 
     @property
     def _vertices(self) -> Array:
-        return view(self.memory.vertices, self.memory.depth[0])
+        line = self.memory.line
+        return view(line.vertices, line.depth[0])
 
     @property
     def _seen(self) -> Array:
@@ -446,18 +441,15 @@ class Asperity:
         return self._vertices[self._vertices["label"] > self._gap]
 
     @cached_property
-    def _nodes(self) -> Floats:
-        """Label and deflection in x and y of each node of the rings (node, 3), dimensionless, the edge first."""
-        planar = self.state.planar  # type: ignore[union-attr] # of two directions
-        nodes = np.zeros((max(lib.hs_planar_nodes(planar, self._position, 0, ffi.NULL), 0), 3))
-        if lib.hs_planar_nodes(planar, self._position, len(nodes), pointer(nodes)) != len(nodes):
-            raise MemoryError("there is not enough memory for the nodes of an asperity")
-        return nodes
+    def _nodes(self) -> Floats | None:
+        """Nodes of its rings, see `binding.nodes`; None in one tangential direction."""
+        return nodes(self.state.memory, self._position)
 
     def _radius(self, label: Floats) -> Floats:
         """Return the radii at labels [m]: √(R (label - gap))."""
         depth = np.maximum(label - self._gap, 0.0)
-        radius: Floats = self.memory.contact.weight[0] * np.sqrt(depth) * self.memory.contact.units.radius
+        contact = self.memory.line.contact
+        radius: Floats = contact.weight[0] * np.sqrt(depth) * contact.units.radius
         return radius
 
 
@@ -466,7 +458,8 @@ def _remembered(steps: tuple[Step, ...], asperity: Asperity) -> tuple[Step, ...]
     sliding = asperity.slip_state == SlipState.GROSS_SLIP
     if not asperity.on_one_line and not sliding:
         return steps
-    stack = view(asperity.memory.vertices, asperity.memory.depth[0])
+    line = asperity.memory.line
+    stack = view(line.vertices, line.depth[0])
     # if all springs slide in one direction, only the contact edge remains of the past
     vertices = stack[-1:] if sliding else stack
     label, anchor, made_at = (vertices[name].tolist() for name in ("label", "anchor", "made_at"))

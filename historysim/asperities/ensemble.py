@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cached_property, partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self, TypeVar, overload
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, Self
 
 import attrs
 import numpy as np
@@ -14,8 +14,8 @@ from historysim.asperities.asperity import Asperities, Asperity, Readout
 from historysim.asperities.curves import NormalCurves, Superposition
 from historysim.asperities.instrument import RIGID, RINGS, Instrument, Rings, as_instrument
 from historysim.asperities.law import FrictionGoal, FrictionLaw, Law, coulomb, evolution_of
-from historysim.asperities.state import EnsembleState, PlanarState
-from historysim.asperities.stepper import PlanarStepper, Stepper, Totals, channel, path_to
+from historysim.asperities.state import State
+from historysim.asperities.stepper import Stepper, Totals, channel, path_to
 from historysim.asperities.wear import WearLaw, check_wear
 from historysim.asperities.yielding import YieldingLaw, law_on_summits
 from historysim.basics.arguments import ArrayLike, Booleans, Floats, Integers, checked, one_per, scalar, workable
@@ -26,13 +26,12 @@ from historysim.basics.wording import brief, counted, html_table
 from historysim.contact.materials import MaterialPair
 from historysim.errors import CurveEndError, FrictionLimitError, InputError
 from historysim.memory import binding
-from historysim.memory.binding import DISPLACED, LOAD, PLANAR_PATH, Memory, advanced, check, copied, owned, view
-from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, in_plane, paths_to, unrecorded
+from historysim.memory.binding import DISPLACED, LOAD, Memory, advanced, check, copied, owned, view
+from historysim.memory.paths import PROJECTED, Goals, Paths, Rows, blank_rows, paths_to, unrecorded
 
 if TYPE_CHECKING:
     from historysim.interaction.solutions import NormalSolutions
 
-AnyState = TypeVar("AnyState", EnsembleState, PlanarState, EnsembleState | PlanarState)
 _ALWAYS = {"columns", "asperity", "totals", *PROJECTED, "dissipated_energy", "friction"}
 # What is recorded of asperities that evolve, beside what always is.
 EVOLVED = {name for name, _ in ffi.typeof("hs_rows").fields} - _ALWAYS
@@ -316,30 +315,13 @@ class Ensemble:
         names = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
         return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
 
-    def initial_state(self) -> EnsembleState:
+    def initial_state(self) -> State:
         """Return the unloaded state: the highest summit just touches, nothing is remembered."""
-        return EnsembleState(self._beginning, self._beginning)
+        return State(self._beginning, self._beginning)
 
-    @overload
-    def advance(  # type: ignore[overload-overlap] # a path of one direction, unless a pair is given
+    def advance(
         self,
-        state: EnsembleState,
-        *,
-        normal_load: float | None = None,
-        normal_displacement: float | None = None,
-        tangential_load: float | None = None,
-        tangential_displacement: float | None = None,
-        friction: ArrayLike | None = None,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-    ) -> EnsembleState: ...
-
-    @overload
-    def advance(self, state: EnsembleState | PlanarState, **targets: Any) -> PlanarState: ...
-
-    def advance(  # type: ignore[misc] # other names than these are a TypeError
-        self,
-        state: EnsembleState | PlanarState,
+        state: State,
         *,
         normal_load: float | None = None,
         normal_displacement: float | None = None,
@@ -348,7 +330,7 @@ class Ensemble:
         friction: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState | PlanarState:
+    ) -> State:
         """Return the state after one joint straight path; ``state`` itself is not changed.
 
         With both loads given, the path is straight in (N, T); with a displacement, straight in the approach and U. A
@@ -362,7 +344,7 @@ class Ensemble:
 
         Parameters
         ----------
-        state : EnsembleState or PlanarState
+        state : State
         normal_load, tangential_load : float, optional
             Total loads to reach [N]; N ≥ 0. The tangential load may be a pair, with None in one component.
         normal_displacement : float, optional
@@ -386,24 +368,32 @@ class Ensemble:
             A value that is not finite, a negative normal load, or both a load and a displacement of one channel; in two
             directions a single number for a tangential channel, or an ensemble that evolves.
         """
-        # a tight loop gets by with one comparison: what is like the start is of one direction
+        # a tight loop gets by with one comparison: a state like the start moves in one direction, and evolves alike
         start = self._beginning
         known = getattr(state, "like", None) is start
-        memory = state.memory if known else self._memory_of(state, planar=True)
-        moved: EnsembleState | PlanarState
-        normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
-        control = memory.tangential_control
-        if not known and isinstance(state, PlanarState):
-            control = state.tangential_control
-        tangential = channel("tangential", tangential_load, tangential_displacement, control)
-        planar = control.__class__ is tuple or tangential[1].__class__ is tuple
-        if planar or memory.evolved or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
-            moved = self.walk(state, path_to(normal, tangential), saturate=saturate, instrument=instrument)
+        memory = state.memory if known else self._memory_of(state)
+        line = memory.line
+        normal, end = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
+        target = tangential_load if tangential_displacement is None else tangential_displacement
+        # a number does not depend on how the channel was controlled
+        control = LOAD if known and target.__class__ is float else binding.tangential_control(memory)
+        tangential, goal = channel("tangential", tangential_load, tangential_displacement, control)
+        evolves = self._evolves if known else line.evolved
+        if evolves or (instrument is not RIGID and as_instrument(instrument).parallel_stiffness):
+            path = path_to((normal, end), (tangential, goal))
+            moved: State = self.walk(state, path, saturate=saturate, instrument=instrument)
         else:
             if self.curves is not None:
-                self.curves.check_reach(path_to(normal, tangential))
-            driven = self._drive if instrument is RIGID and not saturate else self.driven(saturate, instrument)
-            moved = EnsembleState(advanced(memory, *normal, *tangential, driven), start)
+                self.curves.check_reach(path_to((normal, end), (tangential, goal)))
+            if control.__class__ is tuple or goal.__class__ is tuple:
+                memory = memory if control.__class__ is tuple else self._entered(memory)
+                driven = self._drive_in_plane if instrument is RIGID and not saturate else None
+                driven = driven or self.driven(saturate, instrument, directions=2)
+                after = binding.advanced_in_plane(memory, normal, end, tangential, goal, driven)
+                moved = State(after, self._start_in_plane)
+            else:
+                driven = self._drive if instrument is RIGID and not saturate else self.driven(saturate, instrument)
+                moved = State(advanced(memory, normal, end, tangential, goal, driven), start)
         if friction is None:
             return moved
         moved = self.with_friction(moved, friction, instrument=instrument)
@@ -417,23 +407,35 @@ class Ensemble:
             return "summits that meet on slopes"
         return next((name for name, there in kinds if there is not None), "sliding that is followed" * self.slides)
 
-    def in_plane(self, state: EnsembleState | PlanarState) -> PlanarState:
+    def in_plane(self, state: State) -> State:
         """Return a state in two tangential directions; one of one direction moved along x.
 
         Raises InputError: a state of another ensemble, or of one that moves in one direction alone.
         """
+        memory = self._memory_of(state)
+        return state if memory.plane else self.state_of(self._entered(memory))
+
+    def _entered(self, memory: Memory) -> Memory:
+        """Return a copy of a memory of one direction that moves in two from now on."""
         if self.confined:
             raise InputError(f"one tangential direction goes with {self.confined}; expected one number, not a pair")
-        memory = self._memory_of(state, planar=True)
-        if isinstance(state, PlanarState):
-            return state
         rings = self.rings
-        made = lib.hs_planar_new(memory, rings.height_classes, rings.rings, rings.tolerance)
-        return PlanarState(binding.owned_planar(made))
+        entered: Memory = binding.enter_plane(memory, rings.height_classes, rings.rings, rings.tolerance)
+        return entered
+
+    def state_of(self, memory: Memory) -> State:
+        """Return the state of a memory of this ensemble."""
+        if memory.plane:
+            return State(memory, self._start_in_plane)
+        return State(memory, self._beginning if bool(memory.line.evolved) == self._evolves else None)
+
+    def check_state(self, state: State) -> None:
+        """Check that a state is one of this ensemble; any other is an InputError."""
+        self._memory_of(state)
 
     def advance_many(
         self,
-        state: EnsembleState,
+        state: State,
         *,
         normal_load: ArrayLike | None = None,
         normal_displacement: ArrayLike | None = None,
@@ -441,16 +443,18 @@ class Ensemble:
         tangential_displacement: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> tuple[EnsembleState, Totals]:
+    ) -> tuple[State, Totals]:
         """Return the state after straight paths, one after the other, and the totals at the end of each.
 
         It is what as many calls of `advance` would do, bit for bit. Arguments and errors are as there, with one value
         for each path, or one number for all of them; an error has the position of its path.
         """
         memory = self._memory_of(state)
-        normal = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0, several=True)
+        binding.check_one_direction(memory)
+        line = memory.line
+        normal = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0, several=True)
         tangential = channel(
-            "tangential", tangential_load, tangential_displacement, memory.tangential_control, several=True
+            "tangential", tangential_load, tangential_displacement, line.tangential_control, several=True
         )
         counts = {np.size(target) for _, target in (normal, tangential)} - {1}
         if len(counts) > 1 or 0 in counts:
@@ -461,51 +465,34 @@ class Ensemble:
         state = self.walk(state, paths, rows=rows, saturate=saturate, instrument=instrument)
         return state, Totals.of(rows.totals)
 
-    @overload
-    def stepper(self, state: EnsembleState | None = None, **how: Any) -> Stepper: ...
-
-    @overload
-    def stepper(self, state: PlanarState, **how: Any) -> PlanarStepper: ...
-
-    def stepper(  # type: ignore[misc] # other names than these are a TypeError
-        self,
-        state: EnsembleState | PlanarState | None = None,
-        *,
-        saturate: bool = False,
-        instrument: Instrument = RIGID,
-    ) -> Stepper | PlanarStepper:
-        """Return what steps a state in place, for tight loops; it starts unloaded by default.
-
-        Of a `PlanarState`, such as ``in_plane(initial_state())``, it moves in two tangential directions.
-        """
+    def stepper(self, state: State | None = None, *, saturate: bool = False, instrument: Instrument = RIGID) -> Stepper:
+        """Return what steps a state in place, for tight loops; it starts unloaded by default."""
         state = self.initial_state() if state is None else state
-        self._memory_of(state, planar=True)
-        if isinstance(state, PlanarState):
-            return PlanarStepper(state, partial(self.advance, saturate=saturate, instrument=instrument))
+        self._memory_of(state)
         return Stepper(self, state, {"saturate": saturate, "instrument": instrument})
 
     def load_state(self, path: str | Path) -> Any:
-        """Return a state of this ensemble from a file of `save` of either kind; any other one is an InputError."""
+        """Read a state of this ensemble from a file of `save`; any other one is an InputError."""
         try:
             return self.state_from(Path(path).read_bytes())
         except InputError as error:
             raise InputError(f"{path}: {error}") from error
 
     def state_from(self, content: bytes) -> Any:
-        """Return the `EnsembleState` or `PlanarState` of its bytes; those of another ensemble are an InputError."""
+        """Return the state of its bytes; those of another ensemble are an InputError."""
         start = self.initial_state()
-        if content.startswith(b"hsplanar"):
-            return PlanarState.from_bytes(content, self.in_plane(start))
-        return type(start).from_bytes(content, start)
+        state = type(start).from_bytes(content, start)
+        self._memory_of(state)
+        return state
 
     def with_friction(
         self,
-        state: AnyState,
+        state: State,
         friction: ArrayLike,
         *,
         asperities: ArrayLike | None = None,
         instrument: Instrument = RIGID,
-    ) -> AnyState:
+    ) -> State:
         """Return the state with other friction coefficients from now on, which override a friction law.
 
         One coefficient, or one per asperity, 0 or more, is for the asperities with these indices, by default for all;
@@ -515,42 +502,32 @@ class Ensemble:
         the contact slides at the displacement at which it began to, and the next path is refused unless it unloads, or
         holds the load at the limit.
         """
-        line, chosen = self._memory_of(state, planar=True), self._chosen(asperities)
+        memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
         coefficients = state.friction
         coefficients[chosen] = self._coefficients(friction, chosen.size)
-        if isinstance(state, PlanarState):
-            planar = binding.owned_planar(lib.hs_planar_copy(state.planar))
-            driven = self.driven(False, RIGID)
-            controls = state.tangential_control
-            with _driven_by_load(planar.line, instrument) as through:
-                if through is not instrument:
-                    planar.tangential_control = [DISPLACED, DISPLACED]
-                status = lib.hs_planar_set_friction(planar, pointer(coefficients), _compliances(through), driven)
-            planar.tangential_control = controls
-            if status == lib.HS_FOREIGN:
-                raise InputError(
-                    "friction differs between asperities that share rings of traction; expected one coefficient for "
-                    "those that had one at the start"
-                )
-            check(status)
-            return PlanarState(planar)
-        memory = copied(line)
-        if memory.evolved:
-            view(memory.evolved.friction_overridden, self.elements)[chosen] = 1
+        if memory.line.evolved:
+            view(memory.line.evolved.friction_overridden, self.elements)[chosen] = 1
         with _driven_by_load(memory, instrument) as through:
-            check(lib.hs_set_friction(memory, pointer(coefficients), self.driven(False, through)))
-        return EnsembleState(memory, self._beginning)
+            driven = self.driven(False, through, directions=binding.directions_of(memory))
+            status = lib.hs_set_friction(memory, pointer(coefficients), driven)
+        if status == lib.HS_FOREIGN:
+            raise InputError(
+                "friction differs between asperities that share rings of traction; expected one coefficient for "
+                "those that had one at the start"
+            )
+        check(status)
+        return self.state_of(memory)
 
     def with_geometry(
         self,
-        state: EnsembleState,
+        state: State,
         *,
         summit_height: ArrayLike | None = None,
         summit_radius: ArrayLike | None = None,
         asperities: ArrayLike | None = None,
         saturate: bool = False,
         instrument: Instrument = RIGID,
-    ) -> EnsembleState:
+    ) -> State:
         """Return the state with other summits from now on, each of which is a new contact.
 
         What the old contact of a changed summit remembered is erased, its springs are no longer strained; those that
@@ -562,9 +539,10 @@ class Ensemble:
         indices that the ensemble does not have, or patches. FrictionLimitError: the new contact does not hold the
         tangential load.
         """
-        memory, chosen = copied(self._memory_of(state)), self._chosen(asperities)
+        binding.check_one_direction(self._memory_of(state))
+        memory, chosen = copied(state.memory), self._chosen(asperities)
         self._follow(memory)
-        count, evolved = self.elements, memory.evolved
+        count, evolved = self.elements, memory.line.evolved
         old = view(evolved.summit_height, count), view(evolved.summit_radius, count)
         height, radius = old[0].copy(), old[1].copy()
         each = partial(one_per, "asperity", "asperities")
@@ -582,13 +560,12 @@ class Ensemble:
         with self._evolution(virgin) as evolution:
             check(lib.hs_set_summits(memory, pointer(height), pointer(radius), pointer(fresh), evolution))
         back = _back_to(state.memory, as_instrument(instrument))
-        fresh_state = EnsembleState(memory, self._beginning)
-        restored: EnsembleState = self.walk(fresh_state, back, saturate=saturate, instrument=instrument)
+        restored: State = self.walk(self.state_of(memory), back, saturate=saturate, instrument=instrument)
         return restored
 
     def walk(
         self,
-        state: EnsembleState | PlanarState,
+        state: State,
         paths: Paths,
         *,
         rows: Rows | None = None,
@@ -601,48 +578,42 @@ class Ensemble:
     ) -> Any:
         """Return the state after straight paths, one after the other, and record rows on the way.
 
-        Tangential pairs, in two directions, make any state a `PlanarState`. Rows of asperities, by index in the order
+        Tangential pairs make any state one of two directions. Rows of asperities, by index in the order
         of their columns, are written to ``rows`` in SI (see `blank_rows`). A share ``until`` of each path is walked;
         ``friction`` goes straight with the channels. Threads share the work on many asperities; the bits do not depend
         on them. `saturate`, `instrument` and errors as for `advance`, which have the position of the path here.
         """
-        pushed = paths["tangential_control"] == LOAD
-        if as_instrument(instrument).parallel_stiffness and pushed.any():
-            if pushed.ndim > 1:
-                if (pushed[:, 0] != pushed[:, 1]).any():
-                    raise InputError(
-                        "one tangential component is a load and the other one a displacement, beside a spring in "
-                        "parallel; expected two loads or two displacements, or an instrument without parallel_stiffness"
-                    )
-                pushed = pushed[:, 0]
+        if as_instrument(instrument).parallel_stiffness and (pushed := binding.by_load(paths)).any():
+            if (pushed[:, 0] != pushed[:, 1]).any():
+                raise InputError(
+                    "one tangential component is a load and the other one a displacement, beside a spring in "
+                    "parallel; expected two loads or two displacements, or an instrument without parallel_stiffness"
+                )
             how: dict[str, Any] = {"rows": rows, "asperities": asperities, "saturate": saturate, "until": until}
             how |= {"friction": friction, "threads": threads}
-            return self._walk_beside_spring(state, paths, pushed, instrument, how)
-        planar = isinstance(state, PlanarState) or paths.dtype == PLANAR_PATH or bool(rows and rows.vectors)
+            return self._walk_beside_spring(state, paths, pushed[:, 0], instrument, how)
+        memory = self._memory_of(state)
+        planar = bool(memory.plane) or binding.are_in_plane(paths) or bool(rows and rows.vectors)
         if planar and friction is not None:
             raise InputError("friction that runs along goes with one tangential direction; expected a change at a time")
-        start = self.in_plane(state).planar if planar else self._memory_of(state)
-        paths = in_plane(paths, start.tangential_control) if planar else paths
-        memory = binding.owned_planar(lib.hs_planar_copy(start)) if planar else copied(start)
-        if not planar and (friction is not None or (rows is not None and EVOLVED & rows.each.keys())):
+        memory = copied(memory) if memory.plane or not planar else self._entered(memory)
+        paths = binding.check_in_plane(paths) if planar else paths
+        if friction is not None or (not planar and rows is not None and EVOLVED & rows.each.keys()):
             self._follow(memory)
         if rows is None:
             rows, paths = blank_rows(0, None, planar=planar), unrecorded(paths)
-        path = ffi.cast("hs_planar_path *" if planar else "hs_path *", ffi.from_buffer(paths))
-        way = memory, path, paths.size, rows.as_struct(np.asarray(asperities, dtype=np.int64))
-        refusal = ffi.new("hs_refusal *")
-        driven = self.driven(saturate, RIGID if planar else instrument, threads)
-        if planar:
-            status = lib.hs_planar_integrate(*way, _compliances(instrument), driven, until, refusal)
-        elif memory.evolved:
+        path, refusal = ffi.cast("hs_path *", ffi.from_buffer(paths)), ffi.new("hs_refusal *")
+        driven = self.driven(saturate, instrument, threads, directions=2 if planar else 1)
+        way = memory, path, paths.size, rows.as_struct(np.asarray(asperities, dtype=np.int64)), driven, until
+        if evolved := memory.line.evolved:
             if friction is not None:
-                view(memory.evolved.friction_overridden, self.elements)[:] = 1
+                view(evolved.friction_overridden, self.elements)[:] = 1
             with self._evolution(self._virgin_radius(memory), friction) as evolution:
-                status = lib.hs_integrate_evolving(*way, driven, until, evolution, refusal)
+                status = lib.hs_integrate(*way, evolution, refusal)
         else:
-            status = lib.hs_integrate(*way, driven, until, refusal)
+            status = lib.hs_integrate(*way, ffi.NULL, refusal)
         check(status, refusal)
-        return PlanarState(memory) if planar else EnsembleState(memory, self._beginning)
+        return self.state_of(memory)
 
     def _walk_beside_spring(
         self, state: Any, paths: Paths, pushed: Booleans, instrument: Instrument, how: dict[str, Any]
@@ -651,7 +622,7 @@ class Ensemble:
         for part in np.split(np.arange(paths.size), np.flatnonzero(np.diff(pushed)) + 1):
             legs, by_load = paths[part], bool(pushed[part[0]])
             if by_load:
-                legs["tangential_control"] = DISPLACED
+                legs["tangential_control"][legs["tangential_control"] == LOAD] = DISPLACED
                 legs["tangential_target"] /= instrument.parallel_stiffness
             try:
                 through = instrument.pushed if by_load else instrument
@@ -661,15 +632,14 @@ class Ensemble:
                 raise
             if by_load:
                 # it goes on as a load
-                self._memory_of(state, planar=True).tangential_control = LOAD
-                if isinstance(state, PlanarState):
-                    state.planar.tangential_control = [LOAD, LOAD]
+                binding.set_tangential_control(self._memory_of(state), LOAD)
         return state
 
-    def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
+    def slide_time(self, state: State) -> Floats:
         """Return when each asperity or patch first slid as a whole in a replay [s]; NaN where it has not."""
-        memory = self._memory_of(state, planar=True)
-        found = np.empty(memory.contact.query_count or memory.contact.count)
+        memory = self._memory_of(state)
+        contact = memory.line.contact
+        found = np.empty(contact.query_count or contact.count)
         lib.hs_slide_times(memory, pointer(found))
         return found
 
@@ -686,22 +656,22 @@ class Ensemble:
         "the ensemble has no normal curves; expected one from normal curves: see asperity"
     )
 
-    def asperity(self, index: int, state: EnsembleState | PlanarState) -> Asperity:
+    def asperity(self, index: int, state: State) -> Asperity:
         """Return one asperity, holding its memory in a state; an index that is not there raises InputError.
 
         In two tangential directions the last axis of its tangential quantities is x and y.
         """
         if not isinstance(index, int | np.integer) or not 0 <= index < len(self):
             raise InputError(f"asperity {index!r} does not exist; expected an index from 0 to {len(self) - 1}")
-        self._memory_of(state, planar=True)
+        self._memory_of(state)
         return Asperity.of(Readout(self, state, [int(index)]), 0, int(index))
 
-    def asperities(self, state: EnsembleState | PlanarState) -> Asperities:
+    def asperities(self, state: State) -> Asperities:
         """Return all asperities, holding their memories in a state, as a sequence: ``len``, index, slice, iteration.
 
         Their loads, radii and slip states are read in one batch.
         """
-        self._memory_of(state, planar=True)
+        self._memory_of(state)
         readout = Readout(self, state, range(len(self)))
         return Asperities(lambda index: Asperity.of(readout, index, index), range(len(self)))
 
@@ -724,11 +694,16 @@ class Ensemble:
     @cached_property
     def _beginning(self) -> Memory:
         """The memory at the start, which is never changed."""
-        memory: Memory = owned(lib.hs_memory_new(self._contact, pointer(self.friction)))
-        memory.identity = lib.hs_digest(memory.identity, ffi.from_buffer(self._more), len(self._more))
+        memory: Memory = owned(lib.hs_state_new(self._contact, pointer(self.friction)))
+        memory.line.identity = lib.hs_digest(memory.line.identity, ffi.from_buffer(self._more), len(self._more))
         if self.evolves:
             self._follow(memory)
         return memory
+
+    @cached_property
+    def _start_in_plane(self) -> Memory:
+        """The memory at the start in two tangential directions."""
+        return self._entered(self._beginning)
 
     @property
     def _more(self) -> bytes:
@@ -740,17 +715,19 @@ class Ensemble:
         text = json.dumps([numbers, self.follow_sliding], sort_keys=True, default=lambda each: type(each).__qualname__)
         return text.encode()
 
-    def _memory_of(self, state: Any, *, planar: bool = False) -> Memory:
-        """Return the memory of a state, which has to be of this ensemble, and of one direction unless it may not be."""
-        if isinstance(state, PlanarState) and not planar:
-            raise InputError("the state is of two tangential directions; expected one of one direction, or `advance`")
-        if not isinstance(state, EnsembleState | PlanarState):
-            raise InputError(f"state is {state!r}; expected an EnsembleState, such as initial_state() returns")
+    def _memory_of(self, state: Any) -> Memory:
+        """Return the memory of a state, which has to be of this ensemble."""
+        if not isinstance(state, State):
+            raise InputError(f"state is {state!r}; expected a State, such as initial_state() returns")
+        # what is not computed yet, no state is like
+        if state.like is not None and state.like is self.__dict__.get("_start_in_plane"):
+            return state.memory
         if state.like is not self._beginning:
             binding.check_belongs(state.memory, self._beginning)
-        if isinstance(state, PlanarState) and state.rings != self.rings:
+        rings = state.rings
+        if rings is not None and rings != self.rings:
             raise InputError(
-                f"the state was made with {state.rings}; expected one of this ensemble, with {self.rings}. Advance it "
+                f"the state was made with {rings}; expected one of this ensemble, with {self.rings}. Advance it "
                 "with an ensemble of its rings, or replay its events with this one"
             )
         return state.memory
@@ -767,27 +744,38 @@ class Ensemble:
 
     def _follow(self, memory: Memory) -> None:
         """Make a memory follow from now on what asperities become."""
-        if not memory.evolved:
-            check(lib.hs_memory_evolve(memory))
+        line = memory.line
+        if not line.evolved:
+            check(lib.hs_state_evolve(memory))
             # to the bit, which gaps are not
-            view(memory.evolved.summit_height, self.elements)[:] = self.summit_height
-            view(memory.evolved.summit_radius, self.elements)[:] = self.summit_radius
+            view(line.evolved.summit_height, self.elements)[:] = self.summit_height
+            view(line.evolved.summit_radius, self.elements)[:] = self.summit_radius
         if self.yielding is not None:
-            check(lib.hs_memory_yield(memory))
+            check(lib.hs_state_yield(memory))
 
     def _virgin_radius(self, memory: Memory) -> Floats:
         """Return the radii of the summits before they yielded [m] (asperity)."""
-        evolved = memory.evolved
+        evolved = memory.line.evolved
         return view(evolved.virgin_radius or evolved.summit_radius, self.elements).copy()
+
+    @cached_property
+    def _evolves(self) -> bool:
+        return self.evolves
 
     @cached_property
     def _drive(self) -> Any:
         return self.driven(False, RIGID)
 
-    def driven(self, saturate: bool, instrument: Instrument, threads: int = 1, *, heeds: bool = True) -> Any:
+    @cached_property
+    def _drive_in_plane(self) -> Any:
+        return self.driven(False, RIGID, directions=2)
+
+    def driven(
+        self, saturate: bool, instrument: Instrument, threads: int = 1, *, directions: int = 1, heeds: bool = True
+    ) -> Any:
         """Return how its contact is driven, for the library; see ``hs_drive``."""
-        compliance = 1.0 / as_instrument(instrument).stiffness
-        return binding.drive(self.tolerance, compliance, saturate, threads, heeds=heeds)
+        compliances = as_instrument(instrument).compliances_in(directions)
+        return binding.drive(self.tolerance, compliances, saturate, threads, heeds=heeds)
 
     def _chosen(self, asperities: ArrayLike | None) -> Integers:
         if asperities is None:
@@ -812,20 +800,14 @@ def _span(values: Floats, unit: str) -> str:
     return f"{least:.4g}" + (f" to {most:.4g}" if most > least else "")
 
 
-def _compliances(instrument: Instrument) -> Any:
-    """Return by how much an instrument yields in x and y [m/N], for the library."""
-    return ffi.new("double[2]", as_instrument(instrument).compliances)
-
-
 @contextmanager
 def _driven_by_load(memory: Memory, instrument: Instrument) -> Iterator[Instrument]:
     """Give the instrument that acts on a contact in series: of a controlled load the parallel spring, too."""
-    if not as_instrument(instrument).parallel_stiffness or memory.tangential_control != LOAD:
+    if not as_instrument(instrument).parallel_stiffness or memory.line.tangential_control != LOAD:
         yield instrument
         return
-    memory.tangential_control = DISPLACED
-    yield instrument.pushed
-    memory.tangential_control = LOAD
+    with binding.controlled(memory, DISPLACED):
+        yield instrument.pushed
 
 
 def _alike(*keys: Floats) -> Integers | None:
@@ -841,18 +823,18 @@ def _alike(*keys: Floats) -> Integers | None:
 
 def _back_to(before: Memory, instrument: Instrument) -> Paths:
     """Return the path on which each channel goes back to where it was controlled to be."""
-    units = before.contact.units
+    line, units = before.line, before.line.contact.units
     compliance = units.stiffness / instrument.stiffness
-    normal = {LOAD: before.normal_load * units.load, DISPLACED: before.approach * units.length}
-    load, moved = (before.tangential_load + before.excess) * units.load, before.displacement * units.displacement
+    normal = {LOAD: line.normal_load * units.load, DISPLACED: line.approach * units.length}
+    load, moved = (line.tangential_load + line.excess) * units.load, line.displacement * units.displacement
     tangential = {
         LOAD: instrument.drive_load(moved, load),
-        DISPLACED: (before.displacement + compliance * before.tangential_load) * units.displacement,
+        DISPLACED: (line.displacement + compliance * line.tangential_load) * units.displacement,
     }
     return paths_to(
-        Goals(before.normal_control, normal[before.normal_control]),
-        Goals(before.tangential_control, tangential[before.tangential_control]),
-        times=(before.clock.end, before.clock.end),
+        Goals(line.normal_control, normal[line.normal_control]),
+        Goals(line.tangential_control, tangential[line.tangential_control]),
+        times=(line.clock.end, line.clock.end),
     )
 
 
@@ -924,7 +906,7 @@ class Patches(Ensemble):
 
     def walk(
         self,
-        state: EnsembleState | PlanarState,
+        state: State,
         paths: Paths,
         *,
         rows: Rows | None = None,
@@ -946,14 +928,15 @@ class Patches(Ensemble):
         self.curves.project(elements, float(after.friction[0]), chosen, rows)
         return after
 
-    def superposition(self, state: EnsembleState) -> Superposition:
+    def superposition(self, state: State) -> Superposition:
         """Return pressures and tractions of patches as sums of those in the table of their normal curves."""
         memory, rows = self._memory_of(state), blank_rows(1, 1)
+        binding.check_one_direction(memory)
         check(lib.hs_read(memory, rows.as_struct(np.zeros(1, dtype=np.int64)), 0))
         stick = float(self.curves.stick_approach(rows)[0])
-        return self.curves.superposed(binding.stack(memory), memory.contact.units, stick)
+        return self.curves.superposed(binding.stack(memory), memory.line.contact.units, stick)
 
-    def slide_time(self, state: EnsembleState | PlanarState) -> Floats:
+    def slide_time(self, state: State) -> Floats:
         """Return when each patch first slid as a whole in a replay [s] (patch); NaN where it has not."""
         found: Floats = super().slide_time(state)[np.unique(self.first_touch, return_inverse=True)[1]]
         return found

@@ -13,13 +13,13 @@ import numpy.typing as npt
 from historysim.asperities.asperity import Asperities, Asperity, Readout
 from historysim.asperities.ensemble import Ensemble, refused
 from historysim.asperities.instrument import RIGID, as_instrument
-from historysim.asperities.state import EnsembleState, SavedState
+from historysim.asperities.state import SavedState, State
 from historysim.basics.arguments import Array, Booleans, Floats, Integers, one_per
 from historysim.basics.library import lib
 from historysim.basics.limits import is_workable
 from historysim.contact.materials import MaterialPair
 from historysim.errors import InputError
-from historysim.memory.binding import DISPLACED, LOAD, PATH, Memory, advanced
+from historysim.memory.binding import DISPLACED, LOAD, PATH, Memory, advanced, are_in_plane
 from historysim.memory.paths import Goals, Paths, Rows, blank_rows, paths_to, unrecorded
 
 # Most of friction times slope. At 1 a sliding asperity locks: pressed down, it carries no more of the load.
@@ -79,10 +79,10 @@ class Facet(Ensemble):
         after: Memory = advanced(memory, DISPLACED, normal, DISPLACED, tangential, self._drive)
         return after
 
-    def beginning(self) -> EnsembleState:
+    def beginning(self) -> State:
         """Return the unloaded state where the body is at d = U = 0."""
         start = self.initial_state()
-        return EnsembleState(self.carried(start.memory, 0.0, 0.0), start.memory) if self.gap else start
+        return State(self.carried(start.memory, 0.0, 0.0), start.memory) if self.gap else start
 
     def add_to(self, totals: Array, rows: Rows) -> None:
         """Add its rows to those of the whole body."""
@@ -122,8 +122,8 @@ class Body:
         """The normal and the tangential load of the body [N]."""
         normal = tangential = 0.0
         for facet, memory in self._each():
-            unit = memory.contact.units.load
-            pressed, held = memory.normal_load * unit, memory.tangential_load * unit
+            line, unit = memory.line, memory.line.contact.units.load
+            pressed, held = line.normal_load * unit, line.tangential_load * unit
             normal += facet.cosine * pressed - facet.sine * held
             tangential += facet.cosine * held + facet.sine * pressed
         return normal, tangential
@@ -131,7 +131,7 @@ class Body:
     @property
     def dissipated(self) -> float:
         """Energy that friction has taken since the start [J]."""
-        return math.fsum(memory.dissipated * memory.contact.units.energy for memory in self.memories)
+        return math.fsum(memory.line.dissipated * memory.line.contact.units.energy for memory in self.memories)
 
     def touch(self, displacement: float) -> float:
         """Return the approach of first touch at a displacement [m]."""
@@ -208,7 +208,7 @@ class Body:
         return halved(self, low, high, whole, MOST_HALVINGS)
 
 
-def _over_facets(part: Callable[[EnsembleState, float, float], float], text: str) -> float:
+def _over_facets(part: Callable[[State, float, float], float], text: str) -> float:
     """Return a property that is a sum over facets, of their states with cosine and sine."""
 
     def total(state: Any) -> float:
@@ -221,7 +221,7 @@ def _over_facets(part: Callable[[EnsembleState, float, float], float], text: str
 class InclinedState(SavedState):
     """The state of an `InclinedEnsemble`: a value that can be pickled, and compared to the bit."""
 
-    facets: tuple[EnsembleState, ...]  #: one for each slope, ascending, in axes turned by it
+    facets: tuple[State, ...]  #: one for each slope, ascending, in axes turned by it
     axes: Floats  #: cosine and sine of each (facet, 2)
     approach: float  #: of the whole body, d [m]
     tangential_displacement: float  #: of the whole body, U [m]
@@ -289,7 +289,7 @@ class InclinedState(SavedState):
             raise InputError("the state is of other slopes; expected one of this ensemble's")
         starts = (None,) * count if like is None else like.facets
         parts = [content[end - size : end] for size, end in zip(sizes.tolist(), ends.tolist(), strict=True)]
-        facets = [EnsembleState.from_bytes(part, start) for part, start in zip(parts, starts, strict=True)]
+        facets = [State.from_bytes(part, start) for part, start in zip(parts, starts, strict=True)]
         return cls(tuple(facets), axes, approach, displacement, *controls)
 
 
@@ -299,6 +299,12 @@ class _Controls(NamedTuple):
     normal_control: int
     tangential_control: int
     evolved: bool = True  #: it is walked, as what evolves is
+    plane: None = None
+
+    @property
+    def line(self) -> Self:
+        """Itself: it moves along one line."""
+        return self
 
 
 def _no(what: str) -> str:
@@ -390,8 +396,9 @@ class InclinedEnsemble(Ensemble):
 
         A tangential load, an instrument, a pair of targets or another friction is an InputError, unless nothing slopes.
         """
-        after: InclinedState = super().advance(state, **targets)  # type: ignore[call-overload] # a state of its own kind
-        return after
+        after: Any = super().advance(state, **targets)  # type: ignore[arg-type] # a state of its own kind
+        moved: InclinedState = after
+        return moved
 
     def walk(  # type: ignore[override] # a state of its own kind
         self,
@@ -407,16 +414,16 @@ class InclinedEnsemble(Ensemble):
         self._memory_of(state)
         if how.pop("friction", None) is not None:
             raise _refused("change of friction")
-        if paths.dtype != PATH:
+        if are_in_plane(paths):
             raise _refused("second tangential direction")
         if not self.slope.any():
             level = self.facets[0].walk(state.facets[0], paths, rows=rows, asperities=asperities, until=until, **how)
-            controls = int(level.memory.normal_control), int(level.memory.tangential_control)
+            controls = level.memory.line.normal_control, level.memory.line.tangential_control
             return InclinedState((level,), self._axes, level.approach, level.tangential_displacement, *controls)
         instrument = as_instrument(how.get("instrument", RIGID))
         if not instrument.rigid or instrument.parallel_stiffness:
             raise _refused("instrument in series or in parallel")
-        pushed = np.flatnonzero((paths["tangential_control"] == LOAD) & (paths["tangential_fraction"] > 0))
+        pushed = np.flatnonzero((paths["tangential_control"][:, 0] == LOAD) & (paths["tangential_fraction"][:, 0] > 0))
         if pushed.size:
             refusal = _refused("given tangential load")
             refusal.path = int(pushed[0])
@@ -424,13 +431,13 @@ class InclinedEnsemble(Ensemble):
         legs = self._legs(state, paths, until)
         if rows is None:
             rows, legs = blank_rows(0, None), unrecorded(legs)
-        ends = np.stack([legs["normal_target"], legs["tangential_target"]])
+        ends = np.stack([legs["normal_target"], legs["tangential_target"][:, 0]])
         columns, facets = np.asarray(asperities, dtype=np.int64), []
         rows.totals[:] = np.zeros((), rows.totals.dtype)
         along = np.zeros(len(rows.totals))
         for facet, start in zip(self.facets, state.facets, strict=True):
             own, turned, each = blank_rows(len(rows.totals), len(facet)), legs.copy(), np.arange(len(facet))
-            turned["normal_target"], turned["tangential_target"] = facet.turned(*ends)
+            turned["normal_target"], turned["tangential_target"][:, 0] = facet.turned(*ends)
             facets.append(facet.walk(start, turned, rows=own, asperities=each, threads=how.get("threads", 1)))
             facet.add_to(rows.totals, own)
             along += facet.sine * own.totals["normal_load"]
@@ -440,7 +447,7 @@ class InclinedEnsemble(Ensemble):
         rows.totals["friction_limit"] += np.abs(along)
         ways = np.column_stack([(state.approach, state.tangential_displacement), ends])
         rows.totals["approach"], rows.totals["displacement"] = _of_rows(ways, legs)
-        controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"])
+        controls = int(paths[-1]["normal_control"]), int(paths[-1]["tangential_control"][0])
         return InclinedState(tuple(facets), self._axes, float(ways[0, -1]), float(ways[1, -1]), *controls)
 
     def slide_time(self, state: InclinedState) -> Floats:  # type: ignore[override] # a state of its own kind
@@ -477,7 +484,7 @@ class InclinedEnsemble(Ensemble):
             places |= {int(index): (readout, column) for column, index in enumerate(facet.members)}
         return Asperities(lambda index: Asperity.of(*places[index], index), range(len(self)))
 
-    def _memory_of(self, state: Any, **_: bool) -> Any:
+    def _memory_of(self, state: Any) -> Any:
         """Return how the channels of a state are controlled, which has to be one of this ensemble's."""
         if not isinstance(state, InclinedState) or len(state.facets) != len(self.facets):
             raise InputError(f"state is {state!r}; expected one of this ensemble's, such as initial_state() returns")
@@ -493,7 +500,8 @@ class InclinedEnsemble(Ensemble):
             each = dict(zip(PATH.names or (), path.item(), strict=True))
             begin, parts, lasts = each["begin"], each["parts"], each["end"] - each["begin"]
             share, end = until * each["normal_fraction"], each["normal_target"]
-            there = float(towards(body.displacement, each["tangential_target"], until * each["tangential_fraction"]))
+            (goal, _), (fraction, _) = each["tangential_target"], each["tangential_fraction"]
+            there = float(towards(body.displacement, goal, until * fraction))
             if each["normal_control"] == DISPLACED:
                 approach = float(towards(body.approach, end, share))
                 legs.append((approach, there, parts, each["recorded"], begin, each["end"]))

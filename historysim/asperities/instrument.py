@@ -106,6 +106,10 @@ class Instrument:
             )
         return self.lateral_stiffness
 
+    def compliances_in(self, directions: int) -> tuple[float, float]:
+        """Return 1/k_s in x and y of a contact in one or two directions [m/N]; InputError for a pair in one."""
+        return self.compliances if directions == 2 else (1.0 / self.stiffness, 0.0)
+
     def drive_displacement(self, tangential_displacement: Values, tangential_load: Values) -> Values:
         """Return the displacement of the drive, U + T/k_s [m]; U [m] and T [N] of the contact have one shape.
 

@@ -1,4 +1,4 @@
-"""States of ensembles: where they are and what they remember, values that are never changed."""
+"""`State` of an ensemble: an immutable value that holds its loads and its memory."""
 
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -10,11 +10,10 @@ import numpy.typing as npt
 from historysim.asperities.instrument import Rings
 from historysim.basics.arguments import Booleans, Floats, Integers
 from historysim.basics.files import replacing
-from historysim.basics.library import ffi, lib, pointer
-from historysim.basics.units import is_number, quantity_text
-from historysim.errors import InputError
+from historysim.basics.library import lib
+from historysim.basics.units import quantity_text
 from historysim.memory import binding
-from historysim.memory.binding import Memory, check
+from historysim.memory.binding import Memory
 
 # What a state is shown by, with units.
 SHOWN = {"normal_load": "N", "tangential_load": "N", "approach": "m", "tangential_displacement": "m"}
@@ -100,47 +99,55 @@ class Yielded(NamedTuple):
 
 
 def _in_si(field: str, unit: str, text: str) -> float:
-    """Return a property that reads a field of ``hs_memory``, which is dimensionless, in SI."""
+    """Return a property that reads a field of the line of ``hs_state``, which is dimensionless, in SI."""
 
     def read(holder: Any) -> float:
-        memory = holder.memory
-        return float(getattr(memory, field) * getattr(memory.contact.units, unit))
+        memory = holder.memory  # which owns its line, and which a stepper may replace meanwhile
+        line = memory.line
+        return float(getattr(line, field) * getattr(line.contact.units, unit))
 
     return property(read, doc=text)  # type: ignore[return-value] # what it reads is a float
 
 
+def _tangential(field: str, unit: str, text: str) -> Any:
+    """Return a property that reads a tangential quantity in SI: a number, or a vector in two directions."""
+    return property(lambda holder: binding.tangential(holder.memory, field, unit), doc=text)
+
+
 class WholeContact:
-    """Totals of a memory in SI."""
+    """Totals of a memory in SI; tangential ones are vectors (direction) in two tangential directions."""
 
     __slots__ = ()
     memory: Memory
 
     normal_load = _in_si("normal_load", "load", "Total normal load [N].")
-    tangential_load = _in_si("tangential_load", "load", "Total tangential load [N].")
+    tangential_load = _tangential("tangential_load", "load", "Total tangential load [N].")
     approach = _in_si(
         "approach", "length", "Approach of the highest summit from first touch [m]; negative where nothing touches."
     )
-    tangential_displacement = _in_si("displacement", "displacement", "Rigid tangential displacement U [m].")
+    tangential_displacement = _tangential("displacement", "displacement", "Rigid tangential displacement U [m].")
     dissipated_energy = _in_si("dissipated", "energy", "Energy that friction has taken since the start [J].")
-    _excess = _in_si("excess", "load", "Request beyond the tangential load [N].")
+    _excess = _tangential("excess", "load", "Request beyond the tangential load [N].")
 
     @property
     def friction(self) -> Floats:
         """Present friction coefficient of each asperity (asperity)."""
-        groups = self.memory.contact.groups
-        return binding.view(self.memory.friction, groups)[binding.group_of_each(self.memory)]
+        memory = self.memory
+        return binding.view(memory.line.friction, memory.line.contact.groups)[binding.group_of_each(memory)]
 
 
 @attrs.frozen(eq=False, repr=False, init=False)
-class EnsembleState(WholeContact, SavedState):
+class State(WholeContact, SavedState):
     """The state of an ensemble: a value, never changed once made.
 
-    States are equal where all their bits are: geometry, friction, memory, loads, and how the channels were controlled;
-    when asperities have slid is no part of that. They can be pickled.
+    In one tangential direction, which is x, tangential quantities are numbers. `Ensemble.advance` moves a state in two
+    from the first pair of targets on; then they are vectors in x and y. States are equal where all their bits are:
+    geometry, friction, memory, loads, and how the channels were controlled; when asperities have slid is no part of
+    that. They can be pickled.
     """
 
-    memory: Memory  #: of the library
-    like: Memory | None  #: the start of the ensemble that it is known to be of
+    memory: Memory  #: ``hs_state`` of the library
+    like: Memory | None  #: the start of the ensemble that it is known to be of, if it moves and evolves alike
 
     def __init__(self, memory: "Memory", like: "Memory | None" = None) -> None:
         # in two thirds of the time of what attrs writes
@@ -151,7 +158,8 @@ class EnsembleState(WholeContact, SavedState):
     def from_bytes(cls, content: bytes, like: Any = None) -> Self:
         """Return the state of `to_bytes`; see `SavedState`."""
         start = None if like is None else like.memory
-        return cls(binding.from_bytes(content, start), start)
+        memory = binding.from_bytes(content, start)
+        return cls(memory, start if start is not None and binding.moves_like(memory, start) else None)
 
     def to_bytes(self) -> bytes:
         """Return all of it as bytes."""
@@ -159,10 +167,15 @@ class EnsembleState(WholeContact, SavedState):
 
     def _bits(self) -> bytes:
         memory = self.memory
-        if memory.slides:
+        if memory.line.slides:
             memory = binding.copied(memory)
             lib.hs_forget_slides(memory)
         return binding.to_bytes(memory)
+
+    @property
+    def directions(self) -> int:
+        """Number of tangential directions in which it moves, 1 or 2."""
+        return binding.directions_of(self.memory)
 
     @property
     def group(self) -> Integers:
@@ -180,26 +193,31 @@ class EnsembleState(WholeContact, SavedState):
         return float(lib.hs_normal_stiffness(self.memory))
 
     @property
-    def tangential_stiffness(self) -> float:
-        """Tangential stiffness of the springs that stick now [N/m], as recorded; see `stiffness` for a next move."""
-        return float(lib.hs_stiffness(self.memory, 0))
+    def tangential_stiffness(self) -> Any:
+        """Tangential stiffness of the springs that stick now [N/m], as recorded; see `stiffness` for a next move.
+
+        In two directions a matrix (direction, direction).
+        """
+        return binding.sticking_stiffness(self.memory)
 
     @property
     def slip_share(self) -> float:
         """Share of the contact that slides, 1 - Σ c/Σ a, with stick radii c and contact radii a; 0 without contact."""
-        units = self.memory.contact.units
+        units = self.memory.line.contact.units
         whole = self.normal_stiffness * units.length / units.load
-        return 1.0 - self.tangential_stiffness / units.stiffness / whole if whole > 0.0 else 0.0
+        # springs that stick are as stiff in each direction
+        sticking = float(np.ravel(self.tangential_stiffness)[0])
+        return 1.0 - sticking / units.stiffness / whole if whole > 0.0 else 0.0
 
-    def stiffness(self, direction: int) -> float:
+    def stiffness(self, direction: Any = None) -> Any:
         """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m].
 
         Springs that slide in that direction take no part; those that slide the other way stick again. The direction is
-        1 for a growing displacement, -1 for a falling one; another one raises InputError.
+        1 for a growing displacement, -1 for a falling one. In two directions it is a pair of any length, by default
+        (0, 0), which stands for the springs that stick now; the result is a matrix (direction, direction). Another
+        direction raises InputError.
         """
-        if isinstance(direction, bool) or direction not in {1, -1}:
-            raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
-        return float(lib.hs_stiffness(self.memory, int(direction)))
+        return binding.stiffness(self.memory, direction)
 
     @property
     def stored_energy(self) -> float:
@@ -209,17 +227,17 @@ class EnsembleState(WholeContact, SavedState):
     @property
     def evolved(self) -> Evolved | None:
         """What has become of asperities that evolve; None where they do not."""
-        return Evolved(**self._of_each(Evolved)) if self.memory.evolved else None
+        return Evolved(**self._of_each(Evolved)) if self.memory.line.evolved else None
 
     @property
     def yielded(self) -> Yielded | None:
         """How asperities have yielded; None where they do not."""
-        found = self.memory.evolved
+        found = self.memory.line.evolved
         return Yielded(**self._of_each(Yielded)) if found and found.virgin_height else None
 
     def _of_each(self, kind: type[NamedTuple]) -> dict[str, Any]:
         """Return the fields of ``hs_evolved`` that a tuple has, arrays as copies."""
-        found, count = self.memory.evolved, self.memory.contact.count
+        found, count = self.memory.line.evolved, self.memory.line.contact.count
         values: dict[str, Any] = {name: getattr(found, IN_C.get(name, name)) for name in kind._fields}
         for name, value in values.items():
             if not isinstance(value, float):
@@ -230,94 +248,27 @@ class EnsembleState(WholeContact, SavedState):
         """Return the vertices of a group's polyline, dimensionless, the deepest first; see ``hs_vertex``."""
         return binding.stack(self.memory, group)
 
-
-_fields: Any = EnsembleState
-_set_memory, _set_like = _fields.memory.__set__, _fields.like.__set__
-
-
-def _vector(field: str, unit: str, text: str) -> Floats:
-    """Return a property that reads a vector of ``hs_planar`` in SI."""
-
-    def read(holder: Any) -> Floats:
-        found, scale = getattr(holder.planar, field), getattr(holder.memory.contact.units, unit)
-        return np.array([found.x * scale, found.y * scale])
-
-    return property(read, doc=text)  # type: ignore[return-value] # what it reads is an array
-
-
-@attrs.frozen(eq=False, repr=False)
-class PlanarState(WholeContact, SavedState):
-    """The state of an ensemble that moves in two tangential directions: a value, never changed once made.
-
-    `Ensemble.advance` makes it of a state of one direction, which is x, where a target has two components. States are
-    equal where all their bits are. They can be pickled.
-    """
-
-    planar: Any  #: hs_planar, of the library
-    #: What of it is as in one direction: approach, normal load, friction.
-    memory: Memory = attrs.field(init=False, default=attrs.Factory(lambda self: self.planar.line, takes_self=True))
-
-    like = None
-
-    tangential_load = _vector("tangential_load", "load", "Tangential load (direction) [N].")  # type: ignore[assignment]
-    tangential_displacement = _vector(  # type: ignore[assignment] # a vector
-        "displacement", "displacement", "Rigid displacement U (direction) [m]."
-    )
-    _excess = _vector("excess", "load", "Request beyond the tangential load (direction) [N].")  # type: ignore[assignment]
-
-    @classmethod
-    def from_bytes(cls, content: bytes, like: Any = None) -> Self:
-        """Return the state of `to_bytes`; see `SavedState`."""
-        made, why = ffi.new("hs_planar **"), ffi.new("const char **")
-        start = ffi.NULL if like is None else like.planar
-        status = lib.hs_planar_from(ffi.from_buffer(content), len(content), start, made, why)
-        if status != lib.HS_OK:
-            raise InputError(f"{ffi.string(why[0]).decode()}; expected a state that was saved whole")
-        return cls(binding.owned_planar(made[0]))
-
-    def to_bytes(self) -> bytes:
-        """Return all of it as bytes."""
-        content = bytearray(lib.hs_planar_size(self.planar))
-        check(lib.hs_planar_write(self.planar, ffi.from_buffer(content), len(content)))
-        return bytes(content)
-
     def on_line(self, displacement: Floats) -> Floats:
-        """Return the positions (…, direction) [m] of dimensionless displacements along the line of motion."""
-        planar, scale = self.planar, self.memory.contact.units.displacement
-        along = (planar.origin.x, planar.direction.x), (planar.origin.y, planar.direction.y)
-        return np.stack([scale * (origin + part * displacement) for origin, part in along], axis=-1)
+        """Return the positions [m] of dimensionless displacements along the line of motion, (…, direction) in two."""
+        return binding.on_line(self.memory, displacement)
 
     @property
-    def rings(self) -> Rings:
-        """How finely its asperities are resolved."""
-        planar = self.planar
-        return Rings(planar.height_classes, planar.rings, planar.tolerance)
+    def rings(self) -> Rings | None:
+        """Resolution of its asperities in two directions; None in one."""
+        plane = self.memory.plane
+        return Rings(plane.height_classes, plane.rings, plane.tolerance) if plane else None
 
     @property
-    def tangential_control(self) -> tuple[int, int]:
-        """How x and y were controlled last: `LOAD` or `DISPLACED` each."""
-        x, y = self.planar.tangential_control
-        return x, y
+    def tangential_control(self) -> int | tuple[int, int]:
+        """How the tangential channel was controlled last, `LOAD` or `DISPLACED`; in two directions that of x and y."""
+        return binding.tangential_control(self.memory)
 
     @property
     def turned(self) -> bool:
-        """Whether the contact has left the line along which it first moved, so that rings carry it."""
-        return bool(self.planar.body)
+        """Whether the contact has left the line along which it first moved, so that rings hold its tractions."""
+        plane = self.memory.plane
+        return bool(plane and plane.body)
 
-    @property
-    def stored_energy(self) -> float:
-        """Tangential elastic energy that all asperities hold [J]."""
-        return float(lib.hs_planar_stored_energy(self.planar))
 
-    def stiffness(self, direction: tuple[float, float] = (0.0, 0.0)) -> Floats:
-        """Return dT/dU at a fixed approach when the displacement goes on in a direction [N/m] (direction, direction).
-
-        The direction is a pair of any length; (0, 0) stands for the springs that stick now. Another one is an
-        InputError.
-        """
-        towards = tuple(direction)
-        if len(towards) != 2 or not all(is_number(each) and np.isfinite(each) for each in towards):
-            raise InputError(f"direction is {direction!r}; expected two numbers, in x and y")
-        found = np.empty((2, 2))
-        check(lib.hs_planar_stiffness(self.planar, ffi.new("double[2]", towards), pointer(found)))
-        return found
+_fields: Any = State
+_set_memory, _set_like = _fields.memory.__set__, _fields.like.__set__

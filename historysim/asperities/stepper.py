@@ -2,19 +2,18 @@
 
 import math
 import warnings
-from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
-import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.asperities.state import EnsembleState, PlanarState, WholeContact
+from historysim.asperities.state import State, WholeContact
 from historysim.basics.arguments import Floats, Integers, checked, workable
 from historysim.basics.library import OneAtATime, ffi, lib
 from historysim.basics.limits import LARGEST
 from historysim.errors import InputError
-from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, check_belongs, copied
+from historysim.memory import binding
+from historysim.memory.binding import DISPLACED, LOAD, Slopes, check, copied
 from historysim.memory.paths import STILL, Goals, Paths, paths_to
 
 TURNS = 4  # reversals of the displacement in as many successive steps that look like trials
@@ -23,7 +22,7 @@ Target = float | tuple[float, float] | Floats
 Control = int | tuple[int, int]
 
 
-def channel(  # noqa: PLR0917 - a tight loop passes them by place
+def channel(  # noqa: PLR0911, PLR0917 - a tight loop passes them by place, and returns early
     name: str, load: Any, displacement: Any, control: Control, least: float = -math.inf, several: bool = False
 ) -> tuple[Any, Any]:
     """Return how one channel of a path is controlled, and its target in N or m; a load is at least `least`.
@@ -45,8 +44,12 @@ def channel(  # noqa: PLR0917 - a tight loop passes them by place
     if isinstance(value, float) and least <= value <= LARGEST and value >= -LARGEST:
         return kind, value
     label = f"{name}_{'load' if kind == LOAD else 'displacement'}"
-    if name == "tangential" and not several and _has_open_component(value):
-        return _each_component(control, load, displacement)
+    if name == "tangential" and not several and isinstance(value, tuple | list) and len(value) == 2:
+        x, y = value
+        if x is None or y is None:
+            return _each_component(control, load, displacement)
+        if isinstance(x, float) and isinstance(y, float) and abs(x) <= LARGEST and abs(y) <= LARGEST:
+            return kind, (x, y)
     target = workable(label, checked(label, value, least=least))
     if target.ndim <= several:
         return kind, target if several else float(target)
@@ -54,10 +57,6 @@ def channel(  # noqa: PLR0917 - a tight loop passes them by place
         return kind, (float(target[0]), float(target[1]))
     expected = "one number, or a list" if several else "one number" + ", or a pair in x and y" * (name == "tangential")
     raise InputError(f"{label} is {value!r}; expected {expected}")
-
-
-def _has_open_component(value: Any) -> bool:
-    return isinstance(value, tuple | list) and len(value) == 2 and any(each is None for each in value)
 
 
 def _each_component(control: Control, load: Any, displacement: Any) -> tuple[tuple[int, int], tuple[float, float]]:
@@ -127,28 +126,24 @@ class Totals(NamedTuple):
         return cls(**columns | {"contact_count": columns["contact_count"].astype(np.int64)})
 
 
-def _check_restorable(state: Any, kind: Any, memory: Any) -> None:
-    if not isinstance(state, kind):
-        raise InputError(f"state is {state!r}; expected what save() returns, of the kind {kind.__name__}")
-    check_belongs(state.memory, memory)
-
-
 class Stepper(WholeContact):
     """A state that is stepped in place, for tight loops: of a controller, or of an integrator.
 
     `Ensemble.stepper` makes one. It gives the bits that `Ensemble.advance` and a replay give, at a cost that does not
-    grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It can be pickled.
-    Each step overwrites the state: `save` first where a step may be undone, such as a trial inside an integrator's
-    stages. It is of one thread at a time: another one that comes in meanwhile gets an error.
+    grow with the depth of the memory. Where asperities evolve each step costs what it costs there. It moves in two
+    tangential directions from the first pair of targets on. It can be pickled. Each step overwrites the state: `save`
+    first where a step may be undone, such as a trial inside an integrator's stages. It is of one thread at a time:
+    another one that comes in meanwhile gets an error.
 
-    C code steps its ``memory``, unless asperities evolve or a spring is in parallel: ``hs_step(memory, …, drive, …)``;
-    the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve each step makes another one.
+    C code steps its ``memory`` in one direction, unless asperities evolve or a spring is in parallel: ``hs_step(memory,
+    …, drive, …)``; the address is ``int(ffi.cast("intptr_t", memory))``. Where asperities evolve, and in two
+    directions, each step makes another one.
     """
 
-    def __init__(self, ensemble: Any, state: EnsembleState, how: dict[str, Any]) -> None:
+    def __init__(self, ensemble: Any, state: State, how: dict[str, Any]) -> None:
         self._ensemble, self._how, self._curves = ensemble, how, ensemble.curves
-        # it steps in place: what a signal stopped in the midst would be of no use
-        self.drive = ensemble.driven(**how, heeds=False)
+        self.memory: Any = None
+        self._in_plane = False
         self._refusal = ffi.new("hs_refusal *")
         self._place = OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())")
         self._go_on_from(state)
@@ -161,29 +156,51 @@ class Stepper(WholeContact):
         self.__init__(*made_of)  # type: ignore[misc] # what unpickling takes the place of
         self._start = start
 
-    def restore(self, state: EnsembleState) -> None:
+    def restore(self, state: State) -> None:
         """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
-        _check_restorable(state, EnsembleState, self.memory)
+        if not isinstance(state, State):
+            raise InputError(f"state is {state!r}; expected what save() returns")
+        self._ensemble.check_state(state)
         with self._place:
             self._go_on_from(state)
 
-    def _go_on_from(self, state: EnsembleState) -> None:
-        self.memory = copied(state.memory)
-        self._start = state.approach
-        self._reached, self._move, self._turns, self._time = self.memory.displacement, 0.0, 0, -math.inf
+    def _go_on_from(self, state: State) -> None:
+        self._hold(copied(state.memory))
+        self._start, self._reached = state.approach, self._position()
+        self._move, self._turns, self._time = 0.0, 0, -math.inf
 
-    def save(self) -> EnsembleState:
+    def _hold(self, memory: Any) -> None:
+        """Step another memory from now on."""
+        in_plane = binding.directions_of(memory) == 2
+        if self.memory is None or in_plane != self._in_plane:
+            # a step in one direction is in place: what a signal stopped in the midst would be of no use
+            self.drive = self._ensemble.driven(**self._how, directions=1 + in_plane, heeds=in_plane)
+        line = memory.line
+        # the memory owns its line
+        self.memory, self._held, self._in_plane = memory, (memory, line), in_plane
+        self._is_walked = bool(line.evolved or self._how["instrument"].parallel_stiffness)
+
+    def _position(self) -> Any:
+        """Return the dimensionless displacement: a number, or a complex one of x and y in two directions."""
+        memory, line = self._held
+        if not self._in_plane:
+            return line.displacement
+        displacement = memory.plane.displacement
+        return complex(displacement.x, displacement.y)
+
+    def save(self) -> State:
         """Return the present state, which later steps do not change."""
         with self._place:
-            return EnsembleState(copied(self.memory))
+            state: State = self._ensemble.state_of(copied(self.memory))
+            return state
 
     def step(
         self,
         *,
         normal_load: float | None = None,
         normal_displacement: float | None = None,
-        tangential_load: float | None = None,
-        tangential_displacement: float | None = None,
+        tangential_load: float | tuple[float | None, float | None] | None = None,
+        tangential_displacement: float | tuple[float | None, float | None] | None = None,
         time: float | None = None,
     ) -> None:
         """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed.
@@ -193,15 +210,11 @@ class Stepper(WholeContact):
         several steps. All of it is remembered; `restore` takes a trial back. Another thread that steps it gets an
         InputError.
         """
-        memory = self.memory
-        normal, end = channel("normal", normal_load, normal_displacement, memory.normal_control, 0.0)
-        tangential, goal = channel("tangential", tangential_load, tangential_displacement, memory.tangential_control)
-        if goal.__class__ is tuple:
-            raise InputError(
-                f"the stepper moves in one tangential direction; expected one number, not {goal}, or "
-                "ensemble.stepper(ensemble.in_plane(state))"
-            )
-        start, free = memory.approach, self._place.free
+        memory, line = self._held
+        control = binding.tangential_control(memory) if self._in_plane else line.tangential_control
+        normal, end = channel("normal", normal_load, normal_displacement, line.normal_control, 0.0)
+        tangential, goal = channel("tangential", tangential_load, tangential_displacement, control)
+        start, free = line.approach, self._place.free
         if self._curves is not None:
             self._curves.check_reach(path_to((normal, end), (tangential, goal)))
         # not `with self._place`, which costs a third of a step
@@ -210,9 +223,11 @@ class Stepper(WholeContact):
         except IndexError:
             raise self._place.lock_error() from None
         try:
-            if memory.evolved or self._how["instrument"].parallel_stiffness:
+            if self._is_walked:
                 path = path_to((normal, end), (tangential, goal))
-                self.memory = memory = self._ensemble.walk(EnsembleState(memory), path, **self._how).memory
+                self._hold(self._ensemble.walk(self._ensemble.state_of(self.memory), path, **self._how).memory)
+            elif self._in_plane or goal.__class__ is tuple:
+                self._step_in_plane(normal, end, tangential, goal)
             else:
                 status = lib.hs_step(memory, normal, end, tangential, goal, self.drive, self._refusal)
                 if status:
@@ -220,17 +235,27 @@ class Stepper(WholeContact):
         finally:
             free.append(None)
         # a ramp of both loads begins where the contact touches
-        self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * memory.contact.units.length
-        move = memory.displacement - self._reached
+        self._start = (max(start, 0.0) if normal == tangential == LOAD else start) * line.contact.units.length
+        reached = self._position() if self._in_plane or self._is_walked else line.displacement
+        move = reached - self._reached
         if time is not None:
             if time <= self._time and move != 0.0:
                 self._warn(f"was moved to t = {time:.9g} s when it had been at {self._time:.9g} s")
             self._time = time
         if move != 0.0:
-            self._turns = self._turns + 1 if move * self._move < 0.0 else 0
-            self._reached, self._move = memory.displacement, move
+            # in two directions, back is a move that has a part against the one before
+            back = move * self._move < 0.0 if move.__class__ is float else (move * self._move.conjugate()).real < 0.0
+            self._turns = self._turns + 1 if back else 0
+            self._reached, self._move = reached, move
             if self._turns == TURNS:
                 self._warn(f"went back and forth in each of the last {TURNS} steps")
+
+    def _step_in_plane(self, normal: Any, end: Any, tangential: Any, goal: Any) -> None:
+        memory, driven = self.memory, self.drive
+        if not self._in_plane:
+            memory = self._ensemble.in_plane(self._ensemble.state_of(memory)).memory
+            driven = self._ensemble.driven(**self._how, directions=2)
+        self._hold(binding.advanced_in_plane(memory, normal, end, tangential, goal, driven))
 
     def _warn(self, what: str) -> None:
         warnings.warn(
@@ -243,53 +268,11 @@ class Stepper(WholeContact):
         """Return the derivatives of the loads in where the last step ended, on its side.
 
         They are exact where there is one friction coefficient or a displacement is controlled; of several coefficients
-        under two controlled loads, they are those of the straight path in (d, U) to the same end. Of asperities that
-        evolve they are those at held friction and shapes: a summit that is yielding is softer than that.
+        under two controlled loads, they are those of the straight path in (d, U) to the same end. InputError in two
+        directions, where the saved state has a `stiffness`. Of asperities that evolve they are those at held friction
+        and shapes: a summit that is yielding is softer than that.
         """
         with self._place:
+            binding.check_one_direction(self.memory)
             found = lib.hs_slopes_of(self.memory, self._start)
         return Slopes(found.tangential, found.coupling, found.normal)
-
-
-def _of_state(name: str) -> Any:
-    return property(lambda stepper: getattr(stepper.state, name), doc=getattr(PlanarState, name).__doc__)
-
-
-@attrs.define(eq=False)
-class PlanarStepper:
-    """A state of two tangential directions that is stepped; each step is an `Ensemble.advance`.
-
-    Only one thread at a time may use it; another one gets an InputError.
-    """
-
-    state: PlanarState  #: the present one, which later steps do not change
-    _advance: Callable[..., Any]
-    _place: OneAtATime = attrs.field(
-        init=False,
-        repr=False,
-        factory=lambda: OneAtATime("the stepper: a stepper for each thread, such as ensemble.stepper(stepper.save())"),
-    )
-
-    normal_load = _of_state("normal_load")
-    tangential_load = _of_state("tangential_load")
-    approach = _of_state("approach")
-    tangential_displacement = _of_state("tangential_displacement")
-    dissipated_energy = _of_state("dissipated_energy")
-
-    def step(self, **targets: Any) -> None:
-        """Go along one joint straight path; parameters and errors as in `Ensemble.advance`: then nothing is changed."""
-        with self._place:
-            self.state = self._advance(self.state, **targets)
-
-    def save(self) -> PlanarState:
-        """Return the present state."""
-        with self._place:
-            return self.state
-
-    def restore(self, state: PlanarState) -> None:
-        """Go on from a state of the same ensemble, such as `save` returns; any other is an InputError."""
-        _check_restorable(state, PlanarState, self.state.memory)
-        if state.rings != self.state.rings:
-            raise InputError(f"the state was made with {state.rings}; expected one with {self.state.rings}")
-        with self._place:
-            self.state = state

@@ -195,7 +195,7 @@ class Event:
         return ""
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
-        """Return the `EnsembleState` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
+        """Return the `State` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
 
         Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
         """

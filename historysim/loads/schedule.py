@@ -28,7 +28,7 @@ from historysim.memory.paths import Goals, Paths, paths_to
 
 if TYPE_CHECKING:
     from historysim.asperities.instrument import Instrument
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import State
 
 Ramp = tuple[FrictionRamp, float]  # where friction is on its way to, and the fraction of the way left to go
 
@@ -62,7 +62,7 @@ class Cursor:
 class Start:
     """Where a replay begins: at the start, or where an earlier one of the same events stood."""
 
-    state: "EnsembleState"
+    state: "State"
     cursor: Cursor | None = None
 
     @property
@@ -280,7 +280,7 @@ def cursor_at(events: Sequence[Event], count: int, substeps: int = 1) -> Cursor 
 
 
 def fork_waypoints(
-    events: Sequence[Event], time: float, state_at: Callable[[float], "EnsembleState"], instrument: "Instrument"
+    events: Sequence[Event], time: float, state_at: Callable[[float], "State"], instrument: "Instrument"
 ) -> list[Event]:
     """Waypoints that complete the events up to a time [s], so that later events do not change the path up to it.
 
@@ -372,7 +372,7 @@ def _is_same_waypoint(held: LoadEvent, waypoint: Event) -> bool:
 
 
 def _waypoint(
-    kind: type[Event] | None, time: float, state: "EnsembleState", instrument: "Instrument", *, keeps_gap: bool
+    kind: type[Event] | None, time: float, state: "State", instrument: "Instrument", *, keeps_gap: bool
 ) -> LoadEvent:
     """Return the waypoint of a kind that a state is asked for; if ``keeps_gap``, that of an open gap is its size."""
     if kind is NormalDisplacement or (kind is NormalLoad and keeps_gap and state.normal_load == 0.0):
@@ -385,7 +385,7 @@ def _waypoint(
     return TangentialDisplacement(time, instrument.drive_displacement(state.tangential_displacement, force))
 
 
-def _last_saturated(state_at: Callable[[float], "EnsembleState"], begin: float, end: float) -> float:
+def _last_saturated(state_at: Callable[[float], "State"], begin: float, end: float) -> float:
     """Return the time at which a path that begins at the friction limit leaves it; the beginning if it does not.
 
     From there on the path is straight in the displacements.
@@ -407,7 +407,7 @@ def _friction_waypoints(
     bounds: _Bounds,
     times: Floats,
     time: float,
-    state_at: Callable[[float], "EnsembleState"],
+    state_at: Callable[[float], "State"],
 ) -> list[Event]:
     if bounds.kind is None:
         return []

@@ -12,7 +12,7 @@ import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
 from historysim.basics.files import as_path
 from historysim.basics.wording import Notify, counted, silent
@@ -260,7 +260,7 @@ class EventLog:
             raise InputError(f"{self.path}: has no event up to t = {time_text(time)}; expected a later time")
         return job.dataset(until=time, attributes=self._file.head.attributes)
 
-    def state(self, at: float = math.inf, *, notify: Notify = silent) -> EnsembleState:
+    def state(self, at: float = math.inf, *, notify: Notify = silent) -> State:
         """Return the state at a time [s], from the last snapshot before it; `notify` gets why any is passed over.
 
         Before the first event nothing has happened; after the last, the channels are held.
@@ -274,7 +274,7 @@ class EventLog:
         """
         return self._state(self._file.sound(), _time("at", at), notify)
 
-    def _state(self, content: Content, time: float, notify: Notify = silent) -> EnsembleState:
+    def _state(self, content: Content, time: float, notify: Notify = silent) -> State:
         if not content.events:
             return self.ensemble.initial_state()
         # as the result was made, substeps and all, since they change the rounding of a state

@@ -33,7 +33,7 @@ from historysim.recording.netcdf import COMPRESSIONS, FileRecorder, Unfinished
 if TYPE_CHECKING:
     import netCDF4
 
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import State
 
 logger = logging.getLogger(__name__)
 
@@ -109,7 +109,7 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
             rows = written if start.rows else f"{unfinished.path.name} {now}"
 
-            def after(cursor: Cursor, state: "EnsembleState") -> None:
+            def after(cursor: Cursor, state: "State") -> None:
                 if cursor.rows - unfinished.kept < every or cursor.rows == target.steps:
                     return
                 # first the rows, then the snapshot that says that they stand
@@ -193,7 +193,7 @@ def digest_attribute(link: bytes) -> dict[str, str]:
 # -- snapshots -------------------------------------------------------------------------------------
 
 
-def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "EnsembleState", written: str = "") -> None:
+def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State", written: str = "") -> None:
     """Put the state where a replay stands beside the events of a log; ``written`` names the file with the rows before.
 
     It depends on all batches with events that are done or ahead, so the link of the last of them stands with it.

@@ -1,23 +1,26 @@
-"""The C library as the other rooms call it: who owns a memory, what its numbers are, and what it raises."""
+"""Binding of the C library: ownership of states, their numbers, one or two tangential directions, and errors."""
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from historysim.basics.arguments import Array, Floats, Integers
 from historysim.basics.library import ffi, lib, pointer
-from historysim.basics.units import quantity_text
+from historysim.basics.units import is_number, quantity_text
 from historysim.basics.wording import counted
 from historysim.errors import FrictionLimitError, InputError
 
 LOAD: int = lib.HS_LOAD
 DISPLACED: int = lib.HS_DISPLACED
+AS_BEFORE: int = lib.HS_HELD  # control of a tangential component that is held as it was controlled last
 
 # Relative difference of two displacements or loads that rounding alone keeps apart.
 TIE = 32 * float(np.finfo(np.float64).eps)
 
+NEEDS_PAIR = "the state has two tangential directions; expected two numbers, in x and y, not one"
 _KINDS = {"double": "f8", "int64_t": "i8", "int32_t": "i4", "int8_t": "i1", "uint8_t": "u1"}
 
 
@@ -38,11 +41,10 @@ def _format_of(kind: Any) -> Any:
     return (_KINDS[kind.item.cname], kind.length) if kind.kind == "array" else _KINDS[kind.cname]
 
 
-PATH, PLANAR_PATH = dtype_of("hs_path"), dtype_of("hs_planar_path")
-TOTALS, VERTEX = dtype_of("hs_totals"), dtype_of("hs_vertex")
+PATH, TOTALS, VERTEX = dtype_of("hs_path"), dtype_of("hs_totals"), dtype_of("hs_vertex")
 
 
-# ``hs_memory``, what the library remembers of a contact; see the header for what stands in it.
+# ``hs_state``, what a contact remembers, with its memory along one ``line``; its fields are described in the header.
 Memory = Any
 
 
@@ -85,36 +87,33 @@ def check_belongs(memory: Any, like: Any) -> None:
 
 def _asperities_of(memory: Any) -> str:
     """Say of which asperities a memory is, as far as it knows."""
-    contact, units = memory.contact, memory.contact.units
+    line, contact, units = memory.line, memory.line.contact, memory.line.contact.units
     modulus = 0.75 * units.load / units.length**2
     moduli = modulus, 0.25 * modulus * units.length / units.displacement
     noun = ("element", "elements of normal curves") if contact.load else ("asperity", "asperities")
-    yields = " that yield" if memory.evolved and memory.evolved.virgin_height else ""
+    yields = " that yield" if line.evolved and line.evolved.virgin_height else ""
     contact_modulus, shear_modulus = (quantity_text(each, "Pa") for each in moduli)
     radius = "" if contact.load else f", radii up to {quantity_text(units.length, 'm')}"
     return f"{counted(contact.count, *noun)}{yields} with E* = {contact_modulus}, G* = {shear_modulus}{radius}"
 
 
-def owned(made: Any, free: Any = lib.hs_memory_free) -> Any:
-    """Return what the library has made, a memory for one, which ends with the object that is returned."""
+def owned(made: Any, free: Any = lib.hs_state_free) -> Any:
+    """Take ownership of a struct that the library has allocated, by default a state."""
     if not made:
         raise MemoryError("there is not enough memory for the contacts and what they remember")
     return ffi.gc(made, free)
 
 
-def owned_planar(made: Any) -> Any:
-    """Return a memory of two directions that ends with the object that is returned."""
-    return owned(made, lib.hs_planar_free)
-
-
 def copied(memory: Any) -> Any:
     """Return an independent copy."""
-    return owned(lib.hs_memory_copy(memory))
+    return owned(lib.hs_state_copy(memory))
 
 
-def drive(tolerance: float, compliance: float, saturate: bool, threads: int = 1, *, heeds: bool = True) -> Any:
-    """Return how a contact is driven; see ``hs_drive``. One that ``heeds`` stops a walk at a signal."""
-    return ffi.new("hs_drive *", (tolerance, compliance, saturate, threads, _HEARS if heeds else ffi.NULL))
+def drive(
+    tolerance: float, compliances: tuple[float, float], saturate: bool, threads: int = 1, *, heeds: bool = True
+) -> Any:
+    """Return how a contact is driven; see ``hs_drive``. One that ``heeds`` stops an integration at a signal."""
+    return ffi.new("hs_drive *", (tolerance, compliances, saturate, threads, _HEARS if heeds else ffi.NULL))
 
 
 _heard = threading.local()
@@ -143,24 +142,49 @@ def check(status: int, refusal: Any = None) -> None:
 
 
 def advanced(memory: Any, normal: int, end: float, tangential: int, goal: float, driven: Any) -> Any:
-    """Return a new memory after one straight path: how each channel is controlled, and its target in N or m, or NaN."""
+    """Return a new memory after one straight path along x: how each channel is controlled, and its target, or NaN."""
     after = _advance(memory, normal, end, tangential, goal, driven, _NOTHING)
     if not after:
-        if "error" in vars(_heard):
-            check(lib.HS_INTERRUPTED)
-        refusal = ffi.new("hs_refusal *")
-        _advance(memory, normal, end, tangential, goal, driven, refusal)
-        check(refusal.status, refusal)
+        _raise_refusal(_advance, memory, normal, end, tangential, goal, driven)
     return _ended_by(after, _free)
 
 
+def advanced_in_plane(memory: Any, normal: int, end: float, tangential: Any, goal: Any, driven: Any) -> Any:
+    """Return a new memory after one straight path in a plane: controls and targets of x and y, NaN if held."""
+    controls = tangential if tangential.__class__ is tuple else (tangential, tangential)
+    x, y = goal if goal.__class__ is tuple else (_NAN, _NAN)
+    if goal.__class__ is not tuple and goal == goal:  # noqa: PLR0124
+        raise InputError(NEEDS_PAIR)
+    # of NaN, which holds a channel, each comparison is false
+    targets = x if x == x else 0.0, y if y == y else 0.0  # noqa: PLR0124
+    fractions = x == x, y == y  # noqa: PLR0124
+    presses = end == end  # noqa: PLR0124
+    way = end if presses else 0.0, presses, targets, fractions, 1, 0, normal, controls, 0, _NAN, _NAN
+    path = _new(_PATH, way)
+    after = _advance_along(memory, path, driven, _NOTHING)
+    if not after:
+        _raise_refusal(_advance_along, memory, path, driven)
+    return _ended_by(after, _free)
+
+
+def _raise_refusal(function: Any, *path: Any) -> None:
+    """Raise the error of a path that was refused, which is tried once more to learn why."""
+    if "error" in vars(_heard):
+        check(lib.HS_INTERRUPTED)
+    refusal = ffi.new("hs_refusal *")
+    function(*path, refusal)
+    check(refusal.status, refusal)
+
+
 # what a tight loop need not look up
-_advance, _free, _ended_by, _NOTHING = lib.hs_advance, lib.hs_memory_free, ffi.gc, ffi.NULL
+_advance, _advance_along, _free = lib.hs_advance, lib.hs_advance_along, lib.hs_state_free
+_ended_by, _new, _PATH, _NOTHING = ffi.gc, ffi.new, ffi.typeof("hs_path *"), ffi.NULL
+_NAN = float("nan")
 
 
 def group_of_each(memory: Any) -> Integers:
     """Return the friction group of each asperity (asperity)."""
-    contact = memory.contact
+    contact = memory.line.contact
     found = np.empty(contact.count, dtype=np.int64)
     order, first = view(contact.order, contact.count), view(contact.first, contact.groups + 1)
     found[order] = np.repeat(np.arange(contact.groups), np.diff(first))
@@ -188,23 +212,165 @@ def view(numbers: Any, count: int) -> Array:
 
 def stack(memory: Any, group: int = 0) -> Array:
     """Return a copy of the vertices of a group, the deepest first, with the fields of ``hs_vertex``."""
-    return view(memory.vertices + group * memory.capacity, memory.depth[group]).copy()
+    line = memory.line
+    return view(line.vertices + group * line.capacity, line.depth[group]).copy()
 
 
 def to_bytes(memory: Any) -> bytes:
     """Return a memory as bytes, with its contact."""
-    size = lib.hs_memory_size(memory)
+    size = lib.hs_state_size(memory)
     content = bytearray(size)
-    check(lib.hs_memory_write(memory, ffi.from_buffer(content), size))
+    check(lib.hs_state_write(memory, ffi.from_buffer(content), size))
     return bytes(content)
 
 
 def from_bytes(content: bytes, like: Any = None) -> Any:
     """Return the memory that bytes are of; which belongs where another one does, and shares its contact."""
-    made, why = ffi.new("hs_memory **"), ffi.new("const char **")
-    status = lib.hs_memory_read(ffi.from_buffer(content), len(content), like or ffi.NULL, made, why)
+    made, why = ffi.new("hs_state **"), ffi.new("const char **")
+    status = lib.hs_state_read(ffi.from_buffer(content), len(content), like or ffi.NULL, made, why)
     if status == lib.HS_FOREIGN:
         check_belongs(from_bytes(content), like)
     if status != lib.HS_OK:
         raise InputError(f"{ffi.string(why[0]).decode()}; expected a state that was saved whole")
     return owned(made[0])
+
+
+# ---- one tangential direction, or two -------------------------------------------------------------------------------
+
+
+def directions_of(memory: Any) -> int:
+    """Return the number of tangential directions in which a memory moves."""
+    return 2 if memory.plane else 1
+
+
+def moves_like(memory: Any, other: Any) -> bool:
+    """Whether two memories have as many tangential directions, and both evolve, or none does."""
+    one, two = ((bool(each.plane), bool(each.line.evolved)) for each in (memory, other))
+    return one == two
+
+
+def check_one_direction(memory: Any) -> None:
+    """Check that a memory moves in one tangential direction."""
+    if memory.plane:
+        raise InputError("the state has two tangential directions; expected a state with one, or `advance`")
+
+
+def check_in_plane(paths: Array) -> Array:
+    """Return paths for a state of two directions; a tangential channel that is one number for both has to be held."""
+    one = paths["tangential_control"][:, 1] == AS_BEFORE
+    if not one.any():
+        return paths
+    if (one & (paths["tangential_fraction"][:, 0] > 0.0)).any():
+        raise InputError(NEEDS_PAIR)
+    found = paths.copy()
+    found["tangential_control"][one] = AS_BEFORE
+    return found
+
+
+def are_in_plane(paths: Array) -> bool:
+    """Whether tangential targets of paths are pairs, in x and y."""
+    return bool((paths["tangential_control"][:, 1] != AS_BEFORE).any())
+
+
+def by_load(paths: Array) -> Array:
+    """Return whether x and y are controlled by load on each path (path, 2); in one direction both as x."""
+    control = paths["tangential_control"]
+    both = np.where(control == AS_BEFORE, control[:, :1], control)
+    found: Array = both == LOAD
+    return found
+
+
+def enter_plane(memory: Any, height_classes: int, rings: int, tolerance: float) -> Any:
+    """Return a copy of a memory that moves in two tangential directions from now on."""
+    if memory.line.evolved:
+        raise InputError(
+            "the state follows how its asperities change, which supports one tangential direction only; expected one "
+            "number, not a pair"
+        )
+    found = copied(memory)
+    check(lib.hs_state_enter_plane(found, height_classes, rings, tolerance))
+    return found
+
+
+def tangential(memory: Any, name: str, unit: str) -> Any:
+    """Return a tangential quantity in SI: a number, or a vector (direction) of a memory in a plane."""
+    line, plane = memory.line, memory.plane
+    scale = getattr(line.contact.units, unit)
+    if not plane:
+        return float(getattr(line, name) * scale)
+    vector = getattr(plane, name)
+    return np.array([vector.x * scale, vector.y * scale])
+
+
+def tangential_control(memory: Any) -> int | tuple[int, int]:
+    """Return how the tangential channel was controlled last, or its components x and y."""
+    plane = memory.plane
+    if not plane:
+        control: int = memory.line.tangential_control
+        return control
+    x, y = plane.tangential_control
+    return x, y
+
+
+@contextmanager
+def controlled(memory: Any, control: int) -> Iterator[None]:
+    """Control the tangential channel of a memory otherwise for a while."""
+    line, plane = memory.line, memory.plane
+    before = line.tangential_control, tangential_control(memory)
+    set_tangential_control(memory, control)
+    try:
+        yield
+    finally:
+        line.tangential_control = before[0]
+        if plane:
+            plane.tangential_control = before[1]
+
+
+def set_tangential_control(memory: Any, control: int) -> None:
+    """Set how the tangential channel is controlled, in each direction."""
+    memory.line.tangential_control = control
+    if memory.plane:
+        memory.plane.tangential_control = [control, control]
+
+
+def on_line(memory: Any, displacement: Floats) -> Floats:
+    """Return positions [m] of dimensionless displacements along the line of motion: numbers, or vectors in a plane."""
+    scale, plane = memory.line.contact.units.displacement, memory.plane
+    if not plane:
+        along: Floats = displacement * scale
+        return along
+    axes = (plane.origin.x, plane.direction.x), (plane.origin.y, plane.direction.y)
+    return np.stack([scale * (origin + part * displacement) for origin, part in axes], axis=-1)
+
+
+def stiffness(memory: Any, direction: Any) -> Any:
+    """Return dT/dU when the displacement goes on in a direction, ±1 [N/m]; of a pair in a plane, a matrix."""
+    if not memory.plane:
+        if isinstance(direction, bool) or direction not in {1, -1}:
+            raise InputError(f"direction is {direction!r}; expected 1 (the displacement grows) or -1 (it falls)")
+        return float(lib.hs_stiffness(memory, direction))
+    towards = (0.0, 0.0) if direction is None else direction
+    pair = isinstance(towards, tuple | list | np.ndarray) and len(towards) == 2
+    if not pair or not all(is_number(each) and np.isfinite(each) for each in towards):
+        raise InputError(f"direction is {direction!r}; expected two numbers, in x and y")
+    found = np.empty((2, 2))
+    check(lib.hs_stiffness_matrix(memory, ffi.new("double[2]", [*towards]), pointer(found)))
+    return found
+
+
+def sticking_stiffness(memory: Any) -> Any:
+    """Return dT/dU of the springs that stick now [N/m]; in a plane a matrix."""
+    return stiffness(memory, None) if memory.plane else float(lib.hs_stiffness(memory, 0))
+
+
+def nodes(memory: Any, asperity: int) -> Floats | None:
+    """Return label and deflection in x and y of each node of an asperity's rings (node, 3), the edge first.
+
+    They are dimensionless; None in one direction.
+    """
+    if not memory.plane:
+        return None
+    found = np.zeros((max(lib.hs_nodes(memory, asperity, 0, ffi.NULL), 0), 3))
+    if lib.hs_nodes(memory, asperity, len(found), pointer(found)) != len(found):
+        raise MemoryError("there is not enough memory for the nodes of an asperity")
+    return found

@@ -321,14 +321,14 @@ static hs_vector forces(hs_body *body, double edge, hs_vector way, double slopes
     return force;
 }
 
-static hs_vector left_of(const hs_planar_aim *aim, hs_vector displacement, hs_vector force) {
+static hs_vector left_of(const hs_plane_aim *aim, hs_vector displacement, hs_vector force) {
     return HS_MADE(hs_vector){aim->value.x - aim->rigid.x * displacement.x - aim->compliance.x * force.x,
                        aim->value.y - aim->rigid.y * displacement.y - aim->compliance.y * force.y};
 }
 
 /* Whether an aim prescribes the displacement itself, along x and along y. */
-static int fixes_x(const hs_planar_aim *aim) { return aim->rigid.x > 0.0 && aim->compliance.x == 0.0; }
-static int fixes_y(const hs_planar_aim *aim) { return aim->rigid.y > 0.0 && aim->compliance.y == 0.0; }
+static int fixes_x(const hs_plane_aim *aim) { return aim->rigid.x > 0.0 && aim->compliance.x == 0.0; }
+static int fixes_y(const hs_plane_aim *aim) { return aim->rigid.y > 0.0 && aim->compliance.y == 0.0; }
 
 /* Whether the caller wants no more of it. */
 static int is_stopped(const hs_body *body) { return body->watch && body->watch->status != HS_OK; }
@@ -342,7 +342,7 @@ static double reach_of(const hs_body *body, double edge) {
 }
 
 /* Whether the rest `left` of an aim is negligible; where components are of different units, each by itself. */
-static int has_arrived(const hs_planar_aim *aim, hs_vector left, hs_vector force) {
+static int has_arrived(const hs_plane_aim *aim, hs_vector left, hs_vector force) {
     if (aim->rigid.x == aim->rigid.y) return hs_length(left) <= ARRIVED * hs_length(aim->value);
     double load = hs_length(force);
     return fabs(left.x) <= ARRIVED * (aim->rigid.x > 0.0 ? fabs(aim->value.x) : load) &&
@@ -354,7 +354,7 @@ static int has_arrived(const hs_planar_aim *aim, hs_vector left, hs_vector force
  * What is left, over the compliance, is the slope of a concave function of the components that are not fixed. So Newton's method
  * finds its top, if no step goes so far beyond the top along its line that the slope there is larger than half of what it was.
  * A step goes no farther than springs reach, and than twice as far after one that went as far as that. */
-static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_planar_aim *aim, hs_vector *force) {
+static hs_vector way_to(hs_body *body, double edge, hs_vector way, const hs_plane_aim *aim, hs_vector *force) {
     const hs_vector start = body->displacement;
     const int fixed_x = fixes_x(aim), fixed_y = fixes_y(aim);
     double slopes[2][2], reach = reach_of(body, edge);
@@ -525,11 +525,11 @@ double hs_body_limit(const hs_body *body, double approach) {
     return limit;
 }
 
-hs_vector hs_loads_of(const hs_planar_aim *aim) {
+hs_vector hs_loads_of(const hs_plane_aim *aim) {
     return HS_MADE(hs_vector){aim->rigid.x > 0.0 ? 0.0 : aim->value.x, aim->rigid.y > 0.0 ? 0.0 : aim->value.y};
 }
 
-hs_vector hs_held_value(const hs_body *body, double approach, const hs_planar_aim *aim) {
+hs_vector hs_held_value(const hs_body *body, double approach, const hs_plane_aim *aim) {
     hs_vector value = aim->value;
     if (aim->rigid.x > 0.0 && aim->rigid.y > 0.0) return value;
     double limit = hs_body_limit(body, approach), size = hs_length(hs_loads_of(aim)), most = BELOW_LIMIT * limit;
@@ -540,8 +540,8 @@ hs_vector hs_held_value(const hs_body *body, double approach, const hs_planar_ai
     return value;
 }
 
-hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share) {
-    hs_planar_target found = *to;
+hs_plane_target hs_part_of_way(const hs_body *body, const hs_plane_target *to, double share) {
+    hs_plane_target found = *to;
     if (share == 1.0) return found;
     const hs_vector u = body->displacement, t = body->tangential_load, c = to->aim.compliance, rigid = to->aim.rigid;
     hs_vector value = {rigid.x * u.x + c.x * t.x, rigid.y * u.y + c.y * t.y};
@@ -561,8 +561,8 @@ hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to,
 
 /* Have classes nodes where a step needs them, and place to work in. Nodes are left out here, and not where a step ends: where it
  * ends, tractions are those of its solution. */
-static int make_ready(hs_body *body, const hs_planar_target *to) {
-    const hs_planar_aim *aim = &to->aim;
+static int make_ready(hs_body *body, const hs_plane_target *to) {
+    const hs_plane_aim *aim = &to->aim;
     hs_vector way = left_of(aim, body->displacement, body->tangential_load);
     double sticks = hs_load_at(hs_all_of(body->contact), body->approach).slope, limit = hs_body_limit(body, body->approach);
     /* as if all stuck */
@@ -588,7 +588,7 @@ static int make_ready(hs_body *body, const hs_planar_target *to) {
 }
 
 /* Whether a class takes part in a step. */
-static int takes_part(const hs_body *body, const hs_class *part, const hs_planar_target *to) {
+static int takes_part(const hs_body *body, const hs_class *part, const hs_plane_target *to) {
     return hs_most(to->approach, body->approach) > deepest_of(part);
 }
 
@@ -702,7 +702,7 @@ static hs_vector relieved_load(const hs_class *part, double from, double edge, h
  *
  * If all stuck, the work would be the change of what they hold, which is exact. Of what slip relieves the load by, the share
  * λ = relief/P' is the mean slip: over the way y on which the class touches it goes through 0 and the ends of both stages. */
-static double dissipation(const hs_class *part, const hs_planar_target *first, double from, double to, const hs_vector way[2],
+static double dissipation(const hs_class *part, const hs_plane_target *first, double from, double to, const hs_vector way[2],
                           double *uncertain) {
     const hs_ring_problem *problem = part->problem;
     double deepest = deepest_of(part), begin = hs_most(from, deepest), end = hs_most(to, deepest);
@@ -749,13 +749,13 @@ static void add_unevenness(hs_body *body, const hs_class *part) {
 }
 
 /* One step of SDIRK2, in place: two problems, the second of which begins with what has slipped in the first. */
-static int step_to(hs_body *body, const hs_planar_target *to) {
+static int step_to(hs_body *body, const hs_plane_target *to) {
     const double from = body->approach;
-    hs_planar_target first = hs_part_of_way(body, to, STAGE);
+    hs_plane_target first = hs_part_of_way(body, to, STAGE);
     hs_vector way[2] = {nowhere, nowhere}, force = nowhere;
     if (make_ready(body, to) != HS_OK) return HS_OUT_OF_MEMORY;
     for (int stage = 1; stage <= 2; ++stage) {
-        const hs_planar_target *at = stage == 1 ? &first : to;
+        const hs_plane_target *at = stage == 1 ? &first : to;
         double edge = at->approach;
         for (int64_t c = 0; c < body->classes; ++c) {
             hs_class *part = body->parts + c;
@@ -804,7 +804,7 @@ static int step_to(hs_body *body, const hs_planar_target *to) {
 }
 
 /* Step with the place to work in of another body of the same classes. */
-static int step_with(hs_body *body, hs_body *owner, const hs_planar_target *to) {
+static int step_with(hs_body *body, hs_body *owner, const hs_plane_target *to) {
     for (int64_t c = 0; c < body->classes; ++c) body->parts[c].problem = owner->parts[c].problem;
     int status = step_to(body, to);
     for (int64_t c = 0; c < body->classes; ++c) {
@@ -867,7 +867,7 @@ static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const
 }
 
 /* Carry a body to a target without total lift-off on the way; `one`, unless it is NULL, is where a single step leads. */
-static int travel_in_contact(hs_body *body, const hs_planar_target *to, int halvings, hs_body *one) {
+static int travel_in_contact(hs_body *body, const hs_plane_target *to, int halvings, hs_body *one) {
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);
@@ -876,7 +876,7 @@ static int travel_in_contact(hs_body *body, const hs_planar_target *to, int halv
         note_slides(body, whole);
         status = assign(body, whole);
     } else if (status == HS_OK) {
-        hs_planar_target middle = hs_part_of_way(body, to, 0.5);
+        hs_plane_target middle = hs_part_of_way(body, to, 0.5);
         first = trial_of(body);
         status = first ? step_with(first, body, &middle) : HS_OUT_OF_MEMORY;
         two = status == HS_OK ? trial_of(first) : NULL;
@@ -894,11 +894,11 @@ static int travel_in_contact(hs_body *body, const hs_planar_target *to, int halv
     return status;
 }
 
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings) {
+int hs_body_travel(hs_body *body, const hs_plane_target *to, int halvings) {
     double touch = body->contact->sorted_gap[0];
     int status = HS_OK;
     if (body->approach > touch && to->approach < touch) {
-        hs_planar_target lift_off = hs_part_of_way(body, to, (body->approach - touch) / (body->approach - to->approach));
+        hs_plane_target lift_off = hs_part_of_way(body, to, (body->approach - touch) / (body->approach - to->approach));
         lift_off.approach = touch;
         lift_off.normal_load = 0.0;
         status = travel_in_contact(body, &lift_off, halvings, NULL);
@@ -906,7 +906,7 @@ int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings) {
     return status == HS_OK ? travel_in_contact(body, to, halvings, NULL) : status;
 }
 
-int hs_body_relax(hs_body *body, const hs_planar_aim *aim) {
+int hs_body_relax(hs_body *body, const hs_plane_aim *aim) {
     double edge = body->approach;
     hs_vector force;
     for (int64_t c = 0; c < body->classes; ++c) {

@@ -27,6 +27,7 @@
 #include "contact.h"
 #include "drive.h"
 #include "laws.h"
+#include "line.h"
 #include "readout.h"
 #include "settle.h"
 #include "shape.h"
@@ -134,7 +135,7 @@ static int begin_course(walk *w, const hs_memory *memory, const hs_path *path) {
     c->d[0] = memory->approach;
     c->load[0] = memory->normal_load;
     c->normal_by_load = path->normal_control == HS_LOAD;
-    c->tangential_by_load = path->tangential_control == HS_LOAD;
+    c->tangential_by_load = path->tangential_control[0] == HS_LOAD;
     c->both_loads = c->normal_by_load && c->tangential_by_load;
     c->tangential[0] = c->tangential_by_load ? request : memory->displacement + w->compliance * memory->tangential_load;
     c->tangential[1] = target.value;
@@ -295,8 +296,8 @@ static hs_path path_to_onset(const walk *w, const hs_path *path) {
         leg.normal_control = HS_DISPLACED;
         leg.normal_target = hs_toward(c->d[0], c->d[1], w->yield.onset);
     }
-    leg.tangential_target = hs_toward(c->tangential[0], c->tangential[1], w->yield.onset);
-    leg.normal_fraction = leg.tangential_fraction = 1.0;
+    leg.tangential_target[0] = hs_toward(c->tangential[0], c->tangential[1], w->yield.onset);
+    leg.normal_fraction = leg.tangential_fraction[0] = 1.0;
     leg.end = hs_toward(leg.begin, leg.end, w->yield.onset);
     return leg;
 }
@@ -320,7 +321,7 @@ static int walk_elastic(walk *w, hs_memory *memory, double before, double share)
     const route *c = &w->course;
     hs_plan plan;
     double reached = hs_toward(c->aim[0], c->aim[1], (share - c->piece[0]) / (c->piece[1] - c->piece[0]));
-    hs_path path = {hs_toward(c->d[0], c->d[1], share), 1.0, reached, 1.0, 1, 0, HS_DISPLACED, HS_DISPLACED, 0, 0,
+    hs_path path = {hs_toward(c->d[0], c->d[1], share), 1.0, {reached, 0.0}, {1.0, 0.0}, 1, 0, HS_DISPLACED, {HS_DISPLACED, HS_HELD}, 0,
                     hs_toward(c->times[0], c->times[1], before), hs_toward(c->times[0], c->times[1], share)};
     int status = hs_plan_path(memory, &path, 0.0, 0, 1, &plan, w->refusal);
     if (status != HS_OK) return status;
@@ -564,12 +565,12 @@ static int walk_path(walk *w, hs_memory *memory, const hs_path *path, double unt
         w->yield.next = NAN;
     }
     memory->normal_control = path->normal_control;
-    memory->tangential_control = path->tangential_control;
+    memory->tangential_control = path->tangential_control[0];
     return status;
 }
 
-int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                     double until, const hs_evolution *evolution, hs_refusal *refusal) {
+int hs_line_evolve(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                   double until, const hs_evolution *evolution, hs_refusal *refusal) {
     hs_recorder recorder;
     const hs_law *law = &evolution->law;
     hs_refusal unread;
@@ -588,7 +589,7 @@ int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count
     w.parted = memory->contact->groups > 1;
     w.alone = w.yields && !w.wears && (law->kind == HS_NO_LAW || law->depends_on == HS_ON_NOTHING) &&
               !evolution->goal && !evolution->follow_sliding;
-    w.compliance = drive->compliance * memory->contact->units.stiffness;
+    w.compliance = drive->compliance[0] * memory->contact->units.stiffness;
     if (make_buffers(&w, memory->contact) != HS_OK) return HS_OUT_OF_MEMORY;
     status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status == HS_OK && !w.alone) {
@@ -607,8 +608,8 @@ int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count
     return status;
 }
 
-int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
-                   const hs_evolution *evolution) {
+int hs_line_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius, const uint8_t *fresh,
+                        const hs_evolution *evolution) {
     int64_t count = memory->contact->count;
     size_t size = (size_t)count * sizeof(double);
     if (!hs_can_evolve(memory, evolution)) return HS_FOREIGN;

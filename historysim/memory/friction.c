@@ -4,8 +4,8 @@
  * displacement follows while it falls, so that a jump is what many small falls are: the coefficients go straight from the
  * old values to the new ones. Where friction no longer holds the load, everything slides and the displacement stays. */
 
+#include "line.h"
 #include "move.h"
-#include "state.h"
 
 #define MOST_PARTS (1 << 10)
 
@@ -143,9 +143,9 @@ static int change(hs_memory *memory, const double *friction, hs_target target, d
     return status;
 }
 
-int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive) {
+int hs_line_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive) {
     const hs_contact *contact = memory->contact;
-    double compliance = drive->compliance * contact->units.stiffness;
+    double compliance = drive->compliance[0] * contact->units.stiffness;
     hs_target target = hs_to_load(memory->tangential_load);
     int status = hs_split_groups(memory, friction, friction);
     if (status != HS_OK) return status;

@@ -1,13 +1,14 @@
 /* The traction memory of rough frictional contacts: exact for any load history, without time steps.
  *
- * A contact is made of its summits (`hs_contact_new`), a memory of a contact and its friction (`hs_memory_new`).
- * A memory is carried along straight paths (`hs_step`, `hs_advance`, `hs_integrate`), asked for what it says (`hs_totals_of`,
- * `hs_slopes_of`, …), copied as often as one likes (`hs_memory_copy`), and written to bytes (`hs_memory_write`).
+ * A contact is made of its summits (`hs_contact_new`), a state of a contact and its friction (`hs_state_new`). A state is
+ * advanced along straight paths (`hs_step`, `hs_advance`, `hs_integrate`), read (`hs_read`, `hs_slopes_of`, …), copied
+ * (`hs_state_copy`), and written to bytes (`hs_state_write`). It holds the memory of motion along one line, what evolving
+ * asperities have become, and the rings of a contact that moves in a plane; each function chooses among them.
  *
  * README.md in this folder has the theory, and how a memory is laid out. Structs show numbers without dimension: lengths
  * over the largest summit radius R0, loads over (4/3) E* R0², tangential displacements over θ R0, θ = E* / (4 G*). Functions
- * take and give SI units, unless they say otherwise. Nothing is global: different memories may be used by different
- * threads at the same time; a memory that is only read may be read by several.
+ * take and give SI units, unless they say otherwise. Nothing is global: different states may be used by different
+ * threads at the same time; a state that is only read may be read by several.
  */
 #ifndef HISTORYSIM_H
 #define HISTORYSIM_H
@@ -35,13 +36,17 @@ enum hs_status {
     HS_BEYOND_LIMIT = 1,  /* a tangential load asks for more than friction holds: nothing was changed */
     HS_OUT_OF_MEMORY = 2, /* what was to be changed is of no use any more */
     HS_LAW_FAILED = 3,    /* a law of the caller's said that it failed; what was to be changed is of no use any more */
-    HS_NOT_A_STATE = 4,   /* bytes that are no memory of this version, or damaged ones */
-    HS_FOREIGN = 5,       /* a memory, asperities or coefficients of another contact: nothing was changed */
+    HS_NOT_A_STATE = 4,   /* bytes that are not a state of this version, or damaged ones */
+    HS_FOREIGN = 5,       /* a state, asperities or coefficients of another contact, or a plane for asperities that evolve */
     HS_INTERRUPTED = 6    /* the caller's function has stopped a walk; what was to be changed is of no use any more */
 };
 
 /* How a channel is controlled. */
-enum hs_control { HS_LOAD = 0, HS_DISPLACED = 1 };
+enum hs_control {
+    HS_LOAD = 0,
+    HS_DISPLACED = 1,
+    HS_HELD = 2 /* of a tangential component of a path alone: as it was controlled last */
+};
 
 /* What the springs of an asperity do. */
 enum hs_slip_state { HS_SEPARATED = 0, HS_FULL_STICK = 1, HS_PARTIAL_SLIP = 2, HS_GROSS_SLIP = 3 };
@@ -142,6 +147,7 @@ typedef struct hs_clock {
     double load, force;
 } hs_clock;
 
+/* The memory along one line: of motion in one direction, which is x, or in a plane up to the first turn. */
 typedef struct hs_memory {
     hs_contact *contact;
     double *friction;       /* (group) present coefficients */
@@ -169,51 +175,86 @@ typedef struct hs_memory {
     int32_t unused;
 } hs_memory;
 
-/* Make the memory of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
- * one group are the same. NULL where there is no memory. */
-HS_API hs_memory *hs_memory_new(hs_contact *contact, const double *friction);
-/* Digest bytes on top of what was digested before: what else a memory belongs to, such as laws, goes into its `identity`. */
+typedef struct hs_vector {
+    double x, y;
+} hs_vector;
+
+/* Motion in two tangential directions. Along one line the memory of the line is exact; from the first turn on rings hold
+ * the tractions (README.md, "Two directions"), the line follows the approach, and none of its springs is strained. */
+typedef struct hs_plane {
+    int64_t height_classes, rings; /* see `hs_state_enter_plane` */
+    double tolerance;
+    hs_vector direction; /* of the line, a unit vector */
+    hs_vector origin;    /* where the displacement of the line is 0 */
+    hs_vector displacement, tangential_load;
+    hs_vector excess;    /* what a held load asks for beyond the friction limit */
+    int32_t tangential_control[2]; /* how each component was controlled last */
+    struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
+} hs_plane;
+
+/* What a contact remembers: the only handle of this library. */
+typedef struct hs_state {
+    hs_memory line;
+    hs_plane *plane; /* NULL in one tangential direction */
+} hs_state;
+
+/* Make the state of a contact that nothing has happened to, with one coefficient for each asperity, of which those of
+ * one group are the same. It moves in one direction. NULL if out of memory. */
+HS_API hs_state *hs_state_new(hs_contact *contact, const double *friction);
+/* Return an independent copy; NULL if out of memory. */
+HS_API hs_state *hs_state_copy(const hs_state *state);
+HS_API void hs_state_free(hs_state *state);
+/* Digest bytes on top of what was digested before: what else a state belongs to, such as laws, goes into the `identity` of its line. */
 HS_API uint64_t hs_digest(uint64_t before, const void *bytes, size_t size);
-/* Whether two memories belong to the same contact, friction and laws, so that one may take the place of the other. */
-HS_API int hs_belongs(const hs_memory *memory, const hs_memory *like);
-/* Follow from now on what asperities become. */
-HS_API int hs_memory_evolve(hs_memory *memory);
-/* Follow from now on also how asperities yield, which have not yet. */
-HS_API int hs_memory_yield(hs_memory *memory);
-/* Return an independent copy; NULL where there is no memory. */
-HS_API hs_memory *hs_memory_copy(const hs_memory *memory);
-HS_API void hs_memory_free(hs_memory *memory);
+/* Whether two states belong to the same contact, friction and laws, so that one may take the place of the other. */
+HS_API int hs_belongs(const hs_state *state, const hs_state *like);
+/* Follow from now on what asperities become. HS_FOREIGN in a plane. */
+HS_API int hs_state_evolve(hs_state *state);
+/* Follow from now on also how asperities yield, which have not yet. HS_FOREIGN in a plane. */
+HS_API int hs_state_yield(hs_state *state);
+#define HS_MOST_RINGS 1000
+/* Move in two directions from now on; so far all was along x. Asperities of a group share `rings` rings in each of
+ * `height_classes` classes, which go by their gaps; both numbers are from 1 to `HS_MOST_RINGS`. Steps are halved until loads
+ * over the friction limit, and energies, settle within the `tolerance`, such as 1e-3. HS_FOREIGN if asperities evolve;
+ * without effect in a plane. */
+HS_API int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings, double tolerance);
+/* The state of one asperity by itself, with what its group remembers along the line; NULL if out of memory, or if there is no
+ * such asperity. */
+HS_API hs_state *hs_state_of_one(const hs_state *state, int64_t asperity);
 /* Fill in when asperities (in the caller's numbering), or what is watched, first slid as a whole [s], NaN where they have not, or the
  * paths had no times; and forget that. */
-HS_API void hs_slide_times(const hs_memory *memory, double *time);
-HS_API void hs_forget_slides(hs_memory *memory);
+HS_API void hs_slide_times(const hs_state *state, double *time);
+HS_API void hs_forget_slides(hs_state *state);
 
 /* ---- steps ------------------------------------------------------------------------------------------------------------ */
 
-/* One straight path of both channels. A channel goes `fraction` of the way from where it is to its target, in N or m.
- * `parts` equal parts are walked, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too.
+/* One straight path of all channels: the normal one, and the tangential ones in x and y. A channel goes `fraction` of the way
+ * from where it is to its target, in N or m; with a fraction of 0 it is held. Loads that are all controlled change in
+ * proportion; with a displacement, the approach and what each tangential component is controlled by do. In one direction y
+ * is held; a path with a fraction in y enters the plane, with 8 classes, 30 rings and a tolerance of 1e-3.
+ *
+ * `parts` equal parts are integrated, the inner ends recorded from `first_row` on; `recorded` says whether the end is, too.
  * It lasts from `begin` to `end`, so that it is known when asperities first slide; NaN where nobody asks. */
 typedef struct hs_path {
     double normal_target;
     double normal_fraction;
-    double tangential_target;
-    double tangential_fraction;
+    double tangential_target[2];
+    double tangential_fraction[2];
     int64_t parts;
     int64_t first_row;
     int32_t normal_control;
-    int32_t tangential_control;
+    int32_t tangential_control[2];
     int32_t recorded;
-    int32_t unused;
     double begin, end; /* [s] */
 } hs_path;
 
 /* How the contact is driven. */
 typedef struct hs_drive {
-    double tolerance;  /* relative change at which a ramp of both loads that has to be refined is settled, such as 1e-6 */
-    double compliance; /* of an instrument in series with the contact [m/N]; tangential displacements are its drive's */
-    int32_t saturate;  /* whether a tangential load beyond the friction limit is held at the limit */
-    int32_t threads;   /* that share the work on many asperities, 1 or more; the bits do not depend on it */
-    int (*interrupted)(void *user); /* asked every few milliseconds; other than 0 stops the walk; may be NULL */
+    double tolerance;     /* relative change at which a ramp of both loads that has to be refined is settled, such as 1e-6 */
+    double compliance[2]; /* of an instrument in series with the contact, in x and y [m/N]; tangential displacements are its drive's */
+    int32_t saturate;     /* whether a tangential load beyond the friction limit is held at the limit */
+    int32_t threads;      /* that share the work on many asperities, 1 or more; the bits do not depend on it */
+    int (*interrupted)(void *user); /* called every few milliseconds; other than 0 stops the integration; may be NULL */
     void *user;
 } hs_drive;
 
@@ -225,17 +266,20 @@ typedef struct hs_refusal {
     int64_t path;
 } hs_refusal;
 
-/* Carry a memory along one straight path to targets in N or m; NaN holds a channel as it was controlled last.
- * Of a path that is refused nothing is changed. Nothing evolves on it (see `hs_integrate_evolving`). `refusal` may be NULL. */
-HS_API int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+/* Advance a state along one straight path to targets in N or m; NaN holds a channel as it was controlled last. In a plane the
+ * tangential target is that in x, and y is held. Of a path that is refused nothing is changed. Nothing evolves on it (see
+ * `hs_integrate`). `refusal` may be NULL. */
+HS_API int hs_step(hs_state *state, int normal_control, double normal_target, int tangential_control,
                    double tangential_target, const hs_drive *drive, hs_refusal *refusal);
-/* Return a new memory that has done so; NULL where the path was not walked. */
-HS_API hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-                             double tangential_target, const hs_drive *drive, hs_refusal *refusal);
+/* Return a new state that has done so; NULL where the path was refused. */
+HS_API hs_state *hs_advance(const hs_state *state, int normal_control, double normal_target, int tangential_control,
+                            double tangential_target, const hs_drive *drive, hs_refusal *refusal);
+/* Return a new state at the end of a path, of which nothing is recorded; NULL where it was refused. */
+HS_API hs_state *hs_advance_along(const hs_state *state, const hs_path *path, const hs_drive *drive, hs_refusal *refusal);
 
-/* ---- rows: what is recorded of a memory along its way, in SI units ---------------------------------------------------- */
+/* ---- rows: what is recorded of a state along its path, in SI units ---------------------------------------------------- */
 
-/* Of the whole contact. */
+/* Of the whole contact. In a plane the tangential load and displacement are the sizes of the vectors. */
 typedef struct hs_totals {
     double normal_load;          /* [N] */
     double tangential_load;      /* [N] */
@@ -256,13 +300,14 @@ typedef struct hs_totals {
     double yielding_energy;      /* that yielding has taken since the start [J] */
 } hs_totals;
 
-/* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. */
+/* Where rows are written. Of each asperity an array (row, column) that is NULL is not recorded. In a plane, tangential loads of
+ * asperities are (row, column, 2), in x and y, and the vectors of the whole contact are recorded, too. */
 typedef struct hs_rows {
     int64_t columns;           /* recorded asperities */
     const int64_t *asperity;   /* (column) */
     hs_totals *totals;         /* (row) */
     double *normal_load;       /* [N] */
-    double *tangential_load;   /* [N] */
+    double *tangential_load;   /* [N], (row, column, 2) in a plane */
     double *contact_radius;    /* [m] */
     double *stick_radius;      /* [m] */
     int8_t *slip_state;        /* hs_slip_state */
@@ -275,16 +320,14 @@ typedef struct hs_rows {
     double *yielded_depth;     /* by which the summit has been flattened [m] */
     double *yielding_load;     /* [N] */
     double *yielding_energy;   /* [J] */
+    double *total_tangential_load; /* (row, 2), in a plane alone [N] */
+    double *total_displacement;    /* (row, 2), in a plane alone [m] */
 } hs_rows;
 
-/* Carry a memory along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
- * share `until` is walked. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
-HS_API int hs_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-                   double until, hs_refusal *refusal);
-/* Record one row of a memory as it is. */
-HS_API int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row);
+/* Record one row of a state as it is. */
+HS_API int hs_read(const hs_state *state, const hs_rows *rows, int64_t row);
 
-/* ---- what a memory says ------------------------------------------------------------------------------------------------ */
+/* ---- stiffness, energy, tractions ------------------------------------------------------------------------------------------ */
 
 /* How the loads at the end of the last path change with where it ended, its start being what it was [N/m]. */
 typedef struct hs_slopes {
@@ -292,23 +335,30 @@ typedef struct hs_slopes {
     double coupling;   /* ∂T/∂d at a held displacement */
     double normal;     /* ∂N/∂d */
 } hs_slopes;
-/* Of a straight path that began at an approach [m]. */
-HS_API hs_slopes hs_slopes_of(const hs_memory *memory, double start);
+/* Of a straight path that began at an approach [m]. In a plane the tangential ones are NaN. */
+HS_API hs_slopes hs_slopes_of(const hs_state *state, double start);
 /* dT/dU at a fixed approach when the displacement goes on in a direction, 1 or -1; with 0 that of the springs that stick
- * now [N/m]. */
-HS_API double hs_stiffness(const hs_memory *memory, int direction);
+ * now [N/m]. NaN in a plane. */
+HS_API double hs_stiffness(const hs_state *state, int direction);
+/* In a plane: dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx,
+ * xy, yx, yy [N/m]. HS_FOREIGN in one direction. */
+HS_API int hs_stiffness_matrix(const hs_state *state, const double direction[2], double stiffness[4]);
 /* dN/dd [N/m]. */
-HS_API double hs_normal_stiffness(const hs_memory *memory);
-/* Tangential elastic energy of all asperities [J]; NaN where there is no memory. */
-HS_API double hs_stored_energy(const hs_memory *memory);
-HS_API int64_t hs_contact_count(const hs_memory *memory);
+HS_API double hs_normal_stiffness(const hs_state *state);
+/* Tangential elastic energy of all asperities [J]; NaN if out of memory. */
+HS_API double hs_stored_energy(const hs_state *state);
+HS_API int64_t hs_contact_count(const hs_state *state);
+/* In a plane: nodes that hold the tractions of an asperity, in the caller's numbering, the edge first: labels and deflections
+ * (n, 3), in numbers without dimension. Fills in at most `room` of them, and returns how many there are; -1 if out of memory. */
+HS_API int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, double *nodes);
 
 /* ---- friction and summits that change at rest --------------------------------------------------------------------------- */
 
 /* Give each asperity (in the caller's numbering) another coefficient from now on, while a controlled tangential load stays,
  * or the displacement of an instrument's drive. Asperities that are not alike in it no longer share what they remember;
- * knots of a normal curve are alike. A load that friction no longer holds is still asked for. */
-HS_API int hs_set_friction(hs_memory *memory, const double *friction, const hs_drive *drive);
+ * knots of a normal curve are alike. A load that friction no longer holds is still asked for. From the first turn in a plane
+ * on, asperities of one group have to stay alike: HS_FOREIGN. */
+HS_API int hs_set_friction(hs_state *state, const double *friction, const hs_drive *drive);
 
 /* ---- evolution: friction that depends on how asperities are loaded, wear, other summits ---------------------------------- */
 
@@ -410,28 +460,30 @@ HS_API int hs_lost_volumes(const hs_wear *wear, int64_t count, const double *nor
 HS_API int hs_first_loading(const hs_yielding *yielding, double contact_modulus, int64_t count, const double *approach,
                             const double *summit_radius, double *normal_load, double *contact_radius);
 
-/* Do what `hs_integrate` does where asperities evolve; the memory was made so, of as many asperities. Only a single path may
- * have a goal. `refusal` may be NULL. */
-HS_API int hs_integrate_evolving(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows,
-                            const hs_drive *drive, double until, const hs_evolution *evolution, hs_refusal *refusal);
 /* Give asperities other summits [m] (asperity) at the present approach and displacement. Those that are `fresh` are new
- * contacts: nothing is remembered. Then friction is what the law says. */
-HS_API int hs_set_summits(hs_memory *memory, const double *summit_height, const double *summit_radius,
+ * contacts: nothing is remembered. Then friction is what the law says. HS_FOREIGN in a plane. */
+HS_API int hs_set_summits(hs_state *state, const double *summit_height, const double *summit_radius,
                           const uint8_t *fresh, const hs_evolution *evolution);
 
-/* The memory of one asperity by itself, with what its group remembers; NULL where there is no memory, or no such asperity. */
-HS_API hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity);
+/* ---- paths ---------------------------------------------------------------------------------------------------------------- */
+
+/* Advance a state along paths, one after the other, and record rows on the way, unless `rows` is NULL. Of each path the
+ * fraction `until` is integrated. Where asperities evolve, `evolution` says by what; otherwise it is NULL. The state was made so
+ * (`hs_state_evolve`, `hs_state_yield`), of as many asperities, and only a single path may have a goal. Where a path is
+ * refused, the state is of no use any more. `refusal` may be NULL. */
+HS_API int hs_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                        double until, const hs_evolution *evolution, hs_refusal *refusal);
 
 /* ---- bytes ---------------------------------------------------------------------------------------------------------------- */
 
-/* A memory with its contact as bytes, which any machine of the same byte order reads. */
-HS_API size_t hs_memory_size(const hs_memory *memory);
-HS_API int hs_memory_write(const hs_memory *memory, void *bytes, size_t size);
-/* Make the memory again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Unless it
+/* A state with its contact as bytes, which any machine of the same byte order reads. */
+HS_API size_t hs_state_size(const hs_state *state);
+HS_API int hs_state_write(const hs_state *state, void *bytes, size_t size);
+/* Make the state again. Bytes that are damaged, or of something else, are refused: `why` then says what is wrong. Unless it
  * is NULL, what is read has to belong where `like` does, and shares its contact where that is as it was. */
-HS_API int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_memory **memory, const char **why);
-/* Look whether numbers that somebody has filled in make a memory; NULL, or what is wrong. */
-HS_API const char *hs_memory_check(const hs_memory *memory);
+HS_API int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **why);
+/* Check whether numbers that somebody has filled in make a memory along one line; NULL, or what is wrong. */
+HS_API const char *hs_state_check(const hs_state *state);
 
 /* ---- patches of normal curves ------------------------------------------------------------------------------------------- */
 
@@ -448,78 +500,6 @@ typedef struct hs_patches {
 /* Fill in rows of patches from rows of all knots, at approaches and with stick zones that first touched there [m]. */
 HS_API int hs_record_patches(const hs_patches *patches, const hs_rows *knots, int64_t count, const double *approach,
                              const double *stick, double friction, const hs_rows *rows);
-
-/* ---- two tangential directions ------------------------------------------------------------------------------------------ */
-
-typedef struct hs_vector {
-    double x, y;
-} hs_vector;
-
-/* What a contact remembers that moves in two directions. As long as all motion was along one line it is the memory of one
- * direction, exactly; from the first turn on rings carry it (README.md, "Two directions"). Numbers without dimension. */
-typedef struct hs_planar {
-    hs_memory *line;     /* of one direction; from the first turn on it follows the approach, and no spring of it is strained */
-    int64_t height_classes, rings;
-    double tolerance;    /* of a load over the friction limit, and of the energy of a step, at which steps are settled */
-    uint64_t identity;
-    hs_vector direction; /* in which it moves, a unit vector */
-    hs_vector origin;    /* where its displacement is 0 */
-    hs_vector displacement, tangential_load;
-    hs_vector excess;    /* what a held load asks for beyond the friction limit */
-    int32_t tangential_control[2]; /* how each component was controlled last */
-    struct hs_body *body; /* the rings; NULL as long as all motion was along one line */
-} hs_planar;
-
-#define HS_MOST_RINGS 1000
-/* Make such a memory of one of one direction, which is x, and in which asperities do not evolve. Asperities of a group share
- * `rings` rings in each of `height_classes` classes, which go by their gaps; both numbers are from 1 to `HS_MOST_RINGS`. Steps
- * are halved until they are settled to the `tolerance`, such as 1e-3. NULL where there is no memory, or it evolves. */
-HS_API hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes, int64_t rings, double tolerance);
-HS_API hs_planar *hs_planar_copy(const hs_planar *planar);
-HS_API void hs_planar_free(hs_planar *planar);
-
-/* A straight path: `hs_path` with a target in x and y, each of which is controlled by itself. Loads that are all controlled
- * change in proportion; with a displacement, the approach and each tangential component do. */
-typedef struct hs_planar_path {
-    double normal_target;
-    double normal_fraction;
-    double tangential_target[2];
-    double tangential_fraction[2];
-    int64_t parts;
-    int64_t first_row;
-    int32_t normal_control;
-    int32_t tangential_control[2];
-    int32_t recorded;
-    double begin, end; /* [s] */
-} hs_planar_path;
-/* Rows as of one direction, but that tangential loads of asperities are (row, column, 2). The totals have the sizes of the
- * tangential load and displacement; their components stand beside them. */
-typedef struct hs_planar_rows {
-    hs_rows rows;
-    double *tangential_load; /* (row, 2) [N] */
-    double *displacement;    /* (row, 2) [m] */
-} hs_planar_rows;
-/* Do what `hs_integrate` does, up to the share `until` of each path. An instrument yields by `compliance` in x and y [m/N], in place
- * of the drive's. Where a path is refused, the memory is of no use any more. `refusal` may be NULL. */
-HS_API int hs_planar_integrate(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
-                          const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal);
-/* Record one row of it as it is. */
-HS_API int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row);
-/* dT/dU when the displacement goes on in a direction, of which (0, 0) stands for the springs that stick now: xx, xy, yx, yy
- * [N/m]. */
-HS_API int hs_planar_stiffness(const hs_planar *planar, const double direction[2], double stiffness[4]);
-/* Nodes that carry an asperity, in the caller's numbering, the edge first: labels and deflections (n, 3), in numbers without
- * dimension. Fills in at most `room` of them, and returns how many there are; -1 where there is no memory. */
-HS_API int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room, double *nodes);
-/* Tangential elastic energy [J]. */
-HS_API double hs_planar_stored_energy(const hs_planar *planar);
-/* Do what `hs_set_friction` does. From the first turn on, asperities of one group have to stay alike: HS_FOREIGN. */
-HS_API int hs_planar_set_friction(hs_planar *planar, const double *friction, const double compliance[2],
-                                  const hs_drive *drive);
-/* Bytes, and the memory again; as `hs_memory_write` and `hs_memory_read`. */
-HS_API size_t hs_planar_size(const hs_planar *planar);
-HS_API int hs_planar_write(const hs_planar *planar, void *bytes, size_t size);
-HS_API int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why);
 
 /* ---- batch: many contacts of one asperity, each with a path of its own --------------------------------------------------- */
 

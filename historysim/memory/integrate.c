@@ -4,8 +4,8 @@
 
 #include "integrate.h"
 #include "drive.h"
+#include "line.h"
 #include "readout.h"
-#include "state.h"
 
 void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance, double request, double *d,
                     double *load, hs_target *target) {
@@ -16,11 +16,11 @@ void hs_path_end(const hs_memory *memory, const hs_path *path, double compliance
         *d = hs_toward(memory->approach, path->normal_target, path->normal_fraction);
         *load = *d == memory->approach ? memory->normal_load : hs_load_at(hs_all_of(memory->contact), *d).load;
     }
-    if (path->tangential_control == HS_LOAD) {
-        *target = hs_to_load(hs_toward(request, path->tangential_target, path->tangential_fraction));
+    if (path->tangential_control[0] == HS_LOAD) {
+        *target = hs_to_load(hs_toward(request, path->tangential_target[0], path->tangential_fraction[0]));
     } else {
         double present = memory->displacement + compliance * memory->tangential_load;
-        target->value = hs_toward(present, path->tangential_target, path->tangential_fraction);
+        target->value = hs_toward(present, path->tangential_target[0], path->tangential_fraction[0]);
         target->rigid = 1.0;
         target->compliance = compliance;
     }
@@ -89,41 +89,31 @@ hs_path hs_scale_path(const hs_units *units, const hs_path *path) {
     int by_load = path->normal_control == HS_LOAD;
     found.normal_target = scaled(path->normal_target, by_load ? units->load : units->length,
                                  by_load ? HS_LEAST_LOAD : HS_LEAST_APPROACH);
-    found.tangential_target /= path->tangential_control == HS_LOAD ? units->load : units->displacement;
+    found.tangential_target[0] /= path->tangential_control[0] == HS_LOAD ? units->load : units->displacement;
     return found;
 }
 
-int hs_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-            double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
+int hs_line_step(hs_memory *memory, int normal_control, double normal_target, int tangential_control,
+                 double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
     /* NaN holds a channel */
     double normal_fraction = isnan(normal_target) ? 0.0 : 1.0, tangential_fraction = isnan(tangential_target) ? 0.0 : 1.0;
     hs_path path = {normal_fraction > 0.0 ? normal_target : 0.0, normal_fraction,
-                    tangential_fraction > 0.0 ? tangential_target : 0.0, tangential_fraction,
-                    1, 0, normal_control, tangential_control, 1, 0, NAN, NAN};
+                    {tangential_fraction > 0.0 ? tangential_target : 0.0, 0.0}, {tangential_fraction, 0.0},
+                    1, 0, normal_control, {tangential_control, HS_HELD}, 1, NAN, NAN};
     hs_plan plan;
     hs_refusal unread;
     if (!refusal) refusal = &unread;
     refusal->path = 0;
     path = hs_scale_path(units, &path);
     hs_set_clock(memory, NAN);
-    int status = hs_plan_path(memory, &path, drive->compliance * units->stiffness, drive->saturate, 1, &plan, refusal);
+    int status = hs_plan_path(memory, &path, drive->compliance[0] * units->stiffness, drive->saturate, 1, &plan, refusal);
     if (status == HS_OK) status = hs_integrate_part(memory, &plan, 0.0, 1.0, drive);
     refusal->status = status;
     if (status != HS_OK) return status;
     memory->normal_control = path.normal_control;
-    memory->tangential_control = path.tangential_control;
+    memory->tangential_control = path.tangential_control[0];
     return HS_OK;
-}
-
-hs_memory *hs_advance(const hs_memory *memory, int normal_control, double normal_target, int tangential_control,
-                      double tangential_target, const hs_drive *drive, hs_refusal *refusal) {
-    hs_memory *copy = hs_memory_copy(memory);
-    if (refusal) refusal->status = HS_OUT_OF_MEMORY;
-    if (copy && hs_step(copy, normal_control, normal_target, tangential_control, tangential_target, drive, refusal) == HS_OK)
-        return copy;
-    hs_memory_free(copy);
-    return NULL;
 }
 
 /* Threads that write rows while the next ones are walked.
@@ -262,10 +252,10 @@ static int hand_over(row_writers *writers, const hs_memory *memory, int64_t row,
 /* numbers of paths times recorded asperities from which threads are worth their start */
 #define HS_LEAST_SHARED (1 << 19)
 
-int hs_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
-            double until, hs_refusal *refusal) {
+int hs_line_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                      double until, hs_refusal *refusal) {
     const hs_units *units = &memory->contact->units;
-    double compliance = drive->compliance * units->stiffness;
+    double compliance = drive->compliance[0] * units->stiffness;
     hs_recorder recorder;
     hs_plan plan;
     hs_refusal unread;
@@ -300,7 +290,7 @@ int hs_integrate(hs_memory *memory, const hs_path *paths, int64_t count, const h
             }
         }
         memory->normal_control = path.normal_control;
-        memory->tangential_control = path.tangential_control;
+        memory->tangential_control = path.tangential_control[0];
     }
     int written = end_writers(writers);
     if (status == HS_OK) status = written;

@@ -24,18 +24,18 @@ struct hs_slides *hs_slides_unshare(hs_memory *memory) {
         return NULL;
     }
     copy->references = 1;
-    hs_slide_times(memory, copy->time);
+    hs_memory_slide_times(memory, copy->time);
     hs_slides_release(shared);
     return memory->slides = copy;
 }
 
-void hs_slide_times(const hs_memory *memory, double *time) {
+void hs_memory_slide_times(const hs_memory *memory, double *time) {
     int64_t count = hs_slide_count(memory->contact);
     if (memory->slides) memcpy(time, memory->slides->time, (size_t)count * sizeof *time);
     for (int64_t i = 0; i < count && !memory->slides; ++i) time[i] = NAN;
 }
 
-void hs_forget_slides(hs_memory *memory) {
+void hs_memory_forget_slides(hs_memory *memory) {
     hs_slides_release(memory->slides);
     memory->slides = NULL;
     memory->slid_labels[0] = memory->slid_labels[1] = 0.0;
@@ -78,18 +78,16 @@ static size_t size_of_numbers(const hs_contact *contact) {
     return (size_t)contact->groups * 17 + (size_t)contact->count * 8;
 }
 
-/* A memory of a contact that does not touch; its arrays are not filled in. */
-hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
+/* Set up the memory of a contact that does not touch; its arrays are not filled in. */
+int hs_memory_init(hs_memory *memory, hs_contact *contact, int64_t capacity, int evolves) {
     size_t groups = (size_t)contact->groups, count = (size_t)contact->count;
-    hs_memory *memory = (hs_memory *)calloc(1, sizeof *memory);
-    if (!memory) return NULL;
     memory->contact = hs_contact_retain(contact);
     memory->friction = (double *)malloc(size_of_numbers(contact));
     memory->vertices = (hs_vertex *)malloc(groups * (size_t)capacity * sizeof *memory->vertices);
     memory->evolved = evolves ? evolved_of(contact->count, evolves > 1) : NULL;
     if (!memory->friction || !memory->vertices || (evolves && !memory->evolved)) {
-        hs_memory_free(memory);
-        return NULL;
+        hs_memory_clear(memory);
+        return HS_OUT_OF_MEMORY;
     }
     memory->dissipated_each = memory->friction + groups;
     memory->depth = (int64_t *)(memory->dissipated_each + count);
@@ -98,7 +96,14 @@ hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
     memory->normal_control = memory->tangential_control = HS_LOAD;
     memory->known_label = memory->known_slope = NAN;
     hs_set_clock(memory, NAN);
-    return memory;
+    return HS_OK;
+}
+
+hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves) {
+    hs_memory *memory = (hs_memory *)calloc(1, sizeof *memory);
+    if (memory && hs_memory_init(memory, contact, capacity, evolves) == HS_OK) return memory;
+    free(memory);
+    return NULL;
 }
 
 /* FNV-1a of words in place of bytes, each of which is spread over all bits. */
@@ -123,7 +128,7 @@ static uint64_t identity_of(const hs_contact *contact, const double *friction) {
     return hs_digest(found, contact->first, (size_t)(contact->groups + 1) * sizeof *contact->first);
 }
 
-int hs_belongs(const hs_memory *memory, const hs_memory *like) {
+int hs_memory_belongs(const hs_memory *memory, const hs_memory *like) {
     const hs_contact *one = memory->contact, *other = like->contact;
     /* all but the first are so where nobody has forged it */
     return memory->identity == like->identity && one->count == other->count && !one->load == !other->load &&
@@ -136,14 +141,13 @@ int hs_can_evolve(const hs_memory *memory, const hs_evolution *evolution) {
     return hs_evolves(memory) > yields && ((!yields && !evolution->goal) || evolution->count == memory->contact->count);
 }
 
-hs_memory *hs_memory_new(hs_contact *contact, const double *friction) {
-    hs_memory *memory = hs_memory_blank(contact, 4, 0);
-    if (!memory) return NULL;
+int hs_memory_start(hs_memory *memory, hs_contact *contact, const double *friction) {
+    if (hs_memory_init(memory, contact, 4, 0) != HS_OK) return HS_OUT_OF_MEMORY;
     memory->identity = identity_of(contact, friction);
     memset(memory->friction, 0, size_of_numbers(contact));
     for (int64_t index = 0; index < contact->groups; ++index)
         memory->friction[index] = hs_bound_friction(friction[contact->order[contact->first[index]]]);
-    return memory;
+    return HS_OK;
 }
 
 int hs_memory_evolve(hs_memory *memory) {
@@ -178,13 +182,17 @@ int hs_memory_yield(hs_memory *memory) {
     return HS_OK;
 }
 
-void hs_memory_free(hs_memory *memory) {
-    if (!memory) return;
+void hs_memory_clear(hs_memory *memory) {
     hs_slides_release(memory->slides);
     hs_contact_free(memory->contact);
     free(memory->friction);
     free(memory->vertices);
     free(memory->evolved);
+}
+
+void hs_memory_free(hs_memory *memory) {
+    if (!memory) return;
+    hs_memory_clear(memory);
     free(memory);
 }
 
@@ -231,12 +239,18 @@ int hs_has_steep(const hs_memory *memory) {
     return memchr(memory->steep, 1, (size_t)memory->contact->groups) != NULL;
 }
 
+int hs_memory_init_copy(hs_memory *memory, const hs_memory *from) {
+    if (hs_memory_init(memory, from->contact, hs_max_depth(from) + 4, hs_evolves(from)) != HS_OK) return HS_OUT_OF_MEMORY;
+    copy_numbers(memory, from);
+    copy_stacks(memory, from);
+    return HS_OK;
+}
+
 hs_memory *hs_memory_copy(const hs_memory *memory) {
-    hs_memory *copy = hs_memory_blank(memory->contact, hs_max_depth(memory) + 4, hs_evolves(memory));
-    if (!copy) return NULL;
-    copy_numbers(copy, memory);
-    copy_stacks(copy, memory);
-    return copy;
+    hs_memory *copy = (hs_memory *)calloc(1, sizeof *copy);
+    if (copy && hs_memory_init_copy(copy, memory) == HS_OK) return copy;
+    free(copy);
+    return NULL;
 }
 
 int hs_memory_unshare_contact(hs_memory *memory) {
@@ -261,11 +275,15 @@ int hs_memory_reserve(hs_memory *memory, int64_t capacity) {
 }
 
 int hs_memory_assign(hs_memory *memory, const hs_memory *from) {
-    if (memory->contact->groups != from->contact->groups || !hs_belongs(memory, from)) return HS_FOREIGN;
+    if (memory->contact->groups != from->contact->groups || !hs_memory_belongs(memory, from)) return HS_FOREIGN;
     if (hs_memory_reserve(memory, hs_max_depth(from) + 2) != HS_OK) return HS_OUT_OF_MEMORY;
     copy_numbers(memory, from);
     copy_stacks(memory, from);
     return HS_OK;
+}
+
+int64_t hs_memory_contact_count(const hs_memory *memory) {
+    return hs_count_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
 double hs_total_force(const hs_memory *memory) {
@@ -273,10 +291,6 @@ double hs_total_force(const hs_memory *memory) {
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index)
         force += memory->vertices[index * memory->capacity + memory->depth[index] - 1].tangential;
     return force;
-}
-
-int64_t hs_contact_count(const hs_memory *memory) {
-    return hs_count_touching(memory->contact->sorted_gap, memory->contact->count, memory->approach);
 }
 
 void hs_refresh_loads(hs_memory *memory) {
@@ -447,21 +461,22 @@ int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, d
     return status;
 }
 
-hs_memory *hs_memory_of_one(const hs_memory *memory, int64_t asperity) {
-    const hs_contact *contact = memory->contact;
-    int64_t position = 0, from = 0;
-    if (asperity < 0 || asperity >= contact->count) return NULL;
+int hs_memory_init_one(hs_memory *memory, const hs_memory *from, int64_t asperity) {
+    const hs_contact *contact = from->contact;
+    int64_t position = 0, group = 0;
     while (contact->order[position] != asperity) ++position;
-    while (contact->first[from + 1] <= position) ++from;
+    while (contact->first[group + 1] <= position) ++group;
     hs_contact *one = hs_contact_of(1, 1, contact->gap + position, contact->weight + position, NULL, 0, &contact->units,
                                     contact->datum);
-    hs_memory *found = one ? of_parts(memory, one, &from, &position, NULL, 0) : NULL;
+    hs_memory *found = one ? of_parts(from, one, &group, &position, NULL, 0) : NULL;
     hs_contact_free(one);
-    if (!found) return NULL;
-    hs_forget_slides(found);
-    found->identity = hs_digest(memory->identity, &asperity, sizeof asperity);
-    found->steep[0] = memory->steep[from];
-    found->normal_load = hs_load_at(hs_all_of(found->contact), found->approach).load;
-    found->tangential_load = hs_total_force(found);
-    return found;
+    if (!found) return HS_OUT_OF_MEMORY;
+    *memory = *found;
+    free(found);
+    hs_memory_forget_slides(memory);
+    memory->identity = hs_digest(from->identity, &asperity, sizeof asperity);
+    memory->steep[0] = from->steep[group];
+    memory->normal_load = hs_load_at(hs_all_of(memory->contact), memory->approach).load;
+    memory->tangential_load = hs_total_force(memory);
+    return HS_OK;
 }

@@ -8,11 +8,10 @@ import numpy.typing as npt
 
 from historysim.basics.arguments import Array, Integers
 from historysim.basics.library import ffi, pointer
-from historysim.errors import InputError
-from historysim.memory.binding import PATH, PLANAR_PATH, TOTALS
+from historysim.memory.binding import AS_BEFORE, PATH, TOTALS
 
-# Paths (path), one after the other, with the fields of ``hs_path``, or in two tangential directions of
-# ``hs_planar_path``: where each channel goes, in N or m, and how many rows are recorded on the way.
+# Paths (path), in sequence, with the fields of ``hs_path``: targets of the channels, in N or m, and the number of rows
+# that are recorded on the way. In one tangential direction the control of y is `AS_BEFORE`.
 Paths = npt.NDArray[Any]
 
 # What is recorded of each asperity together.
@@ -49,27 +48,20 @@ def paths_to(
     """
     entries = [np.atleast_1d(entry) for entry in (*normal, *tangential, parts, recorded, *times)]
     (count,) = np.broadcast_shapes(*(entry.shape[:1] for entry in entries))
-    paths = np.zeros(count, dtype=PATH if np.ndim(tangential.target) < 2 else PLANAR_PATH)
+    paths, in_plane = np.zeros(count, dtype=PATH), np.ndim(tangential.target) == 2
     names = [f"{channel}_{name}" for channel in ("normal", "tangential") for name in Goals._fields]
     for name, column in zip((*names, "parts", "recorded", "begin", "end"), entries, strict=True):
-        paths[name] = column[:, None] if paths[name].ndim > column.ndim else column
+        if paths[name].ndim == 1:
+            paths[name] = column
+        elif in_plane:
+            paths[name] = column if column.ndim == 2 else column[:, None]
+        else:
+            paths[name][:, 0] = column
+    if not in_plane:
+        paths["tangential_control"][:, 1] = AS_BEFORE
     rows = paths["parts"] - 1 + paths["recorded"]
     paths["first_row"] = np.cumsum(rows) - rows
     return paths
-
-
-def in_plane(paths: Paths, control: Any) -> Paths:
-    """Return paths in two tangential directions; those of one have to hold it, with the `control` of x and y."""
-    if paths.dtype == PLANAR_PATH:
-        return paths
-    if paths["tangential_fraction"].any():
-        raise InputError("the state is of two tangential directions; expected two numbers, in x and y, not one")
-    found = np.zeros(paths.size, dtype=PLANAR_PATH)
-    for name in set(PATH.names or ()) & set(PLANAR_PATH.names or ()):
-        if PATH[name] == PLANAR_PATH[name]:
-            found[name] = paths[name]
-    found["tangential_control"] = list(control)
-    return found
 
 
 def unrecorded(paths: Paths) -> Paths:
@@ -85,8 +77,8 @@ class Rows:
 
     totals: Array  #: (row) of the whole contact, with the fields of ``hs_totals``
     each: dict[str, Array]  #: (row, column) of each recorded asperity, by the names of the fields of ``hs_rows``
-    #: (row, 2) of the whole contact in two tangential directions, by the names of the fields of ``hs_planar_rows``;
-    #: tangential loads of asperities are (row, column, 2) then. In one direction there are none.
+    #: (row, 2) of the whole contact in two tangential directions: ``tangential_load`` and ``displacement``; tangential
+    #: loads of asperities are (row, column, 2) then. Empty in one direction.
     vectors: dict[str, Array] = attrs.Factory(dict)
 
     def __getitem__(self, where: slice) -> Self:
@@ -108,15 +100,14 @@ class Rows:
 
     def as_struct(self, asperities: Integers) -> Any:
         """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
-        whole = ffi.new("hs_planar_rows *" if self.vectors else "hs_rows *")
-        for name, array in self.vectors.items():
-            setattr(whole, name, pointer(array))
-        found = whole.rows if self.vectors else whole
+        found = ffi.new("hs_rows *")
         found.columns, found.asperity = asperities.size, pointer(asperities)
         found.totals = ffi.cast("hs_totals *", ffi.from_buffer(self.totals))
         for name, array in self.each.items():
             setattr(found, name, pointer(array))
-        return whole
+        for name, array in self.vectors.items():
+            setattr(found, f"total_{name}", pointer(array))
+        return found
 
 
 def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = False) -> Rows:

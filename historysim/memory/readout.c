@@ -3,7 +3,7 @@
 
 #include "readout.h"
 #include "lanes.h"
-#include "state.h"
+#include "line.h"
 #include "losses.h"
 
 /* places in each segment at which tractions are looked at, before the largest is refined */
@@ -42,7 +42,7 @@ static inline void add_stiffness(const hs_memory *memory, int64_t index, double 
     }
 }
 
-double hs_stiffness(const hs_memory *memory, int direction) {
+double hs_line_stiffness(const hs_memory *memory, int direction) {
     double stiffness = 0.0;
     for (int64_t index = 0; index < memory->contact->groups && memory->depth[index] > 0; ++index) {
         const hs_vertex *stack = memory->vertices + index * memory->capacity;
@@ -55,12 +55,12 @@ double hs_stiffness(const hs_memory *memory, int direction) {
     return stiffness * memory->contact->units.stiffness;
 }
 
-double hs_normal_stiffness(const hs_memory *memory) {
+double hs_line_normal_stiffness(const hs_memory *memory) {
     const hs_units *units = &memory->contact->units;
     return hs_load_at(hs_all_of(memory->contact), memory->approach).slope * units->load / units->length;
 }
 
-double hs_stored_energy(const hs_memory *memory) {
+double hs_line_stored_energy(const hs_memory *memory) {
     return hs_elastic_energy(memory, NULL) * memory->contact->units.energy;
 }
 
@@ -68,7 +68,7 @@ double hs_stored_energy(const hs_memory *memory) {
  * displacement alone, but for those that touched on the path: v = (V1 - V0) (d1 - a)/(d1 - d0) moves with both. The loads
  * are ∫ v N'' da, so that each part between labels adds differences of P and P' at its ends. The derivatives are those on
  * the side of the path: where it turned around, those of the way on which it came last. */
-hs_slopes hs_slopes_of(const hs_memory *memory, double start) {
+hs_slopes hs_line_slopes(const hs_memory *memory, double start) {
     const hs_units *units = &memory->contact->units;
     double d0 = start / units->length, d1 = memory->approach, v1 = memory->displacement;
     hs_slopes found = {0.0, 0.0, 0.0};
@@ -227,7 +227,7 @@ static void record_totals(hs_recorder *recorder, const hs_memory *memory, hs_tot
     }
     hs_zone none = {-HUGE_VAL, -HUGE_VAL, 0.0, 0.0};
     for (; recorder->zones && index < contact->groups; ++index) recorder->zones[index] = none;
-    int64_t touching = hs_contact_count(memory);
+    int64_t touching = hs_memory_contact_count(memory);
     totals->normal_load = memory->normal_load * units->load;
     totals->tangential_load = memory->tangential_load * units->load;
     totals->approach = memory->approach * units->length;
@@ -480,7 +480,7 @@ int hs_record(hs_recorder *recorder, const hs_memory *memory, int64_t row, int s
     return HS_OK;
 }
 
-int hs_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
+int hs_line_read(const hs_memory *memory, const hs_rows *rows, int64_t row) {
     hs_recorder recorder;
     int status = hs_begin_recording(&recorder, memory->contact, rows);
     if (status != HS_OK) return status;

@@ -122,15 +122,15 @@ hs_vector hs_ring_traction(const hs_node *nodes, int32_t i);
 
 /* Target of the tangential channel: rigid V + compliance T = value, component by component. A load has rigid = 0, compliance = 1,
  * the displacement of a drive has rigid = 1. */
-typedef struct hs_planar_aim {
+typedef struct hs_plane_aim {
     hs_vector value, rigid, compliance;
-} hs_planar_aim;
+} hs_plane_aim;
 /* Where a path ends. */
-typedef struct hs_planar_target {
+typedef struct hs_plane_target {
     int by_loads; /* whether both loads go straight, otherwise the approach does */
     double approach, normal_load, time;
-    hs_planar_aim aim;
-} hs_planar_target;
+    hs_plane_aim aim;
+} hs_plane_target;
 
 /* A body where a line is, without classes yet. */
 hs_body *hs_body_new(const hs_memory *line, int64_t rings, double tolerance);
@@ -138,8 +138,6 @@ hs_body *hs_body_copy(const hs_body *body);
 void hs_body_free(hs_body *body);
 int hs_class_room(hs_class *part, int64_t count);
 hs_node hs_node_at(const hs_class *part, double label, hs_vector deflection);
-/* Add a class of asperities at positions from `start` up to `end`, without nodes. */
-hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end);
 /* Elastic energy of the springs of a class. */
 double hs_class_stored(const hs_class *part);
 /* Label down to which the springs of a class slip from the edge on: -HUGE_VAL where all do, HUGE_VAL where none does. */
@@ -147,15 +145,15 @@ double hs_class_front(const hs_body *body, const hs_class *part);
 /* Friction limit at an approach. */
 double hs_body_limit(const hs_body *body, double approach);
 /* The loads among the components of an aim, 0 for displacements. */
-hs_vector hs_loads_of(const hs_planar_aim *aim);
+hs_vector hs_loads_of(const hs_plane_aim *aim);
 /* Values of an aim with its loads at most at the friction limit: loads beyond it slide until the tolerance is left to it. */
-hs_vector hs_held_value(const hs_body *body, double approach, const hs_planar_aim *aim);
+hs_vector hs_held_value(const hs_body *body, double approach, const hs_plane_aim *aim);
 /* The target a share of the way there. */
-hs_planar_target hs_part_of_way(const hs_body *body, const hs_planar_target *to, double share);
+hs_plane_target hs_part_of_way(const hs_body *body, const hs_plane_target *to, double share);
 /* Carry a body to a target, in steps that are halved so often at most. */
-int hs_body_travel(hs_body *body, const hs_planar_target *to, int halvings);
+int hs_body_travel(hs_body *body, const hs_plane_target *to, int halvings);
 /* Have springs slip that are beyond the limit, which has fallen. */
-int hs_body_relax(hs_body *body, const hs_planar_aim *aim);
+int hs_body_relax(hs_body *body, const hs_plane_aim *aim);
 /* dT/dV when the displacement goes on in a direction; (0, 0): of springs that stick. */
 int hs_body_slopes(hs_body *body, hs_vector direction, double slopes[2][2]);
 

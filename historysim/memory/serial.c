@@ -1,39 +1,43 @@
-/* Serial: the bytes of a memory, of one or two directions, and the checks of bytes that are read.
+/* Serial: the bytes of a state, and the checks of bytes that are read.
  *
- * The bytes of one direction are: a head, the arrays of the contact, of the memory, its vertices without room above them, what
- * asperities have become, when they first slid, and a checksum (`hs_digest`) of all of that. Those of two directions are: a
- * head, the bytes of the line, classes with their nodes, and a checksum. */
+ * The bytes are: a head, the arrays of the contact, of the memory along the line, its vertices without room above them, what
+ * asperities have become, when they first slid; in a plane how it moves there, and classes with their nodes; and a checksum
+ * (`hs_digest`) of all of that. */
 
 #include "contact.h"
-#include "rings.h"
-#include "state.h"
+#include "plane.h"
 
-#define MEMORY_FORMAT 3
-#define PLANAR_FORMAT 2
+#define FORMAT 4
+/* what a state has, in the head */
 #define EVOLVES 1
 #define KNOTS 2
 #define YIELDS 4
 #define SLIDES 8
+#define PLANE 16
+#define TURNED 32
 
 static const char no_memory[] = "there is not enough memory";
 
-/* What all heads begin with. */
+/* What bytes of all versions begin with. */
 typedef struct frame {
     char magic[8];
     uint32_t format;
     uint32_t order; /* 1 in the byte order of the machine that wrote */
 } frame;
-static const frame memory_frame = {{'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'}, MEMORY_FORMAT, 1};
-static const frame planar_frame = {{'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'}, PLANAR_FORMAT, 1};
+static const frame own_frame = {{'h', 's', 'm', 'e', 'm', 'o', 'r', 'y'}, FORMAT, 1};
+/* with which earlier versions began the bytes of two directions */
+static const char planar_magic[8] = {'h', 's', 'p', 'l', 'a', 'n', 'a', 'r'};
 
-/* Copy a head out of bytes; NULL, or what is wrong with them. */
-static const char *take_head(const unsigned char *bytes, size_t size, const frame *own, void *head, size_t head_size) {
-    const frame *given = (const frame *)head;
-    if (size < head_size + sizeof(uint64_t) || memcmp(bytes, own->magic, sizeof own->magic) != 0)
-        return own == &memory_frame ? "the bytes are no saved memory" : "the bytes are no saved memory of two directions";
-    memcpy(head, bytes, head_size);
-    if (given->order != own->order) return "the bytes were written on a machine of another byte order";
-    return given->format != own->format ? "the memory was saved in a format of another version" : NULL;
+/* What is wrong with the frame of bytes, or NULL. */
+static const char *check_frame(const unsigned char *bytes, size_t size) {
+    frame given;
+    if (size < sizeof given) return "the bytes are not a saved state";
+    memcpy(&given, bytes, sizeof given);
+    int is_old = memcmp(given.magic, planar_magic, sizeof planar_magic) == 0;
+    if (!is_old && memcmp(given.magic, own_frame.magic, sizeof given.magic) != 0) return "the bytes are not a saved state";
+    if (given.order != own_frame.order) return "the bytes were written on a machine of another byte order";
+    return is_old || given.format != FORMAT ? "the state was saved in the format of another version; replay its events with this one"
+                                            : NULL;
 }
 
 static const char *check_sum(const unsigned char *bytes, size_t size) {
@@ -55,7 +59,7 @@ static unsigned char *pass(unsigned char *bytes, const void *numbers, size_t siz
 
 typedef struct head {
     frame begin;
-    int64_t count, groups, vertices, what; /* a sum of EVOLVES, KNOTS, YIELDS and SLIDES */
+    int64_t count, groups, vertices, what; /* a sum of EVOLVES, KNOTS, … */
     int64_t normal_control, tangential_control;
     uint64_t identity;
     hs_units units;
@@ -63,28 +67,43 @@ typedef struct head {
     double now[6];      /* of hs_memory, from the approach on */
     double together[3]; /* of hs_evolved, from the distance slid together on */
     int64_t watched;
+    int64_t classes, nodes; /* of rings */
 } head;
+/* A class, before its nodes. */
+typedef struct class_head {
+    int64_t group, start, count, nodes;
+} class_head;
+/* labels and deflections are written, loads follow */
+#define NODE_BYTES (sizeof(double) + sizeof(hs_vector))
+/* of hs_plane, all but the rings */
+#define PLANE_BYTES offsetof(hs_plane, body)
 
 static size_t size_of(const head *given) {
     size_t n = (size_t)given->count, g = (size_t)given->groups, watched = (size_t)given->watched;
     size_t evolved = given->what & EVOLVES ? hs_evolved_arrays((given->what & YIELDS) != 0) * n : 0;
     size_t slides = given->what & SLIDES ? (watched ? watched : n) : 0;
     size_t numbers = 4 * n + 3 * g + 1 + watched + 6 * (size_t)given->vertices + evolved + slides;
-    /* flags of one byte stand behind the numbers */
-    return sizeof *given + 8 * numbers + g + (given->what & EVOLVES ? n : 0) + sizeof(uint64_t);
+    size_t plane = given->what & PLANE ? PLANE_BYTES : 0;
+    plane += (size_t)given->classes * sizeof(class_head) + (size_t)given->nodes * NODE_BYTES;
+    /* flags of one byte follow the numbers */
+    return sizeof *given + 8 * numbers + g + (given->what & EVOLVES ? n : 0) + plane + sizeof(uint64_t);
 }
 
-static head head_of(const hs_memory *memory) {
+static head head_of(const hs_state *state) {
+    const hs_memory *memory = &state->line;
     const hs_contact *contact = memory->contact;
+    const hs_body *body = state->plane ? state->plane->body : NULL;
     head found;
     memset(&found, 0, sizeof found);
-    found.begin = memory_frame;
+    found.begin = own_frame;
     found.count = contact->count;
     found.groups = contact->groups;
     found.watched = contact->query_count;
     for (int64_t index = 0; index < contact->groups; ++index) found.vertices += memory->depth[index];
     found.what = (memory->evolved ? EVOLVES : 0) + (contact->load ? KNOTS : 0) + (hs_evolves(memory) > 1 ? YIELDS : 0) +
-                 (memory->slides ? SLIDES : 0);
+                 (memory->slides ? SLIDES : 0) + (state->plane ? PLANE : 0) + (body ? TURNED : 0);
+    found.classes = body ? body->classes : 0;
+    for (int64_t c = 0; c < found.classes; ++c) found.nodes += body->parts[c].count;
     found.normal_control = memory->normal_control;
     found.tangential_control = memory->tangential_control;
     found.identity = memory->identity;
@@ -95,8 +114,8 @@ static head head_of(const hs_memory *memory) {
     return found;
 }
 
-size_t hs_memory_size(const hs_memory *memory) {
-    head given = head_of(memory);
+size_t hs_state_size(const hs_state *state) {
+    head given = head_of(state);
     return size_of(&given);
 }
 
@@ -117,9 +136,25 @@ static unsigned char *pass_arrays(const hs_memory *memory, unsigned char *at, in
     return evolved ? pass(at, evolved->friction_overridden, n, writes) : at;
 }
 
-int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
+static unsigned char *pass_node(unsigned char *at, const hs_node *node, int writes) {
+    return pass(pass(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
+}
+
+/* Write how a state moves in a plane. */
+static void write_plane(const hs_plane *plane, unsigned char *at) {
+    at = pass(at, plane, PLANE_BYTES, 1);
+    for (int64_t c = 0; plane->body && c < plane->body->classes; ++c) {
+        const hs_class *part = plane->body->parts + c;
+        class_head own = {part->group, part->start, part->curve.count, part->count};
+        at = pass(at, &own, sizeof own, 1);
+        for (int32_t k = 0; k < part->count; ++k) at = pass_node(at, part->nodes + k, 1);
+    }
+}
+
+int hs_state_write(const hs_state *state, void *bytes, size_t size) {
+    const hs_memory *memory = &state->line;
     const hs_contact *contact = memory->contact;
-    head given = head_of(memory);
+    head given = head_of(state);
     size_t n = (size_t)contact->count, g = (size_t)contact->groups;
     if (size != size_of(&given)) return HS_NOT_A_STATE;
     unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
@@ -128,7 +163,8 @@ int hs_memory_write(const hs_memory *memory, void *bytes, size_t size) {
     at = pass(at, contact->order, 8 * n, 1);
     at = pass(at, contact->first, 8 * (g + 1), 1);
     at = pass(at, contact->query_label, 8 * (size_t)contact->query_count, 1);
-    pass_arrays(memory, at, 1);
+    at = pass_arrays(memory, at, 1);
+    if (state->plane) write_plane(state->plane, at);
     put_sum((unsigned char *)bytes, size);
     return HS_OK;
 }
@@ -251,7 +287,8 @@ static int is_evolved(const hs_memory *memory) {
     return 1;
 }
 
-const char *hs_memory_check(const hs_memory *memory) {
+const char *hs_state_check(const hs_state *state) {
+    const hs_memory *memory = &state->line;
     const hs_contact *contact = memory->contact;
     if (!is_contact(contact)) return "the units, gaps or weights are none of a contact";
     const hs_units *units = &contact->units;
@@ -332,12 +369,16 @@ static int has_those_of(const hs_memory *memory, const hs_memory *like) {
 
 /* What is wrong with the bytes as a whole, or NULL; the head is taken out. */
 static const char *check_bytes(const unsigned char *bytes, size_t size, head *given) {
-    const char *wrong = take_head(bytes, size, &memory_frame, given, sizeof *given);
+    const char *wrong = check_frame(bytes, size);
     if (wrong) return wrong;
-    int64_t most = (int64_t)(size / 8), what = given->what & ~(int64_t)SLIDES;
+    if (size < sizeof *given + sizeof(uint64_t)) return "the bytes are cut off, or too many";
+    memcpy(given, bytes, sizeof *given);
+    int64_t most = (int64_t)(size / 8), what = given->what & ~(int64_t)(SLIDES | PLANE | TURNED);
+    int planar = (given->what & PLANE) != 0, turned = (given->what & TURNED) != 0;
     int is_kind = what == 0 || what == EVOLVES || (what == KNOTS && given->groups == 1) || what == (EVOLVES | YIELDS);
     if (given->count < 1 || given->count > most || given->groups < 1 || given->groups > given->count || given->watched < 0 ||
-        given->watched > (given->groups > 1 ? 0 : most) || given->vertices < 0 || given->vertices > most || !is_kind ||
+        given->watched > (given->groups > 1 ? 0 : most) || given->vertices < 0 || given->vertices > most || !is_kind || turned > planar || (planar && (what & EVOLVES)) ||
+        given->classes < 0 || given->classes > (turned ? most : 0) || given->nodes < 0 || given->nodes > (turned ? most : 0) ||
         size != size_of(given))
         return "the bytes are cut off, or too many";
     if (!is_control(given->normal_control) || !is_control(given->tangential_control))
@@ -359,114 +400,17 @@ static int64_t deepest_of(const head *given, const unsigned char *depths) {
     return left == 0 ? deepest : -1;
 }
 
-int hs_memory_read(const void *bytes, size_t size, const hs_memory *like, hs_memory **memory, const char **why) {
-    unsigned char *at = (unsigned char *)bytes;
-    head given;
-    *why = check_bytes(at, size, &given);
-    if (*why) return HS_NOT_A_STATE;
-    size_t n = (size_t)given.count, g = (size_t)given.groups;
-    at += sizeof given;
-    hs_contact *contact = read_contact(&given, at, like ? like->contact : NULL, why);
-    if (!contact) return HS_NOT_A_STATE;
-    at += 8 * (3 * n + g + 1 + (size_t)given.watched);
-    /* depths stand behind friction and energies; they say how much room the vertices take */
-    int64_t deepest = deepest_of(&given, at + 8 * (g + n));
-    int evolves = !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1, slides = (given.what & SLIDES) != 0;
-    hs_memory *found = deepest < 0 ? NULL : hs_memory_blank(contact, deepest + 4, evolves);
-    *why = deepest < 0 ? "depths of stacks do not fit" : no_memory;
-    hs_contact_free(contact);
-    /* times are noted in a place of their own */
-    if (!found || (slides && hs_slides_assign(found, NULL) != HS_OK)) {
-        hs_memory_free(found);
-        return HS_NOT_A_STATE;
-    }
-    memcpy(&found->approach, given.now, sizeof given.now);
-    found->identity = given.identity;
-    found->normal_control = (int32_t)given.normal_control;
-    found->tangential_control = (int32_t)given.tangential_control;
-    pass_arrays(found, at, 0);
-    if (found->evolved) memcpy(&found->evolved->slid_together, given.together, sizeof given.together);
-    if (evolves > 1) hs_sum_yielded(found->evolved, given.count);
-    int status = HS_NOT_A_STATE;
-    *why = hs_memory_check(found);
-    if (!*why && like && !hs_belongs(found, like)) {
-        *why = "the state is of another contact";
-        status = HS_FOREIGN;
-    }
-    if (!*why && like && !has_those_of(found, like)) *why = "the asperities are not those of the contact";
-    if (*why) {
-        hs_memory_free(found);
-        return status;
-    }
-    *memory = found;
-    return HS_OK;
-}
-
-typedef struct planar_head {
-    frame begin;
-    uint64_t numbers[15]; /* of hs_planar, from the number of its classes on */
-    uint64_t line;        /* bytes of the line */
-    int64_t classes;      /* -1 where there are no rings */
-    int64_t nodes;
-} planar_head;
-/* A class, before its nodes. */
-typedef struct class_head {
-    int64_t group, start, count, nodes;
-} class_head;
-/* labels and deflections are written, loads follow */
-#define NODE_BYTES (sizeof(double) + sizeof(hs_vector))
-
-static planar_head planar_head_of(const hs_planar *planar) {
-    planar_head found = {planar_frame, {0}, hs_memory_size(planar->line), planar->body ? planar->body->classes : -1, 0};
-    memcpy(found.numbers, &planar->height_classes, sizeof found.numbers);
-    for (int64_t c = 0; c < found.classes; ++c) found.nodes += planar->body->parts[c].count;
-    return found;
-}
-
-static size_t size_of_planar(const planar_head *given) {
-    size_t classes = given->classes > 0 ? (size_t)given->classes : 0;
-    return sizeof *given + (size_t)given->line + classes * sizeof(class_head) + (size_t)given->nodes * NODE_BYTES +
-           sizeof(uint64_t);
-}
-
-size_t hs_planar_size(const hs_planar *planar) {
-    planar_head given = planar_head_of(planar);
-    return size_of_planar(&given);
-}
-
-static unsigned char *pass_node(unsigned char *at, const hs_node *node, int writes) {
-    return pass(pass(at, &node->label, sizeof node->label, writes), &node->deflection, sizeof node->deflection, writes);
-}
-
-int hs_planar_write(const hs_planar *planar, void *bytes, size_t size) {
-    planar_head given = planar_head_of(planar);
-    if (size != size_of_planar(&given)) return HS_NOT_A_STATE;
-    unsigned char *at = pass((unsigned char *)bytes, &given, sizeof given, 1);
-    int status = hs_memory_write(planar->line, at, (size_t)given.line);
-    if (status != HS_OK) return status;
-    at += given.line;
-    for (int64_t c = 0; c < given.classes; ++c) {
-        const hs_class *part = planar->body->parts + c;
-        class_head own = {part->group, part->start, part->curve.count, part->count};
-        at = pass(at, &own, sizeof own, 1);
-        for (int32_t k = 0; k < part->count; ++k) at = pass_node(at, part->nodes + k, 1);
-    }
-    put_sum((unsigned char *)bytes, size);
-    return HS_OK;
-}
-
-static int has_good_numbers(const hs_planar *planar) {
-    const hs_units *units = &planar->line->contact->units;
-    return planar->height_classes >= 1 && planar->height_classes <= HS_MOST_RINGS && planar->rings >= 1 &&
-           planar->rings <= HS_MOST_RINGS && planar->tolerance > 0.0 && planar->tolerance < 1.0 &&
-           are_usable(&planar->origin.x, 4, units->displacement) && are_usable(&planar->tangential_load.x, 4, units->load) &&
-           fabs(hs_length(planar->direction) - 1.0) <= 1e-9 && is_control(planar->tangential_control[0]) &&
-           is_control(planar->tangential_control[1]);
+static int has_good_numbers(const hs_plane *plane, const hs_units *units) {
+    return plane->height_classes >= 1 && plane->height_classes <= HS_MOST_RINGS && plane->rings >= 1 &&
+           plane->rings <= HS_MOST_RINGS && plane->tolerance > 0.0 && plane->tolerance < 1.0 &&
+           are_usable(&plane->origin.x, 4, units->displacement) && are_usable(&plane->tangential_load.x, 4, units->load) &&
+           fabs(hs_length(plane->direction) - 1.0) <= 1e-9 && is_control(plane->tangential_control[0]) &&
+           is_control(plane->tangential_control[1]);
 }
 
 /* Read one class of asperities that begin at `start`; NULL, or what is wrong. */
-static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *start, int64_t *left) {
-    const hs_contact *contact = planar->line->contact;
+static const char *read_class(hs_state *state, unsigned char **at, int64_t *start, int64_t *left) {
+    const hs_contact *contact = state->line.contact;
     class_head own;
     memcpy(&own, *at, sizeof own);
     *at += sizeof own;
@@ -474,9 +418,9 @@ static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *st
                own.count <= contact->count - own.start && own.nodes >= 0 && own.nodes <= *left && own.nodes != 1;
     if (!fits || own.start < contact->first[own.group] || own.start + own.count > contact->first[own.group + 1])
         return "classes do not fit";
-    hs_class *part = hs_add_class(planar, own.group, own.start, own.start + own.count);
+    hs_class *part = hs_add_class(state, own.group, own.start, own.start + own.count);
     if (!part || hs_class_room(part, own.nodes) != HS_OK) return no_memory;
-    double deepest = part->curve.gap[0], approach = planar->line->approach, friction = planar->line->friction[own.group];
+    double deepest = part->curve.gap[0], approach = state->line.approach, friction = state->line.friction[own.group];
     if ((own.nodes > 0) != (approach > deepest)) return "classes do not fit";
     for (int32_t k = 0; k < own.nodes; ++k) {
         hs_node *node = part->nodes + k;
@@ -497,45 +441,70 @@ static const char *read_class(hs_planar *planar, unsigned char **at, int64_t *st
     return NULL;
 }
 
-/* Read all classes; NULL, or what is wrong. */
-static const char *read_body(hs_planar *planar, const planar_head *given, unsigned char *at) {
+/* Read how a state moves in a plane, of whose line all is read; NULL, or what is wrong. */
+static const char *read_plane(hs_state *state, const head *given, unsigned char *at) {
     int64_t start = 0, left = given->nodes;
-    hs_body *body = planar->body = hs_body_new(planar->line, planar->rings, planar->tolerance);
-    if (!body) return no_memory;
-    body->displacement = planar->displacement;
-    body->tangential_load = planar->tangential_load;
+    hs_plane *plane = state->plane = (hs_plane *)calloc(1, sizeof *plane);
+    if (!plane) return no_memory;
+    at = pass(at, plane, PLANE_BYTES, 0);
+    if (!has_good_numbers(plane, &state->line.contact->units)) return "a setting or a vector is out of its range";
+    if (!(given->what & TURNED)) return NULL;
+    plane->body = hs_body_new(&state->line, plane->rings, plane->tolerance);
+    if (!plane->body) return no_memory;
+    plane->body->displacement = plane->displacement;
+    plane->body->tangential_load = plane->tangential_load;
     for (int64_t c = 0; c < given->classes; ++c) {
-        const char *wrong = read_class(planar, &at, &start, &left);
+        const char *wrong = read_class(state, &at, &start, &left);
         if (wrong) return wrong;
     }
-    return start != planar->line->contact->count || left != 0 ? "classes do not fit" : NULL;
+    return start != state->line.contact->count || left != 0 ? "classes do not fit" : NULL;
 }
 
-int hs_planar_from(const void *bytes, size_t size, const hs_planar *like, hs_planar **planar, const char **why) {
+int hs_state_read(const void *bytes, size_t size, const hs_state *like, hs_state **state, const char **why) {
     unsigned char *at = (unsigned char *)bytes;
-    planar_head given;
-    *why = take_head(at, size, &planar_frame, &given, sizeof given);
-    int64_t most = (int64_t)(size / NODE_BYTES);
-    if (!*why && (given.line > size || given.classes < -1 || given.classes > most || given.nodes < 0 || given.nodes > most ||
-                  size != size_of_planar(&given)))
-        *why = "the bytes are cut off, or too many";
-    if (!*why) *why = check_sum(at, size);
-    hs_planar *found = *why ? NULL : (hs_planar *)calloc(1, sizeof *found);
-    if (!*why && !found) *why = no_memory;
+    head given;
+    *why = check_bytes(at, size, &given);
     if (*why) return HS_NOT_A_STATE;
-    memcpy(&found->height_classes, given.numbers, sizeof given.numbers);
+    size_t n = (size_t)given.count, g = (size_t)given.groups;
     at += sizeof given;
-    int status = hs_memory_read(at, (size_t)given.line, like ? like->line : NULL, &found->line, why);
-    if (status == HS_OK && !has_good_numbers(found)) *why = "a setting or a vector is out of its range";
-    if (status == HS_OK && !*why && given.classes >= 0) *why = read_body(found, &given, at + given.line);
-    if (status == HS_OK && *why) status = HS_NOT_A_STATE;
-    if (status == HS_OK && like && found->identity != like->identity) {
-        *why = "the state is of another contact, or of other rings";
+    hs_contact *contact = read_contact(&given, at, like ? like->line.contact : NULL, why);
+    if (!contact) return HS_NOT_A_STATE;
+    at += 8 * (3 * n + g + 1 + (size_t)given.watched);
+    /* depths follow friction and energies; they say how much room the vertices take */
+    int64_t deepest = deepest_of(&given, at + 8 * (g + n));
+    int evolves = !(given.what & EVOLVES) ? 0 : given.what & YIELDS ? 2 : 1, slides = (given.what & SLIDES) != 0;
+    hs_state *found = deepest < 0 ? NULL : (hs_state *)calloc(1, sizeof *found);
+    *why = deepest < 0 ? "depths of stacks do not fit" : no_memory;
+    if (found && hs_memory_init(&found->line, contact, deepest + 4, evolves) != HS_OK) {
+        free(found);
+        found = NULL;
+    }
+    hs_contact_free(contact);
+    hs_memory *line = found ? &found->line : NULL;
+    /* sliding times have an array of their own */
+    if (!found || (slides && hs_slides_assign(line, NULL) != HS_OK)) {
+        hs_state_free(found);
+        return HS_NOT_A_STATE;
+    }
+    memcpy(&line->approach, given.now, sizeof given.now);
+    line->identity = given.identity;
+    line->normal_control = (int32_t)given.normal_control;
+    line->tangential_control = (int32_t)given.tangential_control;
+    at = pass_arrays(line, at, 0);
+    if (line->evolved) memcpy(&line->evolved->slid_together, given.together, sizeof given.together);
+    if (evolves > 1) hs_sum_yielded(line->evolved, given.count);
+    int status = HS_NOT_A_STATE;
+    *why = hs_state_check(found);
+    if (!*why && like && !hs_memory_belongs(line, &like->line)) {
+        *why = "the state is of another contact";
         status = HS_FOREIGN;
     }
-    if (status == HS_OK)
-        *planar = found;
-    else
-        hs_planar_free(found);
-    return status;
+    if (!*why && like && !has_those_of(line, &like->line)) *why = "the asperities are not those of the contact";
+    if (!*why && given.what & PLANE) *why = read_plane(found, &given, at);
+    if (*why) {
+        hs_state_free(found);
+        return status;
+    }
+    *state = found;
+    return HS_OK;
 }

@@ -12,8 +12,24 @@ static inline int hs_evolves(const hs_memory *memory) {
 static inline size_t hs_evolved_arrays(int yields) { return yields ? 11 : 6; }
 /* Sum the energies of yielding. */
 void hs_sum_yielded(hs_evolved *evolved, int64_t count);
-/* Allocate a memory; its arrays are not filled in. */
+/* Set up a zeroed memory, whose arrays are not filled in. */
+int hs_memory_init(hs_memory *memory, hs_contact *contact, int64_t capacity, int evolves);
+/* Allocate such a memory. */
 hs_memory *hs_memory_blank(hs_contact *contact, int64_t capacity, int evolves);
+/* Set up a zeroed memory of a contact that nothing has happened to. */
+int hs_memory_start(hs_memory *memory, hs_contact *contact, const double *friction);
+/* Set up a zeroed memory as a copy. */
+int hs_memory_init_copy(hs_memory *memory, const hs_memory *from);
+hs_memory *hs_memory_copy(const hs_memory *memory);
+/* Release what a memory holds. */
+void hs_memory_clear(hs_memory *memory);
+void hs_memory_free(hs_memory *memory);
+int hs_memory_evolve(hs_memory *memory);
+int hs_memory_yield(hs_memory *memory);
+/* Whether two memories belong to the same contact, friction and laws. */
+int hs_memory_belongs(const hs_memory *memory, const hs_memory *like);
+/* Set up a zeroed memory of one asperity, which exists, with what its group remembers. */
+int hs_memory_init_one(hs_memory *memory, const hs_memory *from, int64_t asperity);
 /* Ensure that each stack can hold `capacity` vertices. */
 int hs_memory_reserve(hs_memory *memory, int64_t capacity);
 /* Copy everything from a memory of the same contact and groups. */
@@ -39,6 +55,8 @@ int hs_unstrained(const hs_memory *memory);
 int hs_slides_alike(const hs_memory *memory);
 /* Join groups of one coefficient whose histories are the same: empty, or of springs that all slide. */
 int hs_join_groups(hs_memory *memory, const double *gap, const double *weight, double approach, int unstrained);
+/* Asperities that touch. */
+int64_t hs_memory_contact_count(const hs_memory *memory);
 /* Vertices of the deepest stack. */
 int64_t hs_max_depth(const hs_memory *memory);
 int hs_has_steep(const hs_memory *memory);
@@ -50,6 +68,9 @@ struct hs_slides {
     int64_t references;
     double time[1];
 };
+/* Fill in sliding times, NaN for those that have not slid; and forget them. */
+void hs_memory_slide_times(const hs_memory *memory, double *time);
+void hs_memory_forget_slides(hs_memory *memory);
 struct hs_slides *hs_slides_retain(struct hs_slides *slides);
 void hs_slides_release(struct hs_slides *slides);
 /* Return sliding times that no other memory shares, as a copy if necessary; NULL if out of memory. */

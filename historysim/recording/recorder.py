@@ -36,7 +36,7 @@ from historysim.recording.variables import (
 if TYPE_CHECKING:
     import xarray as xr
 
-    from historysim.asperities.state import EnsembleState
+    from historysim.asperities.state import State
 
 Selection = str | Sequence[int]
 
@@ -167,7 +167,7 @@ class Recorder(abc.ABC):
     def record(self, times: Array) -> None:
         """Record the rows that were given last, now filled, as those at these times [s]."""
 
-    def conclude(self, state: "EnsembleState") -> None:
+    def conclude(self, state: "State") -> None:
         """Record when asperities have slid, from the state after the last row."""
         if self.asperities is not None:
             self.slide_time = self.ensemble.slide_time(state)[self.asperities]

@@ -6,7 +6,7 @@ import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
 from historysim.asperities.instrument import RIGID, Instrument
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import Floats
 from historysim.contact import drift as one_contact
 from historysim.errors import InputError
@@ -148,7 +148,7 @@ class Disturbance:
 
 
 def disturbance_at_rest(
-    ensemble: Ensemble, state: EnsembleState, normal_load: float, *, instrument: Instrument = RIGID
+    ensemble: Ensemble, state: State, normal_load: float, *, instrument: Instrument = RIGID
 ) -> Disturbance:
     """Return what a controller sees when the normal load of a contact at rest changes; ``state`` itself does not.
 

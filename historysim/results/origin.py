@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 import xarray as xr
 
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.errors import InputError
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
@@ -26,7 +26,7 @@ class Origin(NamedTuple):
     """The replay that made a history, and what its log or its file knows beside it."""
 
     job: Replay
-    state: Callable[[float], EnsembleState]  #: returns the state at a time [s]
+    state: Callable[[float], State]  #: returns the state at a time [s]
     surface: Mapping[str, Any]  #: arrays of the surface, as in the result
     settings: Mapping[str, Any]  #: further settings in the head of the log
 

@@ -13,7 +13,7 @@ import xarray as xr
 
 from historysim.asperities.asperity import Asperity, Readout
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Floats, scalar
 from historysim.basics.units import seconds
 from historysim.contact import hertz
@@ -254,7 +254,7 @@ class PointMaps(NamedTuple):
     contact_state: npt.NDArray[np.int8]  #: `SEPARATED`, `STICKS` or `SLIPS`
 
 
-def maps_of(origin: Origin, state: EnsembleState) -> PointMaps:
+def maps_of(origin: Origin, state: State) -> PointMaps:
     """Return the maps of a state of the contact that a history comes from."""
     arrays, shape = origin.surface, origin.settings["surface_attributes"]["shape"]
     found, modulus = origin.job.ensemble.superposition(state), origin.job.ensemble.pair.contact_modulus

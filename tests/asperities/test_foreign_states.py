@@ -64,10 +64,10 @@ def test_ensembles_that_are_built_alike_take_one_another_s_states():
 
 def test_what_a_state_belongs_to_is_the_same_in_another_process():
     code = "import sys; sys.path.insert(0, sys.argv[1]); import numpy as np; from foreign_states import ensembles\n"
-    code += "print(*(one.initial_state().memory.identity for one in ensembles(np.random.default_rng(0))))"
+    code += "print(*(one.initial_state().memory.line.identity for one in ensembles(np.random.default_rng(0))))"
     folder = sys.modules["foreign_states"].__file__.rpartition("foreign_states")[0]
     done = subprocess.run([sys.executable, "-c", code, folder], capture_output=True, text=True, check=True)
-    here = [ensemble.initial_state().memory.identity for ensemble in ensembles(np.random.default_rng(0))]
+    here = [ensemble.initial_state().memory.line.identity for ensemble in ensembles(np.random.default_rng(0))]
     assert len(set(here)) == len(here)
     assert [int(word) for word in done.stdout.split()] == here
 
@@ -79,13 +79,13 @@ def test_a_virgin_height_that_no_summit_had_is_refused():
     at = content.index(virgin.tobytes())
     struct.pack_into("=d", content, at, virgin[0] + 1.0)
     with pytest.raises(hs.InputError, match="does not fit its summit"):
-        hs.EnsembleState.from_bytes(sealed(content))
+        hs.State.from_bytes(sealed(content))
 
 
 def test_a_forged_identity_does_not_open_another_ensemble():
     content = bytearray(pressed(MANY).to_bytes())
-    struct.pack_into("=Q", content, IDENTITY, THREE.initial_state().memory.identity)
-    state = hs.EnsembleState.from_bytes(sealed(content))
+    struct.pack_into("=Q", content, IDENTITY, THREE.initial_state().memory.line.identity)
+    state = hs.State.from_bytes(sealed(content))
     with pytest.raises(hs.InputError, match="the state is of 5,000 asperities"):
         THREE.advance(state, normal_load=1e-3)
 

@@ -13,6 +13,7 @@ import historysim as hs
 from historysim.asperities.instrument import MOST_RINGS
 from historysim.basics.library import ffi, lib
 from historysim.errors import FrictionLimitError, InputError, LoadError
+from historysim.memory.binding import DISPLACED, copied
 from historysim.memory.binding import LOAD as LOAD_CONTROL
 from historysim.memory.paths import Goals, paths_to
 from tests.support.planar_half_space import PlanarHalfSpace
@@ -479,12 +480,45 @@ def test_a_walk_goes_without_a_refusal():
     paths = paths_to(Goals(LOAD_CONTROL, LOAD), Goals(LOAD_CONTROL, [(0.0, 0.0)]), recorded=False)
     for load, status in ((0.5 * LOAD, lib.HS_OK), (2.0 * LOAD, lib.HS_BEYOND_LIMIT)):
         paths["tangential_target"] = load, 0.0
-        planar = lib.hs_planar_copy(state.planar)
-        path = ffi.cast("hs_planar_path *", ffi.from_buffer(paths))
-        driven = sphere().driven(False, hs.Instrument())
-        compliance = ffi.new("double[2]")
-        assert lib.hs_planar_integrate(planar, path, 1, ffi.NULL, compliance, driven, 1.0, ffi.NULL) == status
-        lib.hs_planar_free(planar)
+        memory, path = copied(state.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
+        driven = sphere().driven(False, hs.Instrument(), directions=2)
+        assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == status
+
+
+def test_a_path_with_a_target_in_y_enters_the_plane_in_the_library():
+    ensemble = sphere(0.3)
+    start = ensemble.advance(ensemble.initial_state(), normal_displacement=1.0)
+    paths = paths_to(Goals(LOAD_CONTROL, LOAD, 0.0), Goals(DISPLACED, [(0.1, 0.2)]), recorded=False)
+    paths["normal_control"] = DISPLACED
+    memory, path = copied(start.memory), ffi.cast("hs_path *", ffi.from_buffer(paths))
+    driven = ensemble.driven(False, hs.Instrument())
+    assert lib.hs_integrate(memory, path, 1, ffi.NULL, driven, 1.0, ffi.NULL, ffi.NULL) == lib.HS_OK
+    assert hs.State(memory) == ensemble.advance(start, tangential_displacement=(0.1, 0.2))
+
+
+def test_a_step_in_a_plane_moves_along_x_in_the_library():
+    state = walked(sphere(), way("square", 0.7, 1))[-1]
+    memory, driven = copied(state.memory), sphere().driven(False, hs.Instrument(), directions=2)
+    x, _ = state.tangential_displacement
+    along_x = lib.HS_DISPLACED, float("nan"), lib.HS_DISPLACED
+    assert lib.hs_step(memory, *along_x, x + 0.05, driven, ffi.NULL) == lib.HS_OK
+    assert hs.State(memory) == sphere().advance(state, tangential_displacement=(x + 0.05, None))
+    before = hs.State(copied(memory))
+    assert lib.hs_step(memory, *along_x[:2], lib.HS_LOAD, 10 * LOAD, driven, ffi.NULL) == lib.HS_BEYOND_LIMIT
+    assert hs.State(memory) == before
+    assert np.isnan(lib.hs_stiffness(memory, 1))
+    assert lib.hs_state_evolve(memory) == lib.HS_FOREIGN
+
+
+@pytest.mark.parametrize("magic", [b"hsplanar\x02\0\0\0", b"hsmemory\x03\0\0\0"])
+def test_bytes_of_earlier_formats_are_refused_as_such(magic):
+    content = walked(sphere(), way("square", 0.7, 1))[-1].to_bytes()
+    with pytest.raises(InputError, match="format of another version; replay its events"):
+        hs.State.from_bytes(magic + content[len(magic) :])
+
+
+def test_earlier_names_of_states_are_the_state():
+    assert hs.EnsembleState is hs.PlanarState is hs.State
 
 
 def test_lift_off_forgets():
@@ -506,17 +540,17 @@ def test_bytes_are_the_state():
     assert hash(again) == hash(state)
     further = [ensemble.advance(each, tangential_displacement=(0.0, 0.3)) for each in (state, again)]
     assert further[0] == further[1]
-    content, start = state.to_bytes(), hs.PlanarState.from_bytes(state.to_bytes())
+    content, start = state.to_bytes(), hs.State.from_bytes(state.to_bytes())
     for at in range(0, len(content), 61):
         damaged = bytearray(content)
         damaged[at] ^= 0x10
         with pytest.raises(InputError):
-            hs.PlanarState.from_bytes(bytes(damaged))
+            hs.State.from_bytes(bytes(damaged))
     with pytest.raises(InputError, match="cut off"):
-        hs.PlanarState.from_bytes(content[:-8])
+        hs.State.from_bytes(content[:-8])
     other = hs.Ensemble(PAIR, 0.0, 2.0, 0.3)
     with pytest.raises(InputError, match=r"state is of|another contact"):
-        hs.PlanarState.from_bytes(content, other.advance(other.initial_state(), tangential_displacement=(0.0, 0.0)))
+        hs.State.from_bytes(content, other.advance(other.initial_state(), tangential_displacement=(0.0, 0.0)))
     with pytest.raises(InputError, match="expected one of this ensemble's"):
         other.advance(start, normal_load=1.0)
 
@@ -593,7 +627,7 @@ def test_patches_share_the_load_of_their_rings():
     assert np.diff(history.total_dissipated_energy).min() >= 0
     job = hs.Replay(ensemble, events)
     state = job.state()
-    assert ensemble.advance(hs.PlanarState.from_bytes(state.to_bytes())) == ensemble.advance(state)
+    assert ensemble.advance(hs.State.from_bytes(state.to_bytes())) == ensemble.advance(state)
     with pytest.raises(LoadError, match="normal curve"):
         hs.replay(ensemble, [*events, hs.NormalDisplacement(50.0, 1.2)])
 

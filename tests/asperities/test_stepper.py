@@ -224,7 +224,7 @@ def test_the_derivative_after_friction_has_fallen_is_that_of_differences():
     ensemble = rough(5)
     state = ensemble.advance(ensemble.initial_state(), normal_displacement=0.03, tangential_displacement=0.008)
     state = ensemble.advance(state, tangential_displacement=0.003, friction=0.15)
-    assert state.memory.steep[0] == 1
+    assert state.memory.line.steep[0] == 1
     stepper = ensemble.stepper(state)
     stepper.step(normal_displacement=0.0295, tangential_displacement=0.0022)
 

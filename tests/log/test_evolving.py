@@ -127,7 +127,7 @@ def test_states_at_any_moment_and_forks_are_those_of_the_replay(made):
     folder, history = made
     with hs.EventLog(folder / "s.history") as log:
         state = log.state(4.5)
-        assert state == hs.EnsembleState.from_bytes(state.to_bytes(), log.ensemble.initial_state())
+        assert state == hs.State.from_bytes(state.to_bytes(), log.ensemble.initial_state())
         whole = log.state()
         path = folder / "fork.history"
         with log.fork(4.5, path) as fork:

@@ -30,8 +30,8 @@ class Evolving:
             modulus / 4 / shear,
         )
         coefficients = np.full(self.count, friction)
-        self.memory = ffi.gc(lib.hs_memory_new(contact, pointer(coefficients)), lib.hs_memory_free)
-        assert lib.hs_memory_evolve(self.memory) == lib.HS_OK
+        self.memory = ffi.gc(lib.hs_state_new(contact, pointer(coefficients)), lib.hs_state_free)
+        assert lib.hs_state_evolve(self.memory) == lib.HS_OK
         lib.hs_contact_free(contact)
         self.drive = ffi.new("hs_drive *", {"tolerance": tolerance, "saturate": saturate, "threads": 1})
         self.refusal, self.evolution = ffi.new("hs_refusal *"), ffi.new("hs_evolution *")
@@ -58,9 +58,9 @@ class Evolving:
         """Walk one path to targets, each ("load" | "displacement", value); return the status."""
         path = ffi.new("hs_path *", {"parts": parts, "recorded": 1})
         for name, (kind, value) in (("normal", normal), ("tangential", tangential)):
-            setattr(path, f"{name}_control", int(kind == "displacement"))
-            setattr(path, f"{name}_target", value)
-            setattr(path, f"{name}_fraction", 1.0)
+            numbers = {"control": int(kind == "displacement"), "target": value, "fraction": 1.0}
+            for field, number in numbers.items():
+                setattr(path, f"{name}_{field}", number if name == "normal" else [number])
         self.totals = ffi.new("hs_totals[]", parts)
         which, rows = np.arange(self.count), ffi.new("hs_rows *", {"totals": self.totals, "columns": self.count})
         rows.asperity = pointer(which)
@@ -69,33 +69,33 @@ class Evolving:
         for name, place in pointers.items():
             setattr(rows, name, place)
         if plain:
-            return lib.hs_integrate(self.memory, path, 1, rows, self.drive, 1.0, self.refusal)
+            return lib.hs_integrate(self.memory, path, 1, rows, self.drive, 1.0, ffi.NULL, self.refusal)
         if goal is not None:
             goal = np.full(self.count, goal)
             self.evolution.goal, self.evolution.goal_fraction = pointer(goal), 1.0
-        status = lib.hs_integrate_evolving(self.memory, path, 1, rows, self.drive, 1.0, self.evolution, self.refusal)
+        status = lib.hs_integrate(self.memory, path, 1, rows, self.drive, 1.0, self.evolution, self.refusal)
         self.evolution.goal = ffi.NULL
         return status
 
     @property
     def displacement(self):
-        return self.memory.displacement * self.memory.contact.units.displacement
+        return self.memory.line.displacement * self.memory.line.contact.units.displacement
 
     @property
     def approach(self):
-        return self.memory.approach * self.memory.contact.units.length
+        return self.memory.line.approach * self.memory.line.contact.units.length
 
     @property
     def tangential_load(self):
-        return self.memory.tangential_load * self.memory.contact.units.load
+        return self.memory.line.tangential_load * self.memory.line.contact.units.load
 
     @property
     def dissipated(self):
-        return self.memory.dissipated * self.memory.contact.units.energy
+        return self.memory.line.dissipated * self.memory.line.contact.units.energy
 
     def each(self, name):
         """What has become of the asperities."""
-        return np.frombuffer(ffi.buffer(getattr(self.memory.evolved, name), 8 * self.count)).copy()
+        return np.frombuffer(ffi.buffer(getattr(self.memory.line.evolved, name), 8 * self.count)).copy()
 
 
 # -- wear
@@ -406,8 +406,8 @@ def test_other_summits_are_new_contacts():
     )
     assert status == 0
     assert core.each("summit_height").tolist() == height.tolist()
-    assert core.memory.evolved.erased_memories == 2
-    erased = core.memory.evolved.erased_energy
+    assert core.memory.line.evolved.erased_memories == 2
+    erased = core.memory.line.evolved.erased_energy
     assert 0 < erased < stored
     assert erased == pytest.approx(stored - lib.hs_stored_energy(core.memory), rel=1e-12)
     # what is fresh has the friction of its load, and no tractions

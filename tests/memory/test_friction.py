@@ -104,7 +104,7 @@ def test_round_contacts_of_a_normal_curve_tell_the_same(turns, factor, ratio, lo
         assert told == pytest.approx(ratio, rel=3e-3)
     state = table.advance(state, tangential_displacement=state.tangential_displacement)
     vertices = table.advance(state, friction=factor * FRICTION).vertices()
-    ends, largest = vertices["label"] * state.memory.contact.units.length, 0.0
+    ends, largest = vertices["label"] * state.memory.line.contact.units.length, 0.0
     # below each vertex, where the largest are
     for place in np.concatenate([stiffness(end) * (1 - np.linspace(1e-4, 0.2, 20) ** 2) for end in ends[1:]]):
         rises = np.array([rise_of_pressure(stiffness, touch(place), *pair, place) for pair in pairwise(ends)])
@@ -244,6 +244,6 @@ def test_the_library_takes_larger_coefficients_for_the_largest():
     from historysim.basics.library import ffi, lib
 
     ensemble = hs.Ensemble(hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25), 0.0, 1.0, 0.2)
-    memory = lib.hs_memory_new(ensemble.initial_state().memory.contact, ffi.new("double *", 1e20))
-    assert memory.friction[0] == limits.MOST_FRICTION
-    lib.hs_memory_free(memory)
+    memory = lib.hs_state_new(ensemble.initial_state().memory.line.contact, ffi.new("double *", 1e20))
+    assert memory.line.friction[0] == limits.MOST_FRICTION
+    lib.hs_state_free(memory)

@@ -9,7 +9,7 @@ from historysim.memory.binding import check, copied, drive, owned, stack, view
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 SMALL = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
-DRIVE = drive(1e-6, 0.0, False)
+DRIVE = drive(1e-6, (0.0, 0.0), False)
 
 
 def replay(ensemble, approaches, kind, targets, stiffness=np.inf, record="totals"):
@@ -30,10 +30,11 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
     height, radius = random.uniform(-50e-9, 0.0, 20), random.uniform(1e-6, 2e-6, 20)
     friction = random.choice([0.0, 0.2, 0.3, 0.45], 20) + 1e-3 * np.arange(20)
     memory = copied(hs.Ensemble(SMALL, height, radius, friction).initial_state().memory)
-    assert memory.contact.groups == 20
-    alone = [owned(lib.hs_memory_of_one(memory, i)) for i in view(memory.contact.order, 20)]
+    line = memory.line
+    assert line.contact.groups == 20
+    alone = [owned(lib.hs_state_of_one(memory, i)) for i in view(line.contact.order, 20)]
     approach, met = 40e-9, [0.0]
-    ratio = memory.contact.units.displacement / memory.contact.units.length
+    ratio = line.contact.units.displacement / line.contact.units.length
     for _ in range(300):
         # held, grown, withdrawn, lifted off; loops within loops, the same places again, slides of all, the limit
         before, approach = approach, random.choice([approach] * 4 + [random.uniform(-5e-9, 60e-9), approach + 1e-10])
@@ -44,10 +45,10 @@ def test_groups_of_one_asperity_have_the_bits_of_each_alone(seed):
         for group, one in enumerate(alone):
             move(one, approach, met[-1])
             assert stack(one).tobytes() == stack(memory, group).tobytes()
-    lost = np.array([one.dissipated_each[0] for one in alone])
+    lost = np.array([one.line.dissipated_each[0] for one in alone])
     assert np.count_nonzero(lost) >= 19
     # energies are worked out several at a time, by a reciprocal in place of a quotient
-    np.testing.assert_allclose(view(memory.dissipated_each, 20), lost, rtol=1e-13)
+    np.testing.assert_allclose(view(line.dissipated_each, 20), lost, rtol=1e-13)
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -57,7 +58,7 @@ def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
     friction = np.array([0.0, 0.2, 0.3, 0.45])
     # of unit radius, with units of 1 m and E*: the numbers of a memory are those of a batch of unit scale
     contact = lib.hs_contact_new(1, [0.0], [1.0], ffi.NULL, ffi.NULL, 1.0, 1.0)
-    alone = [owned(lib.hs_memory_new(contact, [coefficient])) for coefficient in friction]
+    alone = [owned(lib.hs_state_new(contact, [coefficient])) for coefficient in friction]
     lib.hs_contact_free(contact)
     batch = ffi.gc(lib.hs_batch_new(4, 4, list(friction), 1, [1.0], 1.0), lib.hs_batch_free)
     approach, met, loads, vertices = 1e-3, [0.0], ffi.new("double[8]"), ffi.new("hs_batch_vertex[]", 100)
@@ -70,7 +71,7 @@ def test_contacts_of_a_batch_have_the_bits_of_single_asperities(seed):
         check(lib.hs_batch_step(batch, [approach] * 4, [met[-1]] * 4, loads, loads + 4))
         for number, memory in enumerate(alone):
             move(memory, approach, met[-1])
-            assert (loads[number], loads[4 + number]) == (memory.normal_load, memory.tangential_load)
+            assert (loads[number], loads[4 + number]) == (memory.line.normal_load, memory.line.tangential_load)
             depth = lib.hs_batch_take(batch, number, vertices)
             contact_vertices = [(v.label, v.anchor, v.slope, v.force) for v in vertices[0:depth]]
             general = stack(memory)

@@ -82,7 +82,7 @@ def moved(ensemble, moves, state=None):
 
 def polylines(state):
     """What the groups remember of vertices, the displacements at which they were made, and the present loads."""
-    memory = state.memory
+    memory = state.memory.line
     stacks = [state.vertices(group) for group in range(state.group.max() + 1)]
     remembered = ("label", "anchor", "slope", "normal", "tangential")
     now = np.array([memory.approach, memory.displacement, memory.normal_load, memory.tangential_load])
@@ -150,7 +150,7 @@ def test_normal_load_and_then_friction_times_as_much_is_the_virgin_state():
     assert raised.tangential_displacement == pytest.approx(virgin(1.5 * LOAD, 0.003 + 0.5 * LIMIT), rel=16 * EPS)
     # the stick radius of the raised contact is older than that of the fresh one
     assert_same_memory(raised, fresh, 8 * EPS, made_alike=False)
-    made_at = raised.vertices()["made_at"] * raised.memory.contact.units.displacement
+    made_at = raised.vertices()["made_at"] * raised.memory.line.contact.units.displacement
     assert made_at[-2] == before.tangential_displacement
     turned, turned_fresh = (ramped(SPHERE, (1.5 * LOAD, -0.002), state=state) for state in (raised, fresh))
     assert_same_memory(turned, turned_fresh, 8 * EPS, made_alike=False)
@@ -629,7 +629,7 @@ def test_a_fall_of_friction_cuts_polylines_steeper_than_the_new_limit(factor, by
     state = ensemble.advance(state, friction=factor * contact.friction)
     row.friction_change(factor * contact.friction, (lambda _, load: load - held) if by_load else None)
     compare(state)
-    assert any(state.memory.steep[group] for group in range(state.group.max() + 1))
+    assert any(state.memory.line.steep[group] for group in range(state.group.max() + 1))
     for target, depth in ((0.1, 1.0), (-0.05, 0.9), (0.05, 0.6), (0.3, 1.0), (-0.4, 0.8), (0.5, 1.0)):
         state = go(state, target * min(depth, 0.5), depth * approach)
         compare(state)

@@ -208,7 +208,7 @@ def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keep
     events = [*LOADED[:1], hs.TangentialLoad(1.0, 1e-3), hs.GeometryChange(1.5, summit_height=-1e-7, asperities=(0,))]
     job = hs.Replay(ENSEMBLE, [*events, hs.NormalLoad(2.0, 9e-3)], saturate=True, record="all", hold=False)
     state = job.state(until=1.2)
-    again = hs.EnsembleState.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
+    again = hs.State.from_bytes(state.to_bytes(), ENSEMBLE.initial_state())
     np.testing.assert_array_equal(ENSEMBLE.slide_time(again), ENSEMBLE.slide_time(state))
     assert np.isfinite(job.dataset()["slide_time"].values).any()
     # by hand there are no times, and states are equal without them

@@ -40,7 +40,7 @@ def test_both_asperities_see_the_same_vertices_each_with_its_own_radius():
     for (radius, weight), own, gap in zip(superpositions(state), (0.7, 1.9), (0.0, 0.006), strict=True):
         assert radius == pytest.approx(np.sqrt(own * (fronts - gap)), rel=1e-14)
         assert weight == pytest.approx([-MU, 2 * MU, -MU])
-    made_at = state.vertices()["made_at"][:0:-1] * state.memory.contact.units.displacement
+    made_at = state.vertices()["made_at"][:0:-1] * state.memory.line.contact.units.displacement
     assert made_at == pytest.approx(np.array([0.3, 0.3, 0.5]) * THETA * MU * DEPTH, rel=8 * EPS)
 
 

@@ -187,13 +187,13 @@ class Calls:
     def _other_version(self, which, _entry):
         content = bytearray(self.states[which].to_bytes())
         struct.pack_into("=I", content, FORMAT, int(self.rng.choice([0, 1, 2, 99])))
-        self._is_refused(lambda: hs.EnsembleState.from_bytes(sealed(content)), "another version")
+        self._is_refused(lambda: hs.State.from_bytes(sealed(content)), "another version")
 
     def _forged_identity(self, which, entry):
         other = (which + self.rng.integers(1, len(self.ensembles))) % len(self.ensembles)
         content = bytearray(self.states[other].to_bytes())
-        struct.pack_into("=Q", content, IDENTITY, self.states[which].memory.identity)
-        state = hs.EnsembleState.from_bytes(sealed(content))
+        struct.pack_into("=Q", content, IDENTITY, self.states[which].memory.line.identity)
+        state = hs.State.from_bytes(sealed(content))
         try:
             entry(self.ensembles[which], state, self.rng)
         except OURS:
@@ -203,7 +203,7 @@ class Calls:
         ensemble = self.ensembles[which]
         like = self.states[which] if self.rng.random() < 0.5 else None
         try:
-            state = hs.EnsembleState.from_bytes(forged(self.states[which].to_bytes(), self.rng), like)
+            state = hs.State.from_bytes(forged(self.states[which].to_bytes(), self.rng), like)
         except hs.InputError:
             self.counts["refused"] += 1
             return

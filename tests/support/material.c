@@ -9,36 +9,36 @@
 
 /* Trials are made from the committed memory, however many there are: what is tried is not remembered. */
 typedef struct material {
-    hs_memory *committed;
-    hs_memory *trial;
+    hs_state *committed;
+    hs_state *trial;
     hs_drive drive;
 } material;
 
-static double stress_of(const hs_memory *memory) { return memory->tangential_load * memory->contact->units.load; }
+static double stress_of(const hs_state *memory) { return memory->line.tangential_load * memory->line.contact->units.load; }
 
 static int set_trial_strain(material *its, double displacement) {
-    hs_memory *made = hs_advance(its->committed, HS_LOAD, NAN, HS_DISPLACED, displacement, &its->drive, NULL);
+    hs_state *made = hs_advance(its->committed, HS_LOAD, NAN, HS_DISPLACED, displacement, &its->drive, NULL);
     if (!made) return -1;
-    hs_memory_free(its->trial);
+    hs_state_free(its->trial);
     its->trial = made;
     return 0;
 }
 static double get_stress(const material *its) { return stress_of(its->trial); }
 static double get_tangent(const material *its) {
-    const hs_contact *contact = its->committed->contact;
-    return hs_slopes_of(its->trial, its->committed->approach * contact->units.length).tangential;
+    const hs_contact *contact = its->committed->line.contact;
+    return hs_slopes_of(its->trial, its->committed->line.approach * contact->units.length).tangential;
 }
 static int commit_state(material *its) {
-    hs_memory *kept = hs_memory_copy(its->trial);
+    hs_state *kept = hs_state_copy(its->trial);
     if (!kept) return -1;
-    hs_memory_free(its->committed);
+    hs_state_free(its->committed);
     its->committed = kept;
     return 0;
 }
 static int revert_to_last_commit(material *its) {
-    hs_memory *back = hs_memory_copy(its->committed);
+    hs_state *back = hs_state_copy(its->committed);
     if (!back) return -1;
-    hs_memory_free(its->trial);
+    hs_state_free(its->trial);
     its->trial = back;
     return 0;
 }
@@ -50,7 +50,7 @@ int main(void) {
     /* a ball of silicon of 1 mm on glass, about; pressed with 50 mN */
     const double height = 0.0, radius = 1e-3, friction = 0.2, forces[] = {12e-3, 45e-3, -10e-3, 9e-3, -45e-3, 45e-3, 0.0};
     hs_contact *contact = hs_contact_new(1, &height, &radius, NULL, NULL, 50e9, 0.6);
-    material its = {hs_memory_new(contact, &friction), NULL, {1e-6, 0.0, 0, 1, NULL, NULL}};
+    material its = {hs_state_new(contact, &friction), NULL, {1e-6, {0.0, 0.0}, 0, 1, NULL, NULL}};
     double place = 0.0;
     int status = hs_step(its.committed, HS_LOAD, 50e-3, HS_DISPLACED, 0.0, &its.drive, NULL);
     if (status != HS_OK || revert_to_last_commit(&its) != 0) return 2;
@@ -72,8 +72,8 @@ int main(void) {
         if (fabs(off) > 1e-14 || commit_state(&its) != 0) return 1;
         printf("%.17g %.17g %d\n", place, stress_of(its.committed), trials);
     }
-    hs_memory_free(its.committed);
-    hs_memory_free(its.trial);
+    hs_state_free(its.committed);
+    hs_state_free(its.trial);
     hs_contact_free(contact);
     return 0;
 }

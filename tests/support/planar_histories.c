@@ -40,7 +40,7 @@ typedef struct history {
     int count;
     double friction[MOST];
     hs_contact *contact;
-    hs_planar *planar;
+    hs_state *state;
     double lost;
 } history;
 
@@ -57,10 +57,9 @@ static void begin(history *h) {
         h->friction[i] = 0.2 + 0.1 * (double)group[i];
     }
     h->contact = hs_contact_new(h->count, height, radius, NULL, group, 0.75, 1.0);
-    hs_memory *line = h->contact ? hs_memory_new(h->contact, h->friction) : NULL;
-    h->planar = line ? hs_planar_new(line, 1 + one_of(4), 4 + one_of(12), 3e-3) : NULL;
-    check(h->planar != NULL, "no memory");
-    hs_memory_free(line);
+    h->state = h->contact ? hs_state_new(h->contact, h->friction) : NULL;
+    int classes = 1 + one_of(4), rings = 4 + one_of(12);
+    check(h->state && hs_state_enter_plane(h->state, classes, rings, 3e-3) == HS_OK, "no memory");
     h->lost = 0.0;
 }
 
@@ -70,22 +69,22 @@ static void look(history *h) {
     int64_t asperity[MOST];
     int8_t state[MOST];
     hs_totals totals;
-    hs_planar_rows rows;
+    hs_rows rows;
     memset(&rows, 0, sizeof rows);
     for (int i = 0; i < h->count; ++i) asperity[i] = i;
-    rows.rows.columns = h->count;
-    rows.rows.asperity = asperity;
-    rows.rows.totals = &totals;
-    rows.rows.normal_load = numbers[0];
-    rows.rows.tangential_load = numbers[1];
-    rows.rows.contact_radius = numbers[2];
-    rows.rows.stick_radius = numbers[3];
-    rows.rows.dissipated_energy = numbers[4];
-    rows.rows.friction = numbers[5];
-    rows.rows.slip_state = state;
-    rows.tangential_load = load;
-    rows.displacement = displacement;
-    check(hs_planar_read(h->planar, &rows, 0) == HS_OK, "it cannot be read");
+    rows.columns = h->count;
+    rows.asperity = asperity;
+    rows.totals = &totals;
+    rows.normal_load = numbers[0];
+    rows.tangential_load = numbers[1];
+    rows.contact_radius = numbers[2];
+    rows.stick_radius = numbers[3];
+    rows.dissipated_energy = numbers[4];
+    rows.friction = numbers[5];
+    rows.slip_state = state;
+    rows.total_tangential_load = load;
+    rows.total_displacement = displacement;
+    check(hs_read(h->state, &rows, 0) == HS_OK, "it cannot be read");
     for (int i = 0; i < 2; ++i) {
         check(isfinite(load[i]) && isfinite(displacement[i]), "a number that is not finite");
         note(load[i]);
@@ -93,10 +92,10 @@ static void look(history *h) {
     }
     note(totals.dissipated_energy);
     check(totals.dissipated_energy >= h->lost * (1.0 - 1e-12), "energy falls");
-    check(hs_planar_stored_energy(h->planar) >= -1e-12, "less than nothing is stored");
+    check(hs_stored_energy(h->state) >= -1e-12, "less than nothing is stored");
     h->lost = totals.dissipated_energy;
     double lost = 0.0;
-    for (int i = 0; i < rows.rows.columns; ++i) {
+    for (int i = 0; i < rows.columns; ++i) {
         for (int axis = 0; axis < 2; ++axis) sum[axis] += numbers[1][2 * i + axis];
         most += numbers[5][i] * numbers[0][i];
         lost += numbers[4][i];
@@ -108,26 +107,26 @@ static void look(history *h) {
 }
 
 static void save_and_read(history *h) {
-    size_t size = hs_planar_size(h->planar);
+    size_t size = hs_state_size(h->state);
     unsigned char *bytes = (unsigned char *)malloc(size);
     const char *why = NULL;
-    hs_planar *again = NULL, *copy = hs_planar_copy(h->planar);
-    check(bytes && copy && hs_planar_write(h->planar, bytes, size) == HS_OK, "it cannot be written");
-    check(hs_planar_from(bytes, size, h->planar, &again, &why) == HS_OK, why ? why : "it cannot be read again");
+    hs_state *again = NULL, *copy = hs_state_copy(h->state);
+    check(bytes && copy && hs_state_write(h->state, bytes, size) == HS_OK, "it cannot be written");
+    check(hs_state_read(bytes, size, h->state, &again, &why) == HS_OK, why ? why : "it cannot be read again");
     bytes[one_of((int)size)] ^= (unsigned char)(1 << one_of(8));
-    hs_planar *damaged = NULL;
-    check(hs_planar_from(bytes, size, h->planar, &damaged, &why) != HS_OK, "damaged bytes are read");
+    hs_state *damaged = NULL;
+    check(hs_state_read(bytes, size, h->state, &damaged, &why) != HS_OK, "damaged bytes are read");
     free(bytes);
-    hs_planar_free(copy);
-    hs_planar_free(h->planar);
-    h->planar = again;
+    hs_state_free(copy);
+    hs_state_free(h->state);
+    h->state = again;
 }
 
 static void one_event(history *h) {
-    double none[2] = {0.0, 0.0}, soft[2] = {0.3, 0.1}, stiffness[4], towards[2] = {uniform(-1, 1), uniform(-1, 1)};
-    hs_drive drive = {1e-6, 0.0, 1, 1, NULL, NULL};
+    double stiffness[4], towards[2] = {uniform(-1, 1), uniform(-1, 1)};
+    hs_drive drive = {1e-6, {0.0, 0.0}, 1, 1, NULL, NULL};
     hs_refusal refusal;
-    hs_planar_path path;
+    hs_path path;
     memset(&path, 0, sizeof path);
     memset(&refusal, 0, sizeof refusal);
     int kind = one_of(20);
@@ -135,9 +134,9 @@ static void one_event(history *h) {
     if (kind == 1) {
         double share = uniform(0.7, 1.2);
         for (int i = 0; i < h->count; ++i) h->friction[i] *= share;
-        check(hs_planar_set_friction(h->planar, h->friction, none, &drive) == HS_OK, "friction is refused");
+        check(hs_set_friction(h->state, h->friction, &drive) == HS_OK, "friction is refused");
     }
-    if (kind == 2) check(hs_planar_stiffness(h->planar, towards, stiffness) == HS_OK, "it has no stiffness");
+    if (kind == 2) check(hs_stiffness_matrix(h->state, towards, stiffness) == HS_OK, "it has no stiffness");
     path.parts = 1;
     path.begin = path.end = NAN;
     path.normal_control = one_of(2) ? HS_LOAD : HS_DISPLACED;
@@ -150,8 +149,8 @@ static void one_event(history *h) {
     }
     double size = one_of(3) ? 0.2 : 0.01;
     for (int i = 0; i < 2; ++i) path.tangential_target[i] = one_of(8) ? uniform(-size, size) : 0.0;
-    const double *yields = one_of(6) ? none : soft;
-    int status = hs_planar_integrate(h->planar, &path, 1, NULL, yields, &drive, 1.0, &refusal);
+    if (!one_of(6)) drive.compliance[0] = 0.3, drive.compliance[1] = 0.1;
+    int status = hs_integrate(h->state, &path, 1, NULL, &drive, 1.0, NULL, &refusal);
     check(status == HS_OK, "a path is refused");
     look(h);
 }
@@ -166,7 +165,7 @@ int main(int count, char **words) {
         begin(&h);
         for (step = 1; step <= steps; ++step) one_event(&h);
         printf("%llu exact %016llx\n", (unsigned long long)seed, (unsigned long long)digest);
-        hs_planar_free(h.planar);
+        hs_state_free(h.state);
         hs_contact_free(h.contact);
     }
     return 0;

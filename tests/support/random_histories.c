@@ -57,14 +57,14 @@ static void note(const void *bytes, size_t size) {
 }
 
 /* The bytes of a memory; the caller frees them. */
-static unsigned char *bytes_of(const hs_memory *memory, size_t *size) {
-    *size = hs_memory_size(memory);
+static unsigned char *bytes_of(const hs_state *memory, size_t *size) {
+    *size = hs_state_size(memory);
     unsigned char *bytes = (unsigned char *)there(malloc(*size));
-    require(hs_memory_write(memory, bytes, *size) == HS_OK, "is not written");
+    require(hs_state_write(memory, bytes, *size) == HS_OK, "is not written");
     return bytes;
 }
 
-static void require_alike(const hs_memory *one, const hs_memory *other, const char *what) {
+static void require_alike(const hs_state *one, const hs_state *other, const char *what) {
     size_t size, other_size;
     unsigned char *bytes = bytes_of(one, &size), *others = bytes_of(other, &other_size);
     require(size == other_size && memcmp(bytes, others, size) == 0, what);
@@ -84,12 +84,12 @@ typedef struct history {
     double heaviest;                        /* normal load at the deepest approach [N] */
     double met[3][MET];                     /* loads, approaches and displacements that were targets */
     double distance[3], coefficient[3], goal[MOST];
-    hs_memory *memory, *copy[COPIES];
+    hs_state *memory, *copy[COPIES];
     hs_evolution evolution;
     hs_drive drive;
 } history;
 
-static double limit_of(const hs_memory *memory) {
+static double limit_of(const hs_state *memory) {
     hs_totals totals;
     hs_rows rows;
     memset(&rows, 0, sizeof rows);
@@ -145,10 +145,10 @@ static void choose_evolution(history *h) {
 }
 
 static void choose_drive(history *h) {
-    const hs_units *units = &h->memory->contact->units;
+    const hs_units *units = &h->memory->line.contact->units;
     double soft = magnitude(-2, 2) / (units->stiffness * sqrt(h->deepest / units->length));
     h->drive.tolerance = h->evolves ? (one_in(20) ? 1e-3 : 1e-2) : one_in(20) ? 1e-6 : 1e-3;
-    h->drive.compliance = one_in(3) ? soft : 0.0;
+    h->drive.compliance[0] = one_in(3) ? soft : 0.0;
     h->drive.saturate = one_in(2);
     h->drive.threads = 1 + below(2);
 }
@@ -186,21 +186,21 @@ static void begin(history *h) {
     hs_contact *contact = (hs_contact *)there(
         hs_contact_new(h->count, h->height, h->radius, h->knots ? stiffness : NULL,
                        one_in(2) && groups == 1 ? NULL : group, h->modulus, ratio));
-    h->memory = (hs_memory *)there(hs_memory_new(contact, friction));
+    h->memory = (hs_state *)there(hs_state_new(contact, friction));
     hs_contact_free(contact);
     h->deepest = 1.5 * rough;
     h->reach = 0.5 * h->deepest * ratio;
-    hs_memory *pressed = (hs_memory *)there(hs_memory_copy(h->memory));
+    hs_state *pressed = (hs_state *)there(hs_state_copy(h->memory));
     choose_drive(h);
     require(hs_step(pressed, HS_DISPLACED, h->deepest, HS_LOAD, 0.0, &h->drive, NULL) == HS_OK, "is not pressed");
-    h->heaviest = pressed->normal_load * pressed->contact->units.load;
-    hs_memory_free(pressed);
+    h->heaviest = pressed->line.normal_load * pressed->line.contact->units.load;
+    hs_state_free(pressed);
     choose_evolution(h);
 }
 
 static void end(history *h) {
-    hs_memory_free(h->memory);
-    for (int k = 0; k < COPIES; ++k) hs_memory_free(h->copy[k]);
+    hs_state_free(h->memory);
+    for (int k = 0; k < COPIES; ++k) hs_state_free(h->copy[k]);
 }
 
 /* Where a channel goes: held, to a place it has been to, a little on its way, or anywhere. */
@@ -219,33 +219,34 @@ static double target(history *h, int quantity, double least, double most, double
 }
 
 static void choose_goals(history *h, hs_path *path) {
-    const hs_units *units = &h->memory->contact->units;
+    const hs_units *units = &h->memory->line.contact->units;
     memset(path, 0, sizeof *path);
     path->normal_control = below(2);
-    path->tangential_control = below(2);
+    path->tangential_control[0] = below(2);
+    path->tangential_control[1] = HS_HELD;
     /* ramps of both loads are long walks in chords */
-    if (path->normal_control == HS_LOAD && path->tangential_control == HS_LOAD && !one_in(4))
+    if (path->normal_control == HS_LOAD && path->tangential_control[0] == HS_LOAD && !one_in(4))
         path->normal_control = HS_DISPLACED;
     if (path->normal_control == HS_LOAD) {
-        path->normal_target = target(h, 0, 0.0, h->heaviest, h->memory->normal_load * units->load);
+        path->normal_target = target(h, 0, 0.0, h->heaviest, h->memory->line.normal_load * units->load);
         if (path->normal_target < 0.0) path->normal_target = 0.0;
     } else {
-        path->normal_target = target(h, 1, -0.1 * h->deepest, h->deepest, h->memory->approach * units->length);
+        path->normal_target = target(h, 1, -0.1 * h->deepest, h->deepest, h->memory->line.approach * units->length);
     }
-    if (path->tangential_control == HS_LOAD) {
+    if (path->tangential_control[0] == HS_LOAD) {
         double limit = one_in(8) ? h->heaviest : limit_of(h->memory), far = one_in(4) ? 1.5 : 1.0;
-        path->tangential_target = limit * between(-far, far);
-        if (one_in(8)) path->tangential_target = copysign(limit, path->tangential_target);
-        if (one_in(8)) path->tangential_target = one_in(2) ? 0.0 : NAN;
+        path->tangential_target[0] = limit * between(-far, far);
+        if (one_in(8)) path->tangential_target[0] = copysign(limit, path->tangential_target[0]);
+        if (one_in(8)) path->tangential_target[0] = one_in(2) ? 0.0 : NAN;
     } else {
         double stiffness = units->stiffness * sqrt(h->deepest / units->length);
-        double far = h->reach * (1.0 + h->drive.compliance * stiffness) * (one_in(8) ? 10.0 : 1.0);
-        path->tangential_target = target(h, 2, -far, far, h->memory->displacement * units->displacement);
+        double far = h->reach * (1.0 + h->drive.compliance[0] * stiffness) * (one_in(8) ? 10.0 : 1.0);
+        path->tangential_target[0] = target(h, 2, -far, far, h->memory->line.displacement * units->displacement);
     }
     path->normal_fraction = one_in(4) ? between(0.0, 1.0) : 1.0;
-    path->tangential_fraction = one_in(4) ? between(0.0, 1.0) : 1.0;
+    path->tangential_fraction[0] = one_in(4) ? between(0.0, 1.0) : 1.0;
     if (isnan(path->normal_target)) path->normal_target = path->normal_fraction = 0.0;
-    if (isnan(path->tangential_target)) path->tangential_target = path->tangential_fraction = 0.0;
+    if (isnan(path->tangential_target[0])) path->tangential_target[0] = path->tangential_fraction[0] = 0.0;
     path->parts = one_in(3) ? 1 + below(4) : 1;
     path->recorded = !one_in(4);
     path->begin = one_in(2) ? between(0.0, 1.0) : NAN;
@@ -254,69 +255,69 @@ static void choose_goals(history *h, hs_path *path) {
 
 /* ---- events ---- */
 
-static int stepped(hs_memory *memory, const hs_path *path, const hs_drive *drive, hs_refusal *refusal) {
+static int stepped(hs_state *memory, const hs_path *path, const hs_drive *drive, hs_refusal *refusal) {
     return hs_step(memory, path->normal_control, path->normal_fraction == 0.0 ? NAN : path->normal_target,
-                   path->tangential_control, path->tangential_fraction == 0.0 ? NAN : path->tangential_target, drive,
+                   path->tangential_control[0], path->tangential_fraction[0] == 0.0 ? NAN : path->tangential_target[0], drive,
                    refusal);
 }
 
 static void do_step(history *h) {
     hs_path path;
     hs_refusal refusal;
-    double before = h->memory->dissipated;
+    double before = h->memory->line.dissipated;
     doing = "step";
     choose_goals(h, &path);
-    hs_memory *start = one_in(4) ? (hs_memory *)there(hs_memory_copy(h->memory)) : NULL;
+    hs_state *start = one_in(4) ? (hs_state *)there(hs_state_copy(h->memory)) : NULL;
     int status = stepped(h->memory, &path, &h->drive, &refusal);
     require(status == HS_OK || status == HS_BEYOND_LIMIT, "fails");
     require(status == refusal.status, "does not say why it is refused");
-    require(h->memory->dissipated >= before, "what is dissipated falls");
+    require(h->memory->line.dissipated >= before, "what is dissipated falls");
     if (!start) return;
     if (status == HS_BEYOND_LIMIT) {
         require(fabs(refusal.request) > refusal.limit, "a load within the limit is refused");
         require_alike(start, h->memory, "a refused path changes the state");
     }
-    hs_memory *after = hs_advance(start, path.normal_control, path.normal_fraction == 0.0 ? NAN : path.normal_target,
-                                  path.tangential_control,
-                                  path.tangential_fraction == 0.0 ? NAN : path.tangential_target, &h->drive, NULL);
+    hs_state *after = hs_advance(start, path.normal_control, path.normal_fraction == 0.0 ? NAN : path.normal_target,
+                                  path.tangential_control[0],
+                                  path.tangential_fraction[0] == 0.0 ? NAN : path.tangential_target[0], &h->drive, NULL);
     require((after != NULL) == (status == HS_OK), "a new state is refused what a step is not");
     if (after) require_alike(after, h->memory, "a new state is another than that of a step");
-    hs_memory_free(start);
-    hs_memory_free(after);
+    hs_state_free(start);
+    hs_state_free(after);
 }
 
 /* Swings that become smaller: each is remembered, what lies deep is shared by copies. */
 static void do_spiral(history *h) {
     double size = h->reach * between(0.1, 1.0), sign = 1.0;
-    hs_drive drive = {1e-3, 0.0, 1, 1, NULL, NULL};
+    hs_drive drive = {1e-3, {0.0, 0.0}, 1, 1, NULL, NULL};
     doing = "spiral";
     for (int k = 50 + below(200); k > 0; --k, sign = -sign) {
         size *= 0.99;
-        hs_memory *next = (hs_memory *)there(hs_advance(h->memory, HS_LOAD, NAN, HS_DISPLACED, sign * size, &drive, NULL));
+        hs_state *next = (hs_state *)there(hs_advance(h->memory, HS_LOAD, NAN, HS_DISPLACED, sign * size, &drive, NULL));
         int kept = below(8);
         if (kept < COPIES) {
-            hs_memory *other = h->copy[kept];
+            hs_state *other = h->copy[kept];
             h->copy[kept] = h->memory;
             h->memory = other;
         }
-        hs_memory_free(h->memory);
+        hs_state_free(h->memory);
         h->memory = next;
     }
 }
 
 static void do_set_friction(history *h) {
     double friction[MOST], all = between(0.02, 0.9), falls = one_in(2) ? 1.0 : between(0.3, 1.0);
-    const hs_contact *contact = h->memory->contact;
+    const hs_contact *contact = h->memory->line.contact;
     int kind = h->knots ? 0 : below(4);
     doing = "friction";
     for (int64_t g = 0; g < contact->groups; ++g)
         for (int64_t i = contact->first[g]; i < contact->first[g + 1]; ++i)
-            friction[contact->order[i]] = kind == 0 ? all : falls * h->memory->friction[g];
+            friction[contact->order[i]] = kind == 0 ? all : falls * h->memory->line.friction[g];
     for (int64_t i = 0; i < h->count && kind > 1; ++i)
         if (one_in(3)) friction[i] = one_in(9) ? 0.0 : one_in(3) ? 0.3 : between(0.02, 0.9);
-    double before = h->memory->dissipated;
+    double before = h->memory->line.dissipated;
     require(hs_set_friction(h->memory, friction, &h->drive) == HS_OK, "fails");
-    require(h->memory->dissipated >= before, "what is dissipated falls");
+    require(h->memory->line.dissipated >= before, "what is dissipated falls");
 }
 
 /* Arrays of rows for some asperities, each as long as it says. */
@@ -359,7 +360,7 @@ static void do_walk(history *h, int evolving) {
     hs_refusal refusal;
     memset(&refusal, 0, sizeof refusal);
     doing = evolving ? "walk that evolves" : "walk";
-    hs_memory *walked = (hs_memory *)there(hs_memory_copy(h->memory));
+    hs_state *walked = (hs_state *)there(hs_state_copy(h->memory));
     h->evolution.goal = NULL;
     h->evolution.goal_fraction = 1.0;
     if (evolving && one_in(4)) {
@@ -377,19 +378,18 @@ static void do_walk(history *h, int evolving) {
     hs_rows recorded = new_rows(asperity, h->count, rows);
     const hs_rows *handed = one_in(4) ? NULL : &recorded;
     double until = one_in(6) ? between(0.1, 1.0) : 1.0;
-    int status = evolving ? hs_integrate_evolving(walked, paths, count, handed, &h->drive, until, &h->evolution, &refusal)
-                          : hs_integrate(walked, paths, count, handed, &h->drive, until, &refusal);
+    int status = hs_integrate(walked, paths, count, handed, &h->drive, until, evolving ? &h->evolution : NULL, &refusal);
     require(status == HS_OK || status == HS_BEYOND_LIMIT || (evolving && status == HS_LAW_FAILED), "fails");
     note_rows(&recorded, rows);
-    hs_memory_free(status == HS_OK ? h->memory : walked);
+    hs_state_free(status == HS_OK ? h->memory : walked);
     if (status == HS_OK) h->memory = walked;
 }
 
 /* Whether summits have become so much flatter or lower that nothing is left of them. */
 static int worn_out(const history *h) {
     for (int64_t i = 0; i < h->count; ++i)
-        if (h->memory->evolved->summit_radius[i] > 10.0 * h->radius[i] ||
-            h->memory->evolved->summit_height[i] < h->top - 10.0 * h->deepest)
+        if (h->memory->line.evolved->summit_radius[i] > 10.0 * h->radius[i] ||
+            h->memory->line.evolved->summit_height[i] < h->top - 10.0 * h->deepest)
             return 1;
     return 0;
 }
@@ -398,11 +398,11 @@ static int worn_out(const history *h) {
 static void do_summits(history *h) {
     int replaced = worn_out(h);
     uint8_t fresh[MOST];
-    double height[MOST], radius[MOST], load = h->memory->normal_load * h->memory->contact->units.load;
+    double height[MOST], radius[MOST], load = h->memory->line.normal_load * h->memory->line.contact->units.load;
     doing = "summits";
     h->evolution.goal = NULL;
-    memcpy(height, h->memory->evolved->summit_height, (size_t)h->count * sizeof *height);
-    memcpy(radius, h->memory->evolved->summit_radius, (size_t)h->count * sizeof *radius);
+    memcpy(height, h->memory->line.evolved->summit_height, (size_t)h->count * sizeof *height);
+    memcpy(radius, h->memory->line.evolved->summit_radius, (size_t)h->count * sizeof *radius);
     for (int64_t i = 0; i < h->count; ++i) {
         fresh[i] = replaced || one_in(2);
         if (replaced) height[i] = h->height[i], radius[i] = h->radius[i];
@@ -411,19 +411,19 @@ static void do_summits(history *h) {
     }
     int status = hs_set_summits(h->memory, height, radius, fresh, &h->evolution);
     require(status == HS_OK || status == HS_LAW_FAILED, "fails");
-    const char *wrong = hs_memory_check(h->memory);
+    const char *wrong = hs_state_check(h->memory);
     require(!wrong, wrong ? wrong : "");
-    hs_path back = {load, 1.0, 0.0, 0.0, 1, 0, HS_LOAD, HS_DISPLACED, 0, 0, NAN, NAN};
+    hs_path back = {load, 1.0, {0.0, 0.0}, {0.0, 0.0}, 1, 0, HS_LOAD, {HS_DISPLACED, HS_HELD}, 0, NAN, NAN};
     hs_refusal refusal;
-    hs_drive drive = {1e-3, 0.0, 1, 1, NULL, NULL};
-    status = hs_integrate_evolving(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
+    hs_drive drive = {1e-3, {0.0, 0.0}, 1, 1, NULL, NULL};
+    status = hs_integrate(h->memory, &back, 1, NULL, &drive, 1.0, &h->evolution, &refusal);
     require(status == HS_OK || status == HS_LAW_FAILED, "is not pressed again");
 }
 
 /* Read a state in all ways. */
 static void do_read(history *h) {
     int64_t asperity[MOST];
-    const hs_memory *memory = h->memory;
+    const hs_state *memory = h->memory;
     doing = "read";
     hs_rows rows = new_rows(asperity, h->count, 1);
     require(hs_read(memory, &rows, 0) == HS_OK, "fails");
@@ -434,12 +434,12 @@ static void do_read(history *h) {
                         hs_normal_stiffness(memory), hs_stored_energy(memory), (double)hs_contact_count(memory)};
     note(numbers, sizeof numbers);
     for (int64_t i = 0; i < h->count; ++i) {
-        hs_memory *one = (hs_memory *)there(hs_memory_of_one(memory, i));
+        hs_state *one = (hs_state *)there(hs_state_of_one(memory, i));
         size_t size;
         unsigned char *bytes = bytes_of(one, &size);
         note(bytes, size);
         free(bytes);
-        hs_memory_free(one);
+        hs_state_free(one);
     }
 }
 
@@ -447,31 +447,31 @@ static void do_copy(history *h) {
     int k = below(COPIES);
     doing = "copy";
     if (h->copy[k] && one_in(2)) {
-        hs_memory *other = h->copy[k];
+        hs_state *other = h->copy[k];
         h->copy[k] = h->memory;
         h->memory = other;
         return;
     }
-    hs_memory_free(h->copy[k]);
-    h->copy[k] = (hs_memory *)there(hs_memory_copy(h->memory));
+    hs_state_free(h->copy[k]);
+    h->copy[k] = (hs_state *)there(hs_state_copy(h->memory));
     require_alike(h->copy[k], h->memory, "a copy is another state");
 }
 
 static void do_bytes(history *h) {
-    hs_memory *again;
+    hs_state *again;
     const char *why;
     size_t size;
     doing = "bytes";
     unsigned char *bytes = bytes_of(h->memory, &size);
-    int status = hs_memory_read(bytes, size, one_in(2) ? h->memory : NULL, &again, &why);
+    int status = hs_state_read(bytes, size, one_in(2) ? h->memory : NULL, &again, &why);
     require(status == HS_OK, why ? why : "is not read");
     require_alike(again, h->memory, "what is read is another state");
-    hs_memory_free(h->memory);
+    hs_state_free(h->memory);
     h->memory = again;
     /* one bit more or less is no state */
     bytes[bits() % size] ^= (unsigned char)(1 << below(8));
-    require(hs_memory_read(bytes, size, NULL, &again, &why) == HS_NOT_A_STATE && why, "damage is not seen");
-    require(hs_memory_read(bytes, bits() % size, NULL, &again, &why) == HS_NOT_A_STATE && why, "a cut is not seen");
+    require(hs_state_read(bytes, size, NULL, &again, &why) == HS_NOT_A_STATE && why, "damage is not seen");
+    require(hs_state_read(bytes, bits() % size, NULL, &again, &why) == HS_NOT_A_STATE && why, "a cut is not seen");
     free(bytes);
 }
 
@@ -481,7 +481,7 @@ static void do_patches(history *h) {
     double gain[PATCHES * TABLE], approach[TABLE + 1], area[(TABLE + 1) * PATCHES];
     double touch[PATCHES], at[2], stick[2];
     int64_t asperity[MOST], row[MOST], patch[PATCHES] = {0, 1, 2}, n = h->count;
-    if (h->memory->contact->groups > 1) return;
+    if (h->memory->line.contact->groups > 1) return;
     doing = "patches";
     for (int64_t k = 0; k < n; ++k) row[k] = below(TABLE);
     for (int k = 0; k < PATCHES * TABLE; ++k) gain[k] = between(0.0, 1.0);
@@ -513,11 +513,11 @@ static void do_patches(history *h) {
     rows.slip_state = states + 2 * n;
     for (int k = 0; k < 2; ++k) {
         require(hs_read(h->memory, &elements, k) == HS_OK, "is not read");
-        at[k] = h->memory->approach * h->memory->contact->units.length;
+        at[k] = h->memory->line.approach * h->memory->line.contact->units.length;
         stick[k] = at[k] * between(0.0, 1.0);
     }
     hs_patches patches = {PATCHES, TABLE, row, gain, approach, area, touch};
-    require(hs_record_patches(&patches, &elements, 2, at, stick, h->memory->friction[0], &rows) == HS_OK, "fails");
+    require(hs_record_patches(&patches, &elements, 2, at, stick, h->memory->line.friction[0], &rows) == HS_OK, "fails");
     note(numbers, 5 * size * sizeof *numbers);
     note(states, size);
     free(numbers);
@@ -559,22 +559,22 @@ static void do_batch(void) {
 /* Look whether a memory is sound: of each group the vertices begin where it touches, and lie on lines of their slopes, but for
  * what was rounded at the largest displacements. */
 static void require_sound(history *h) {
-    const hs_memory *memory = h->memory;
-    const hs_contact *contact = memory->contact;
-    const char *wrong = hs_memory_check(memory);
+    const hs_state *memory = h->memory;
+    const hs_contact *contact = memory->line.contact;
+    const char *wrong = hs_state_check(memory);
     require(!wrong, wrong ? wrong : "");
-    double size = h->deepest / contact->units.length, v = fabs(memory->displacement);
+    double size = h->deepest / contact->units.length, v = fabs(memory->line.displacement);
     h->farthest = h->farthest > v ? h->farthest : v;
     for (int64_t g = 0; g < contact->groups; ++g) {
-        const hs_vertex *stack = memory->vertices + g * memory->capacity;
-        if (memory->depth[g] == 0) continue;
+        const hs_vertex *stack = memory->line.vertices + g * memory->line.capacity;
+        if (memory->line.depth[g] == 0) continue;
         /* what chords foresee of wear may be taken back, within their tolerance */
-        double slack = (memory->evolved ? h->drive.tolerance : 1e-9) * size;
+        double slack = (memory->line.evolved ? h->drive.tolerance : 1e-9) * size;
         require(stack[0].label <= contact->gap[contact->first[g]] + slack, "begins beyond its gap");
-        double steepest = memory->friction[g], rounded = 1e-12 * (size + h->farthest);
-        for (int64_t j = 1; j < memory->depth[g]; ++j)
+        double steepest = memory->line.friction[g], rounded = 1e-12 * (size + h->farthest);
+        for (int64_t j = 1; j < memory->line.depth[g]; ++j)
             if (fabs(stack[j].slope) > steepest) steepest = fabs(stack[j].slope);
-        for (int64_t j = 1; j < memory->depth[g]; ++j) {
+        for (int64_t j = 1; j < memory->line.depth[g]; ++j) {
             double rise = stack[j].anchor - stack[j - 1].anchor, width = stack[j].label - stack[j - 1].label;
             require(fabs(rise - stack[j].slope * width) <= rounded + 1e-14 * steepest * stack[j].label,
                     "anchors are off their slopes");
@@ -585,7 +585,7 @@ static void require_sound(history *h) {
 static void one_event(history *h) {
     int kind = below(h->evolves ? 100 : 64);
     if (one_in(8)) choose_drive(h);
-    if (kind >= 64) require(hs_memory_evolve(h->memory) == HS_OK, "does not evolve");
+    if (kind >= 64) require(hs_state_evolve(h->memory) == HS_OK, "does not evolve");
     if (kind >= 64)
         kind < 96 && !worn_out(h) ? do_walk(h, 1) : do_summits(h);
     else if (kind < 34)

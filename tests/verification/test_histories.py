@@ -184,7 +184,7 @@ def test_same_numbers(page):
         history = hs.replay(rough, events)
         state, again = rough.initial_state(), []
         for _, approach, displacement in moves:
-            state = hs.EnsembleState.from_bytes(state.to_bytes())
+            state = hs.State.from_bytes(state.to_bytes())
             state = rough.advance(state, normal_displacement=approach, tangential_displacement=displacement)
             again.append((state.tangential_load, state.dissipated_energy))
         return history, np.array(again)

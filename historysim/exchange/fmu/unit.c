@@ -68,68 +68,39 @@ static hs_tangential in_units(const hs_units *units, double load, double displac
     return found;
 }
 
-#if DIRECTIONS == 1
-static hs_memory *line_of(hs_kept *memory) { return memory; }
-static int is_held_at_limit(const hs_kept *memory) { return memory->excess != 0.0; }
-#define read_kept hs_memory_read
-static hs_tangential tangential_of(const hs_kept *memory, int direction) {
-    (void)direction;
-    return in_units(&memory->contact->units, memory->tangential_load, memory->displacement, COMPLIANCE);
+static hs_tangential tangential_of(const hs_state *state, int direction) {
+    const hs_units *units = &state->line.contact->units;
+    const hs_plane *plane = state->plane;
+    if (!plane) return in_units(units, state->line.tangential_load, state->line.displacement, COMPLIANCE);
+    return direction ? in_units(units, plane->tangential_load.y, plane->displacement.y, COMPLIANCE_Y)
+                     : in_units(units, plane->tangential_load.x, plane->displacement.x, COMPLIANCE);
 }
-static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
-    return hs_step(unit->now.memory, NORMAL_CONTROL, to[0], TANGENTIAL_CONTROL, to[1], &unit->drive, refusal);
+
+static int is_held_at_limit(const hs_state *state) {
+    const hs_plane *plane = state->plane;
+    return plane ? plane->excess.x != 0.0 || plane->excess.y != 0.0 : state->line.excess != 0.0;
 }
-static int have_friction(hs_unit *unit, const double *friction) {
-    return hs_set_friction(unit->now.memory, friction, &unit->drive);
-}
-static int read_row(const hs_kept *memory, const hs_rows *rows) { return hs_read(memory, rows, 0); }
-#else
-#define read_kept hs_planar_from
-static const double compliance[2] = {COMPLIANCE, COMPLIANCE_Y};
-static hs_memory *line_of(hs_kept *memory) { return memory->line; }
-static int is_held_at_limit(const hs_kept *memory) { return memory->excess.x != 0.0 || memory->excess.y != 0.0; }
-static hs_tangential tangential_of(const hs_kept *memory, int direction) {
-    hs_vector load = memory->tangential_load, way = memory->displacement;
-    return direction ? in_units(&memory->line->contact->units, load.y, way.y, COMPLIANCE_Y)
-                     : in_units(&memory->line->contact->units, load.x, way.x, COMPLIANCE);
-}
-/* On a copy, since a path that is refused has used up its memory. */
-static int carry(hs_unit *unit, const double *to, hs_refusal *refusal) {
-    hs_planar_path path = {to[0], 1.0, {to[1], to[2]}, {1.0, 1.0}, 1, 0, NORMAL_CONTROL, {TANGENTIAL_CONTROL, TANGENTIAL_CONTROL}, 0, NAN, NAN};
-    hs_planar *before = unit->now.memory, *after = hs_planar_copy(before);
-    int status = after ? hs_planar_integrate(after, &path, 1, NULL, compliance, &unit->drive, 1.0, refusal) : HS_OUT_OF_MEMORY;
-    if (status == HS_OK) {
-        unit->now.way[0] = after->displacement.x - before->displacement.x;
-        unit->now.way[1] = after->displacement.y - before->displacement.y;
-        unit->now.memory = after;
-    }
-    hs_planar_free(status == HS_OK ? before : after);
-    return status;
-}
-static int have_friction(hs_unit *unit, const double *friction) {
-    return hs_planar_set_friction(unit->now.memory, friction, compliance, &unit->drive);
-}
-static int read_row(const hs_kept *memory, const hs_rows *rows) {
-    double load[2], displacement[2];
-    hs_planar_rows both = {*rows, load, displacement};
-    return hs_planar_read(memory, &both, 0);
-}
+
+/* A component of the stiffness [N/m] on the side of the last step: xx, xy, yx, yy. */
 static int stiffness(hs_unit *unit, int component, double *value) {
-    double each[4];
-    if (hs_planar_stiffness(unit->now.memory, unit->now.way, each) != HS_OK) return out_of_memory(unit);
+    const hs_state *state = unit->now.state;
+    double each[4] = {0.0, 0.0, 0.0, 0.0};
+    if (!state->plane)
+        each[0] = hs_slopes_of(state, unit->now.beginning).tangential;
+    else if (hs_stiffness_matrix(state, unit->now.way, each) != HS_OK)
+        return out_of_memory(unit);
     *value = each[component];
     return HS_DONE;
 }
-#endif
 
 static int same_start(hs_unit *unit) {
-    unit->now.memory = KEPT(copy)(unit->start);
-    if (!unit->now.memory) return out_of_memory(unit);
-    const hs_memory *memory = line_of(unit->now.memory);
+    unit->now.state = hs_state_copy(unit->start);
+    if (!unit->now.state) return out_of_memory(unit);
+    const hs_memory *memory = &unit->now.state->line;
     const hs_units *units = &memory->contact->units;
     unit->now.input[0] = NORMAL_CONTROL == HS_LOAD ? memory->normal_load * units->load : memory->approach * units->length;
-    for (int k = 0; k < DIRECTIONS; ++k) {
-        hs_tangential found = tangential_of(unit->now.memory, k);
+    for (int k = 0; k < unit->directions; ++k) {
+        hs_tangential found = tangential_of(unit->now.state, k);
         unit->now.input[1 + k] = TANGENTIAL_CONTROL == HS_LOAD ? found.load : found.drive;
     }
     memset(unit->now.rate, 0, sizeof unit->now.rate);
@@ -143,16 +114,15 @@ static int same_start(hs_unit *unit) {
 
 /* Have the coefficients be a factor times those of the start. */
 static int scale_friction(hs_unit *unit, double factor) {
-    int64_t count = line_of(unit->start)->contact->count;
+    int64_t count = unit->start->line.contact->count;
     double *scaled = unit->friction + count;
     for (int64_t i = 0; i < count; ++i) scaled[i] = factor * unit->friction[i];
-    if (have_friction(unit, scaled) != HS_OK) return out_of_memory(unit);
+    if (hs_set_friction(unit->now.state, scaled, &unit->drive) != HS_OK) return out_of_memory(unit);
     unit->now.factor = factor;
     return HS_DONE;
 }
 
-/* resources/contact.bin is a memory by `hs_memory_write` or `hs_planar_write`. resources/curve.bin stands beside it for a contact of patches, in
- * doubles: rows, patches; approaches [m] (rows + 1); contact areas [m²] (rows + 1); first touches [m], ascending (patches). */
+/* resources/contact.bin is a state by `hs_state_write`. resources/curve.bin is added for a contact of patches, in doubles: rows, patches; approaches [m] (rows + 1); contact areas [m²] (rows + 1); first touches [m], ascending (patches). */
 static hs_unit *not_made(hs_unit *unit, char *message, size_t size, const char *format, ...) {
     va_list values;
     va_start(values, format);
@@ -176,11 +146,12 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
     const char *why = "resources/contact.bin cannot be read";
     if (!unit) return not_made(unit, message, size, "there is no memory left");
     unit->drive.tolerance = TOLERANCE;
-    unit->drive.compliance = COMPLIANCE;
+    unit->drive.compliance[0] = COMPLIANCE;
+    unit->drive.compliance[1] = COMPLIANCE_Y;
     unit->drive.saturate = SATURATE;
     unit->drive.threads = 1;
     void *bytes = content_of(resources, "contact.bin", &length);
-    if (bytes && read_kept(bytes, length, NULL, &unit->start, &why) != HS_OK) unit->start = NULL;
+    if (bytes && hs_state_read(bytes, length, NULL, &unit->start, &why) != HS_OK) unit->start = NULL;
     free(bytes);
     if (!unit->start)
         return not_made(unit, message, size, "%s; expected the unit unpacked as a whole, with its resources in %s", why, resources);
@@ -188,7 +159,8 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
         unit->table = (double *)content_of(resources, "curve.bin", &length);
         if (!has_table(unit, length)) return not_made(unit, message, size, "resources/curve.bin cannot be read, or is damaged");
     }
-    const hs_memory *line = line_of(unit->start);
+    unit->directions = unit->start->plane ? 2 : 1;
+    const hs_memory *line = &unit->start->line;
     const hs_contact *contact = line->contact;
     unit->friction = (double *)malloc(2 * (size_t)contact->count * sizeof(double));
     for (int64_t g = 0; unit->friction && g < contact->groups; ++g)
@@ -200,8 +172,8 @@ hs_unit *hs_unit_new(const char *resources, char *message, size_t size) {
 
 void hs_unit_free(hs_unit *unit) {
     if (!unit) return;
-    KEPT(free)(unit->now.memory);
-    KEPT(free)(unit->start);
+    hs_state_free(unit->now.state);
+    hs_state_free(unit->start);
     free(unit->friction);
     free(unit->table);
     free(unit->numbers);
@@ -209,17 +181,19 @@ void hs_unit_free(hs_unit *unit) {
 }
 
 int hs_unit_reset(hs_unit *unit) {
-    KEPT(free)(unit->now.memory);
-    unit->now.memory = NULL;
+    hs_state_free(unit->now.state);
+    unit->now.state = NULL;
     return same_start(unit);
 }
 
 /* ---- steps ---------------------------------------------------------------------------------------------------------------- */
 
+static unsigned inputs_of(const hs_unit *unit) { return 1u + (unsigned)unit->directions; }
+
 int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
     if (!(fabs(value) <= LARGEST_SIZE))
         return refuse(unit, HS_REFUSED, "an input is %g; expected a finite number, at most %g in size", value, LARGEST_SIZE);
-    if (reference < INPUTS) {
+    if (reference < inputs_of(unit)) {
         if (reference == V_PRESCRIBED_NORMAL && NORMAL_CONTROL == HS_LOAD && value < 0.0)
             return refuse(unit, HS_REFUSED, "the normal load is %g N; expected 0 or more", value);
         unit->now.input[reference] = value;
@@ -230,9 +204,9 @@ int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
         if (unit->now.mode != HS_STEPPING) {
             /* from the start, so that the order in which values are set makes no difference */
             hs_moment kept = unit->now;
-            KEPT(free)(kept.memory);
+            hs_state_free(kept.state);
             if (same_start(unit) != HS_DONE) return HS_FAILED;
-            kept.memory = unit->now.memory;
+            kept.state = unit->now.state;
             unit->now = kept;
         }
         return scale_friction(unit, value);
@@ -243,11 +217,26 @@ int hs_unit_set(hs_unit *unit, unsigned reference, double value) {
 }
 
 int hs_unit_set_rate(hs_unit *unit, unsigned reference, double value) {
-    if (reference >= INPUTS)
+    if (reference >= inputs_of(unit))
         return refuse(unit, HS_FAILED, "variable %u is no input", reference);
     if (!isfinite(value)) return refuse(unit, HS_REFUSED, "a derivative is %g; expected a finite number", value);
     unit->now.rate[reference] = value;
     return HS_DONE;
+}
+
+/* Advance to the inputs; nothing is changed by a step that is refused. */
+static int advance(hs_unit *unit, const double *to, hs_refusal *refusal) {
+    hs_state *before = unit->now.state;
+    if (!before->plane)
+        return hs_step(before, NORMAL_CONTROL, to[0], TANGENTIAL_CONTROL, to[1], &unit->drive, refusal);
+    hs_path path = {to[0], 1.0, {to[1], to[2]}, {1.0, 1.0}, 1, 0, NORMAL_CONTROL, {TANGENTIAL_CONTROL, TANGENTIAL_CONTROL}, 0, NAN, NAN};
+    hs_state *after = hs_advance_along(before, &path, &unit->drive, refusal);
+    if (!after) return (int)refusal->status;
+    unit->now.way[0] = after->plane->displacement.x - before->plane->displacement.x;
+    unit->now.way[1] = after->plane->displacement.y - before->plane->displacement.y;
+    unit->now.state = after;
+    hs_state_free(before);
+    return HS_OK;
 }
 
 int hs_unit_step(hs_unit *unit, double time, double length) {
@@ -256,8 +245,8 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
     if (!(fabs(time) <= LARGEST_SIZE) || !(length > 0.0) || !(fabs(time + length) <= LARGEST_SIZE))
         return refuse(unit, HS_REFUSED, "the step is from %g s by %g s; expected finite times, and a length above 0", time,
                       length);
-    double to[INPUTS];
-    for (int k = 0; k < INPUTS; ++k) {
+    double to[MOST_INPUTS];
+    for (unsigned k = 0; k < inputs_of(unit); ++k) {
         to[k] = now->rate[k] == 0.0 ? now->input[k] : now->input[k] + now->rate[k] * length;
         if (!(fabs(to[k]) <= LARGEST_SIZE) || (k == 0 && NORMAL_CONTROL == HS_LOAD && to[k] < 0.0))
             return refuse(unit, HS_REFUSED, "an input goes to %g; expected a finite number, at most %g in size, and no negative normal load",
@@ -268,8 +257,8 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
         return refuse(unit, HS_REFUSED, "%s of %g is beyond the normal curves; expected at most %g",
                       NORMAL_CONTROL == HS_LOAD ? "a normal load [N]" : "an approach [m]", normal,
                       NORMAL_CONTROL == HS_LOAD ? LARGEST_LOAD : LARGEST_APPROACH);
-    double beginning = line_of(now->memory)->approach;
-    int status = carry(unit, to, &refusal);
+    double beginning = now->state->line.approach;
+    int status = advance(unit, to, &refusal);
     if (status == HS_BEYOND_LIMIT)
         return refuse(unit, HS_REFUSED,
                       "a tangential load of %g N is beyond the friction limit of %g N, and the contact would slide; expected "
@@ -278,7 +267,7 @@ int hs_unit_step(hs_unit *unit, double time, double length) {
     if (status != HS_OK) return out_of_memory(unit);
     /* a ramp of both loads begins where the contact touches */
     if (NORMAL_CONTROL == HS_LOAD && TANGENTIAL_CONTROL == HS_LOAD && beginning < 0.0) beginning = 0.0;
-    now->beginning = beginning * line_of(now->memory)->contact->units.length;
+    now->beginning = beginning * now->state->line.contact->units.length;
     memset(now->rate, 0, sizeof now->rate);
     now->time = time + length;
     return HS_DONE;
@@ -296,7 +285,7 @@ static double area_at(const hs_unit *unit, double approach) {
 
 /* Share of the contact area outside the stick radii, as `slip_shares` has it. */
 static int slipping_share(hs_unit *unit, double *value) {
-    const hs_memory *memory = line_of(unit->now.memory);
+    const hs_memory *memory = &unit->now.state->line;
     int64_t columns = PATCHES ? 1 : memory->contact->count;
     size_t n = (size_t)columns;
     *value = 0.0;
@@ -308,6 +297,7 @@ static int slipping_share(hs_unit *unit, double *value) {
     double *radius = unit->numbers, *stick = radius + n;
     int64_t *asperity = (int64_t *)(stick + 4 * n);
     for (int64_t i = 0; i < columns; ++i) asperity[i] = i;
+    double total_load[2], total_displacement[2];
     hs_totals totals;
     hs_rows rows;
     memset(&rows, 0, sizeof rows);
@@ -317,9 +307,11 @@ static int slipping_share(hs_unit *unit, double *value) {
     rows.contact_radius = radius;
     rows.stick_radius = stick;
     rows.normal_load = stick + n;
-    rows.tangential_load = stick + 2 * n;
+    rows.tangential_load = stick + 2 * n; /* a vector of each in a plane */
+    rows.total_tangential_load = total_load;
+    rows.total_displacement = total_displacement;
     rows.slip_state = (int8_t *)(asperity + n);
-    if (read_row(unit->now.memory, &rows) != HS_OK) return out_of_memory(unit);
+    if (hs_read(unit->now.state, &rows, 0) != HS_OK) return out_of_memory(unit);
     double whole = 0.0, sticks = 0.0;
     if (PATCHES) {
         /* on the first element, which touches at 0, areas are proportional to approaches */
@@ -341,9 +333,9 @@ enum hs_type hs_unit_type(unsigned reference) {
 }
 
 int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
-    const hs_memory *memory = line_of(unit->now.memory);
+    const hs_memory *memory = &unit->now.state->line;
     const hs_units *units = &memory->contact->units;
-    hs_tangential along = tangential_of(unit->now.memory, 0);
+    hs_tangential along = tangential_of(unit->now.state, 0);
     switch (reference) {
     case V_PRESCRIBED_NORMAL: *value = unit->now.input[0]; break;
     case V_PRESCRIBED_TANGENTIAL: *value = unit->now.input[1]; break;
@@ -353,35 +345,32 @@ int hs_unit_get(hs_unit *unit, unsigned reference, double *value) {
     case V_APPROACH: *value = memory->approach * units->length; break;
     case V_TANGENTIAL_DISPLACEMENT: *value = along.displacement; break;
     case V_DRIVE_DISPLACEMENT: *value = along.drive; break;
-#if DIRECTIONS == 1
-    case V_TANGENTIAL_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).tangential; break;
-    case V_COUPLING_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).coupling; break;
-#else
     case V_PRESCRIBED_TANGENTIAL_Y: *value = unit->now.input[2]; break;
-    case V_TANGENTIAL_LOAD_Y: *value = tangential_of(unit->now.memory, 1).load; break;
-    case V_TANGENTIAL_DISPLACEMENT_Y: *value = tangential_of(unit->now.memory, 1).displacement; break;
-    case V_DRIVE_DISPLACEMENT_Y: *value = tangential_of(unit->now.memory, 1).drive; break;
+    case V_TANGENTIAL_LOAD_Y: *value = tangential_of(unit->now.state, 1).load; break;
+    case V_TANGENTIAL_DISPLACEMENT_Y: *value = tangential_of(unit->now.state, 1).displacement; break;
+    case V_DRIVE_DISPLACEMENT_Y: *value = tangential_of(unit->now.state, 1).drive; break;
     case V_TANGENTIAL_STIFFNESS: return stiffness(unit, 0, value);
     case V_TANGENTIAL_STIFFNESS_XY: return stiffness(unit, 1, value);
     case V_TANGENTIAL_STIFFNESS_YY: return stiffness(unit, 3, value);
-#endif
-    case V_NORMAL_STIFFNESS: *value = hs_slopes_of(memory, unit->now.beginning).normal; break;
+    case V_COUPLING_STIFFNESS: *value = hs_slopes_of(unit->now.state, unit->now.beginning).coupling; break;
+    case V_NORMAL_STIFFNESS: *value = hs_slopes_of(unit->now.state, unit->now.beginning).normal; break;
     case V_DISSIPATED_ENERGY: *value = memory->dissipated * units->energy; break;
     case V_SLIPPING_SHARE: return slipping_share(unit, value);
     case V_CONTACT_COUNT:
         *value = (double)(PATCHES ? hs_count_touching(unit->table + 4 + 2 * unit->rows, unit->patches, memory->approach * units->length)
-                                  : hs_contact_count(memory));
+                                  : hs_contact_count(unit->now.state));
         break;
-    case V_SATURATED: *value = is_held_at_limit(unit->now.memory); break;
+    case V_SATURATED: *value = is_held_at_limit(unit->now.state); break;
     case V_TIME: *value = unit->now.time; break;
     default: return refuse(unit, HS_FAILED, "variable %u does not exist", reference);
     }
     return HS_DONE;
 }
 
-#if DIRECTIONS == 1
 int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *value) {
-    const hs_slopes slopes = hs_slopes_of(unit->now.memory, unit->now.beginning);
+    if (unit->directions > 1)
+        return refuse(unit, HS_REFUSED, "derivatives are not given in two tangential directions; expected the outputs of stiffness");
+    const hs_slopes slopes = hs_slopes_of(unit->now.state, unit->now.beginning);
     const char *open = "the contact slides or does not touch, so that loads do not say where it is: derivatives are not "
                        "defined here";
     double d, u;
@@ -414,48 +403,40 @@ int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *
     }
     return HS_DONE;
 }
-#else
-int hs_unit_derivative(hs_unit *unit, unsigned unknown, unsigned known, double *value) {
-    (void)unknown;
-    (void)known;
-    (void)value;
-    return refuse(unit, HS_REFUSED, "derivatives are not given in two tangential directions; expected the outputs of stiffness");
-}
-#endif
 
 /* ---- moments -------------------------------------------------------------------------------------------------------------- */
 
 void hs_moment_free(hs_moment *saved) {
     if (!saved) return;
-    KEPT(free)(saved->memory);
+    hs_state_free(saved->state);
     free(saved);
 }
 
 int hs_unit_save(hs_unit *unit, hs_moment **saved) {
-    hs_kept *copy = KEPT(copy)(unit->now.memory);
+    hs_state *copy = hs_state_copy(unit->now.state);
     hs_moment *made = *saved ? *saved : (hs_moment *)calloc(1, sizeof *made);
     if (!copy || !made) {
-        KEPT(free)(copy);
+        hs_state_free(copy);
         if (!*saved) free(made);
         return out_of_memory(unit);
     }
-    KEPT(free)(made->memory);
+    hs_state_free(made->state);
     *made = unit->now;
-    made->memory = copy;
+    made->state = copy;
     *saved = made;
     return HS_DONE;
 }
 
 int hs_unit_restore(hs_unit *unit, const hs_moment *saved) {
-    hs_kept *copy = KEPT(copy)(saved->memory);
+    hs_state *copy = hs_state_copy(saved->state);
     if (!copy) return out_of_memory(unit);
-    KEPT(free)(unit->now.memory);
+    hs_state_free(unit->now.state);
     unit->now = *saved;
-    unit->now.memory = copy;
+    unit->now.state = copy;
     return HS_DONE;
 }
 
-/* The bytes are: the token of the unit, all of the moment but its memory, a checksum (FNV-1a) of both, and the memory. */
+/* The bytes are: the token of the unit, all of the moment but its state, a checksum (FNV-1a) of both, and the state. */
 #define NUMBERS (sizeof(hs_moment) - offsetof(hs_moment, input))
 static const char token[] = MODEL_TOKEN;
 
@@ -466,7 +447,7 @@ static void checksum(const unsigned char *bytes, size_t size, unsigned char *sum
 }
 
 size_t hs_moment_size(const hs_moment *saved) {
-    return sizeof token + NUMBERS + sizeof(uint64_t) + KEPT(size)(saved->memory);
+    return sizeof token + NUMBERS + sizeof(uint64_t) + hs_state_size(saved->state);
 }
 
 int hs_moment_write(hs_unit *unit, const hs_moment *saved, void *bytes, size_t size) {
@@ -477,7 +458,7 @@ int hs_moment_write(hs_unit *unit, const hs_moment *saved, void *bytes, size_t s
     size_t head = sizeof token + NUMBERS;
     checksum(at, head, at + head);
     head += sizeof(uint64_t);
-    if (KEPT(write)(saved->memory, at + head, KEPT(size)(saved->memory)) != HS_OK) return out_of_memory(unit);
+    if (hs_state_write(saved->state, at + head, hs_state_size(saved->state)) != HS_OK) return out_of_memory(unit);
     return HS_DONE;
 }
 
@@ -493,7 +474,7 @@ int hs_moment_read(hs_unit *unit, const void *bytes, size_t size, hs_moment **sa
     hs_moment *made = (hs_moment *)calloc(1, sizeof *made);
     if (!made) return out_of_memory(unit);
     head += sizeof sum;
-    int status = read_kept(at + head, size - head, unit->start, &made->memory, &why);
+    int status = hs_state_read(at + head, size - head, unit->start, &made->state, &why);
     if (status != HS_OK) {
         hs_moment_free(made);
         if (status == HS_OUT_OF_MEMORY) return out_of_memory(unit);

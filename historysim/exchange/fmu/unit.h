@@ -9,24 +9,16 @@
 /* what is particular to the contact: controls, instrument, references of variables; written with the unit */
 #include "model.h"
 
-#ifdef DIRECTIONS /* 2, tangential ones */
-typedef hs_planar hs_kept;
-#define KEPT(verb) hs_planar_##verb
-#else
-#define DIRECTIONS 1
-typedef hs_memory hs_kept;
-#define KEPT(verb) hs_memory_##verb
-#endif
-/* which have the references 0, 1, …: of the normal channel, and of each tangential direction */
-#define INPUTS (1 + DIRECTIONS)
+/* at most: of the normal channel, and of each tangential direction; they have the references 0, 1, … */
+#define MOST_INPUTS 3
 
 enum hs_mode { HS_INSTANTIATED, HS_INITIALIZING, HS_STEPPING, HS_TERMINATED };
 
-/* All that a step changes. Behind the memory everything has 8 bytes, and is saved as it is. */
+/* All that a step changes. Behind the state everything has 8 bytes, and is saved as it is. */
 typedef struct hs_moment {
-    hs_kept *memory;
-    double input[INPUTS]; /* where the channels go */
-    double rate[INPUTS];  /* how fast the inputs change in the next step, per s */
+    hs_state *state;
+    double input[MOST_INPUTS]; /* where the channels go */
+    double rate[MOST_INPUTS];  /* how fast the inputs change in the next step, per s */
     double factor;    /* on the friction coefficients of the start */
     double beginning; /* approach at which the last step began [m] */
     double way[2];    /* where the contact went in it, in two directions */
@@ -36,7 +28,8 @@ typedef struct hs_moment {
 
 typedef struct hs_unit {
     hs_moment now;
-    hs_kept *start;    /* never changed */
+    hs_state *start;   /* never changed */
+    int directions;    /* tangential ones */
     double *friction;  /* (asperity) coefficients at the start, then room for as many */
     hs_drive drive;
     double *table;     /* resources/curve.bin, NULL for independent asperities; see `hs_unit_new` */

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from historysim.asperities.curves import ROUNDING, NormalCurves
-from historysim.asperities.state import EnsembleState, PlanarState
+from historysim.asperities.state import State
 from historysim.basics.arguments import scalar
 from historysim.basics.compiler import ZIG, compile_shared, compiler, options
 from historysim.basics.files import replacing
@@ -191,7 +191,7 @@ def unit_files(
     state: Any = job.ensemble.initial_state() if at is None else job.state(until=at)
     if controls.directions == 2:
         state = job.ensemble.in_plane(state)
-    elif state.memory.evolved:
+    elif state.memory.line.evolved:
         raise InputError(f"{EVOLVES}, which a co-simulation unit does not support; {CONSTANT}")
     curves = job.ensemble.curves
     resources = {"contact.bin": state.to_bytes()} | ({} if curves is None else {"curve.bin": _serialise_curve(curves)})
@@ -208,9 +208,11 @@ def unit_files(
     inputs = [variable.name for variable in table if variable.causality == "input"]
     code = {path.name: path.read_text("utf-8") for path in _list_sources(fmi)}
     code["historysim.h"] = PREFACE + code["historysim.h"]
-    absent = [variable for variable in OUTPUTS if variable.key not in keys]
-    numbered = [*enumerate(table), *enumerate(absent, start=1000)]
-    settings = _settings(job, controls, curves) | {f"V_{variable.key}": str(number) for number, variable in numbered}
+    # the C code names the variables of all units
+    others = variables(controls.normal, controls.tangential, driven=True, areas=True, directions=2)
+    absent = sorted({variable.key for variable in (*OUTPUTS, *others)} - keys)
+    numbered = [*enumerate(variable.key for variable in table), *enumerate(absent, start=1000)]
+    settings = _settings(job, controls, curves) | {f"V_{key}": str(number) for number, key in numbered}
     token = _digest({**code, **resources, "settings": repr(settings), "fmi": str(fmi)})
     defines = "".join(f"#define {name} {value}\n" for name, value in {**settings, "MODEL_TOKEN": f'"{token}"'}.items())
     code["model.h"] = f"/* What is particular to this contact. */\n{defines}"
@@ -297,13 +299,12 @@ def _settings(job: Replay, controls: Controls, curves: NormalCurves | None) -> d
     kind = {"load": "HS_LOAD", "displacement": "HS_DISPLACED"}
     limits = () if curves is None else (float(curves.load[-1].sum()), float(curves.approach[-1]))
     largest = [(limit * (1.0 + ROUNDING)).hex() for limit in limits] or ["HUGE_VAL", "HUGE_VAL"]
-    planar = controls.directions == 2
-    x, y = job.instrument.compliances if planar else (1.0 / job.instrument.stiffness, 0.0)
+    x, y = job.instrument.compliances_in(controls.directions)
     return {
         "NORMAL_CONTROL": kind[controls.normal],
         "TANGENTIAL_CONTROL": kind[controls.tangential],
         "COMPLIANCE": x.hex(),
-        **({"COMPLIANCE_Y": y.hex(), "DIRECTIONS": "2"} if planar else {}),
+        "COMPLIANCE_Y": y.hex(),
         "TOLERANCE": job.ensemble.tolerance.hex(),
         "SATURATE": str(int(controls.saturate)),
         "LARGEST_SIZE": LARGEST.hex(),
@@ -330,7 +331,7 @@ def _serialise_curve(curves: NormalCurves) -> bytes:
     return np.concatenate([np.asarray(array, dtype="<f8") for array in arrays]).tobytes()
 
 
-def _start_values(job: Replay, state: EnsembleState | PlanarState, controls: Controls) -> list[float]:
+def _start_values(job: Replay, state: State, controls: Controls) -> list[float]:
     """Return the start values of the normal input and of the one or two tangential inputs."""
     normal = state.normal_load if controls.normal == "load" else state.approach
     tangential: Any = state.tangential_load

@@ -10,7 +10,7 @@ import attrs
 import numpy as np
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import ArrayLike, Floats, scalar
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError
@@ -34,7 +34,7 @@ class VirginCurve:
     normal_load: float
 
     @cached_property
-    def rest(self) -> EnsembleState:
+    def rest(self) -> State:
         """The unstrained state."""
         loaded = self.ensemble.advance(self.ensemble.initial_state(), normal_load=self.normal_load)
         # holding the approach is equivalent, since it is constant at a constant load

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from historysim.asperities.ensemble import Ensemble
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import Floats
 from historysim.basics.units import quantity_text
 from historysim.replaying import Replay
@@ -88,7 +88,7 @@ def zones_at(history: xr.Dataset, steps: Sequence[int]) -> tuple[list[Floats], E
     return answered(history, lambda origin: ([_zone(origin, origin.state(at)) for at in times], _extent(origin)))
 
 
-def _zone(origin: Origin, state: EnsembleState) -> Floats:
+def _zone(origin: Origin, state: State) -> Floats:
     """Return what sticks and what slips, point by point; NaN where nothing touches."""
     states = maps_of(origin, state).contact_state
     return np.where(states == 0, np.nan, states)
@@ -99,7 +99,7 @@ def _extent(origin: Origin) -> Extent:
     return 0.0, x, 0.0, y
 
 
-def _draw_solved(canvas: Canvas, origin: Origin, state: EnsembleState, at: float) -> None:
+def _draw_solved(canvas: Canvas, origin: Origin, state: State, at: float) -> None:
     shape = origin.settings["surface_attributes"]["shape"]
     pixel = tuple(float(side / count) for side, count in zip(sides_of(origin), shape, strict=True))
     maps, extent = maps_of(origin, state), _extent(origin)

@@ -1,10 +1,9 @@
-/* A contact that moves in two tangential directions: exact along one line, rings from the first turn on. */
+/* Plane: a contact that moves in two tangential directions: exact along one line, rings from the first turn on. */
 
-#include "rings.h"
+#include "plane.h"
 #include "lanes.h"
 #include "move.h"
 #include "readout.h"
-#include "state.h"
 
 /* halvings of a path at most */
 #define MOST_HALVINGS 12
@@ -15,59 +14,74 @@ static const hs_vector nowhere = {0.0, 0.0};
 
 static hs_vector scaled(double scale, hs_vector a) { return hs_plus(nowhere, scale, a); }
 
-static void look_along(hs_planar *planar) {
-    const hs_memory *line = planar->line;
-    planar->displacement = hs_plus(planar->origin, line->displacement, planar->direction);
-    planar->tangential_load = scaled(line->tangential_load, planar->direction);
-    planar->excess = scaled(line->excess, planar->direction);
+static void look_along(hs_state *state) {
+    const hs_memory *line = &state->line;
+    hs_plane *plane = state->plane;
+    plane->displacement = hs_plus(plane->origin, line->displacement, plane->direction);
+    plane->tangential_load = scaled(line->tangential_load, plane->direction);
+    plane->excess = scaled(line->excess, plane->direction);
 }
 
-hs_planar *hs_planar_new(const hs_memory *memory, int64_t height_classes, int64_t rings, double tolerance) {
-    if (memory->evolved) return NULL;
-    hs_planar *planar = (hs_planar *)calloc(1, sizeof *planar);
-    hs_memory *line = hs_memory_copy(memory);
-    if (!planar || !line) {
-        free(planar);
-        hs_memory_free(line);
+int hs_state_enter_plane(hs_state *state, int64_t height_classes, int64_t rings, double tolerance) {
+    if (state->line.evolved) return HS_FOREIGN;
+    if (state->plane) return HS_OK;
+    hs_plane *plane = (hs_plane *)calloc(1, sizeof *plane);
+    if (!plane) return HS_OUT_OF_MEMORY;
+    state->plane = plane;
+    plane->direction.x = 1.0;
+    plane->tangential_control[0] = state->line.tangential_control;
+    plane->tangential_control[1] = HS_LOAD;
+    plane->height_classes = height_classes;
+    plane->rings = rings;
+    plane->tolerance = tolerance;
+    look_along(state);
+    return HS_OK;
+}
+
+void hs_plane_free(hs_plane *plane) {
+    if (!plane) return;
+    hs_body_free(plane->body);
+    free(plane);
+}
+
+/* Copy motion in a plane beside the copy of its line. */
+static hs_plane *copy_of_plane(const hs_plane *plane, const hs_memory *line) {
+    hs_plane *copy = (hs_plane *)malloc(sizeof *copy);
+    if (!copy) return NULL;
+    *copy = *plane;
+    if (!plane->body) return copy;
+    copy->body = hs_body_copy(plane->body);
+    if (!copy->body) {
+        free(copy);
         return NULL;
     }
-    planar->line = line;
-    planar->direction.x = 1.0;
-    planar->tangential_control[0] = line->tangential_control;
-    planar->tangential_control[1] = HS_LOAD;
-    planar->height_classes = height_classes;
-    planar->rings = rings;
-    planar->tolerance = tolerance;
-    double settings[3] = {(double)height_classes, (double)rings, tolerance};
-    planar->identity = hs_digest(line->identity, settings, sizeof settings);
-    look_along(planar);
-    return planar;
+    copy->body->friction = line->friction;
+    return copy;
 }
 
-void hs_planar_free(hs_planar *planar) {
-    if (!planar) return;
-    hs_body_free(planar->body);
-    hs_memory_free(planar->line);
-    free(planar);
-}
-
-hs_planar *hs_planar_copy(const hs_planar *planar) {
-    hs_planar *copy = (hs_planar *)malloc(sizeof *copy);
-    if (!copy) return NULL;
-    *copy = *planar;
-    copy->line = hs_memory_copy(planar->line);
-    copy->body = planar->body ? hs_body_copy(planar->body) : NULL;
-    if (copy->line && (copy->body || !planar->body)) {
-        if (copy->body) copy->body->friction = copy->line->friction;
-        return copy;
+hs_state *hs_state_copy(const hs_state *state) {
+    hs_state *copy = (hs_state *)calloc(1, sizeof *copy);
+    if (!copy || hs_memory_init_copy(&copy->line, &state->line) != HS_OK) {
+        free(copy);
+        return NULL;
     }
-    hs_planar_free(copy);
+    if (!state->plane) return copy;
+    copy->plane = copy_of_plane(state->plane, &copy->line);
+    if (copy->plane) return copy;
+    hs_state_free(copy);
     return NULL;
+}
+
+void hs_state_free(hs_state *state) {
+    if (!state) return;
+    hs_plane_free(state->plane);
+    hs_memory_clear(&state->line);
+    free(state);
 }
 
 /* A path in numbers without dimension: what is asked for at its ends. */
 typedef struct plan {
-    const hs_planar_path *path;
+    const hs_path *path;
     hs_vector rigid;         /* of each tangential component: 0 where a load is controlled, 1 where a displacement is */
     int by_loads;            /* whether all loads are controlled, and change in proportion; otherwise the approach does */
     hs_vector compliance;    /* of an instrument */
@@ -82,13 +96,13 @@ static hs_vector drive_at(hs_vector displacement, hs_vector compliance, hs_vecto
     return HS_MADE(hs_vector){displacement.x + compliance.x * load.x, displacement.y + compliance.y * load.y};
 }
 
-static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vector compliance, int saturate) {
-    const hs_memory *line = planar->line;
+static plan planned(const hs_state *state, const hs_path *path, hs_vector compliance, int saturate) {
+    const hs_memory *line = &state->line;
     const hs_units *units = &line->contact->units;
     int by_x = path->tangential_control[0] == HS_LOAD, by_y = path->tangential_control[1] == HS_LOAD;
     int by_normal = path->normal_control == HS_LOAD;
-    hs_vector load = hs_plus(planar->tangential_load, saturate ? 1.0 : 0.0, planar->excess);
-    hs_vector drive = drive_at(planar->displacement, compliance, planar->tangential_load);
+    hs_vector load = hs_plus(state->plane->tangential_load, saturate ? 1.0 : 0.0, state->plane->excess);
+    hs_vector drive = drive_at(state->plane->displacement, compliance, state->plane->tangential_load);
     hs_vector present = {by_x ? load.x : drive.x, by_y ? load.y : drive.y}, end = present;
     double begin = by_normal ? line->normal_load : line->approach;
     double normal = path->normal_target / (by_normal ? units->load : units->length);
@@ -102,15 +116,15 @@ static plan planned(const hs_planar *planar, const hs_planar_path *path, hs_vect
 }
 
 /* Where a plan ends, from the origin of the line. */
-static hs_vector goal_of(const hs_planar *planar, const plan *plan) {
+static hs_vector goal_of(const hs_state *state, const plan *plan) {
     hs_vector goal = plan->tangential[1];
-    if (plan->rigid.x > 0.0) goal.x -= planar->origin.x;
-    if (plan->rigid.y > 0.0) goal.y -= planar->origin.y;
+    if (plan->rigid.x > 0.0) goal.x -= state->plane->origin.x;
+    if (plan->rigid.y > 0.0) goal.y -= state->plane->origin.y;
     return goal;
 }
 
 /* Component in which the line goes, of two that are controlled alike the first one. */
-static int axis_of(const hs_planar *planar) { return planar->direction.x == 0.0; }
+static int axis_of(const hs_state *state) { return state->plane->direction.x == 0.0; }
 
 /* Whether nothing has happened sideways yet, so that the line may be any. */
 static int has_no_line(const hs_memory *line) {
@@ -118,29 +132,29 @@ static int has_no_line(const hs_memory *line) {
 }
 
 /* Whether a path goes on along the line; one that is to begin takes the direction of the path. */
-static int stays_on_line(hs_planar *planar, const plan *path) {
-    hs_vector goal = goal_of(planar, path);
+static int stays_on_line(hs_state *state, const plan *path) {
+    hs_vector goal = goal_of(state, path);
     double size = hs_length(goal), across;
     if (is_mixed(path) && goal.x != 0.0 && goal.y != 0.0) return 0;
-    if (has_no_line(planar->line) && size > 0.0) {
+    if (has_no_line(&state->line) && size > 0.0) {
         int aligned = goal.x == 0.0 || goal.y == 0.0;
-        planar->direction.x = aligned ? goal.x != 0.0 : goal.x / size;
-        planar->direction.y = aligned ? goal.y != 0.0 : goal.y / size;
+        state->plane->direction.x = aligned ? goal.x != 0.0 : goal.x / size;
+        state->plane->direction.y = aligned ? goal.y != 0.0 : goal.y / size;
     }
     if (is_mixed(path)) {
         /* along one axis, while nothing happens along the other; where N goes with a load, one of the line would be in proportion */
-        int by_load = (axis_of(planar) ? path->rigid.y : path->rigid.x) == 0.0, presses = path->normal[1] != path->normal[0];
+        int by_load = (axis_of(state) ? path->rigid.y : path->rigid.x) == 0.0, presses = path->normal[1] != path->normal[0];
         if (by_load && presses && path->path->normal_control == HS_LOAD) return 0;
-        return axis_of(planar) ? goal.x == 0.0 : planar->direction.y == 0.0 && goal.y == 0.0;
+        return axis_of(state) ? goal.x == 0.0 : state->plane->direction.y == 0.0 && goal.y == 0.0;
     }
-    across = fabs(planar->direction.x * goal.y - planar->direction.y * goal.x);
-    if (planar->direction.x != 0.0 && planar->direction.y != 0.0 && path->compliance.x != path->compliance.y) return 0;
+    across = fabs(state->plane->direction.x * goal.y - state->plane->direction.y * goal.x);
+    if (state->plane->direction.x != 0.0 && state->plane->direction.y != 0.0 && path->compliance.x != path->compliance.y) return 0;
     return across <= HS_TIE * size;
 }
 
 /* Rows of one direction from a row on, in the places of those of two. */
-static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row) {
-    hs_rows own = rows->rows;
+static hs_rows rows_of_line(const hs_rows *rows, int64_t row) {
+    hs_rows own = *rows;
     double **each[] = {&own.normal_load, &own.contact_radius, &own.stick_radius, &own.dissipated_energy, &own.friction};
     own.totals += row;
     if (own.tangential_load) own.tangential_load += 2 * row * own.columns;
@@ -151,62 +165,62 @@ static hs_rows rows_of_line(const hs_planar_rows *rows, int64_t row) {
 }
 
 /* Give what has a direction, in `count` rows from a row on, its components. */
-static void give_direction(const hs_planar *planar, const hs_planar_rows *rows, int64_t row, int64_t count) {
-    hs_vector direction = planar->direction, origin = planar->origin;
-    double unit = planar->line->contact->units.displacement;
-    int64_t columns = rows->rows.columns;
-    double *load = rows->rows.tangential_load ? rows->rows.tangential_load + 2 * row * columns : NULL;
+static void give_direction(const hs_state *state, const hs_rows *rows, int64_t row, int64_t count) {
+    hs_vector direction = state->plane->direction, origin = state->plane->origin;
+    double unit = state->line.contact->units.displacement;
+    int64_t columns = rows->columns;
+    double *load = rows->tangential_load ? rows->tangential_load + 2 * row * columns : NULL;
     /* from the last on, since the loads of one direction stand in the first half of their place */
     for (int64_t at = count * columns - 1; at >= 0 && load; --at) {
         load[2 * at + 1] = load[at] * direction.y;
         load[2 * at] = load[at] * direction.x;
     }
     for (int64_t k = row; k < row + count; ++k) {
-        hs_totals *totals = rows->rows.totals + k;
+        hs_totals *totals = rows->totals + k;
         double load = totals->tangential_load, way = totals->displacement;
         hs_vector displacement = {origin.x * unit + way * direction.x, origin.y * unit + way * direction.y};
-        rows->tangential_load[2 * k] = load * direction.x;
-        rows->tangential_load[2 * k + 1] = load * direction.y;
-        rows->displacement[2 * k] = displacement.x;
-        rows->displacement[2 * k + 1] = displacement.y;
+        rows->total_tangential_load[2 * k] = load * direction.x;
+        rows->total_tangential_load[2 * k + 1] = load * direction.y;
+        rows->total_displacement[2 * k] = displacement.x;
+        rows->total_displacement[2 * k + 1] = displacement.y;
         totals->tangential_load = fabs(load);
         totals->displacement = hs_length(displacement);
     }
 }
 
-static int walk_line(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,
+static int walk_line(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
                      hs_refusal *refusal) {
-    const hs_planar_path *path = plan->path;
-    const hs_units *units = &planar->line->contact->units;
-    int axis = axis_of(planar), control = path->tangential_control[axis];
-    hs_vector goal = goal_of(planar, plan);
-    double target = hs_dot(goal, planar->direction) * (control == HS_LOAD ? units->load : units->displacement);
+    const hs_path *path = plan->path;
+    const hs_units *units = &state->line.contact->units;
+    int axis = axis_of(state), control = path->tangential_control[axis];
+    hs_vector goal = goal_of(state, plan);
+    double target = hs_dot(goal, state->plane->direction) * (control == HS_LOAD ? units->load : units->displacement);
     double fraction = path->tangential_fraction[0] > 0.0 || path->tangential_fraction[1] > 0.0;
     /* along an axis the very number that is asked for, and the very way there */
-    int along_axis = planar->direction.x == 0.0 || planar->direction.y == 0.0;
-    if (along_axis && planar->origin.x == 0.0 && planar->origin.y == 0.0) {
+    int along_axis = state->plane->direction.x == 0.0 || state->plane->direction.y == 0.0;
+    if (along_axis && state->plane->origin.x == 0.0 && state->plane->origin.y == 0.0) {
         target = path->tangential_target[axis];
         fraction = path->tangential_fraction[axis];
     }
     int64_t count = rows ? path->parts - 1 + path->recorded : 0;
-    hs_path along = {path->normal_target, path->normal_fraction, target, fraction,
-                     rows ? path->parts : 1, 0, path->normal_control, control,
-                     count > 0 && path->recorded, 0, path->begin, path->end};
+    hs_path along = {path->normal_target, path->normal_fraction, {target, 0.0}, {fraction, 0.0},
+                     rows ? path->parts : 1, 0, path->normal_control, {control, HS_HELD},
+                     count > 0 && path->recorded, path->begin, path->end};
     hs_drive driven = *drive;
-    driven.compliance = (axis ? plan->compliance.y : plan->compliance.x) / units->stiffness;
+    driven.compliance[0] = (axis ? plan->compliance.y : plan->compliance.x) / units->stiffness;
     hs_rows own;
     if (count > 0) own = rows_of_line(rows, path->first_row);
     int64_t number = refusal->path;
-    int status = hs_integrate(planar->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
+    int status = hs_line_integrate(&state->line, &along, 1, count > 0 ? &own : NULL, &driven, until, refusal);
     refusal->path = number;
-    if (status == HS_OK && count > 0) give_direction(planar, rows, path->first_row, count);
-    look_along(planar);
+    if (status == HS_OK && count > 0) give_direction(state, rows, path->first_row, count);
+    look_along(state);
     return status;
 }
 
 /* The nodes of a class, from the vertices of its group. */
-static int nodes_of_line(const hs_planar *planar, hs_class *part) {
-    const hs_memory *line = planar->line;
+static int nodes_of_line(const hs_state *state, hs_class *part) {
+    const hs_memory *line = &state->line;
     const hs_vertex *stack = line->vertices + part->group * line->capacity;
     double deepest = part->curve.gap[0];
     int64_t depth = line->depth[part->group];
@@ -220,7 +234,7 @@ static int nodes_of_line(const hs_planar *planar, hs_class *part) {
             anchor = stack[j + 1].anchor - stack[j + 1].slope * (stack[j + 1].label - deepest);
             label = deepest;
         }
-        hs_vector deflection = scaled(line->displacement - anchor, planar->direction);
+        hs_vector deflection = scaled(line->displacement - anchor, state->plane->direction);
         part->nodes[part->count++] = hs_node_at(part, label, deflection);
     }
     return HS_OK;
@@ -228,12 +242,12 @@ static int nodes_of_line(const hs_planar *planar, hs_class *part) {
 
 /* Where the classes of a group end. Their bounds go by squares of approaches, so that summits that hardly touch, and slide
  * at small amplitudes, are told from one another, too. Returns how many there are. */
-static int64_t classes_of_group(const hs_planar *planar, int64_t group, int64_t *end) {
-    const hs_contact *contact = planar->line->contact;
+static int64_t classes_of_group(const hs_state *state, int64_t group, int64_t *end) {
+    const hs_contact *contact = state->line.contact;
     int64_t at = contact->first[group], stop = contact->first[group + 1], found = 0;
-    double d = planar->line->approach, most = hs_most(d - contact->gap[at], 0.0);
-    for (int64_t k = planar->height_classes - 1; k > 0 && !contact->load; --k) {
-        double share = (double)k / (double)planar->height_classes, bound = d - most * share * share;
+    double d = state->line.approach, most = hs_most(d - contact->gap[at], 0.0);
+    for (int64_t k = state->plane->height_classes - 1; k > 0 && !contact->load; --k) {
+        double share = (double)k / (double)state->plane->height_classes, bound = d - most * share * share;
         int64_t next = at;
         while (next < stop && contact->gap[next] < bound) ++next;
         if (next > at) end[found++] = at = next;
@@ -242,9 +256,9 @@ static int64_t classes_of_group(const hs_planar *planar, int64_t group, int64_t 
     return found;
 }
 
-hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t end) {
-    const hs_contact *contact = planar->line->contact;
-    hs_body *body = planar->body;
+hs_class *hs_add_class(hs_state *state, int64_t group, int64_t start, int64_t end) {
+    const hs_contact *contact = state->line.contact;
+    hs_body *body = state->plane->body;
     hs_class *parts = (hs_class *)realloc(body->parts, (size_t)(body->classes + 1) * sizeof *parts);
     if (!parts) return NULL;
     body->parts = parts;
@@ -259,22 +273,22 @@ hs_class *hs_add_class(hs_planar *planar, int64_t group, int64_t start, int64_t 
     return part;
 }
 
-static int turn(hs_planar *planar) {
-    hs_memory *line = planar->line;
-    int64_t *end = (int64_t *)malloc((size_t)planar->height_classes * sizeof *end);
+static int turn(hs_state *state) {
+    hs_memory *line = &state->line;
+    int64_t *end = (int64_t *)malloc((size_t)state->plane->height_classes * sizeof *end);
     int status = end ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !(planar->body = hs_body_new(line, planar->rings, planar->tolerance))) status = HS_OUT_OF_MEMORY;
+    if (status == HS_OK && !(state->plane->body = hs_body_new(line, state->plane->rings, state->plane->tolerance))) status = HS_OUT_OF_MEMORY;
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) {
-        int64_t classes = classes_of_group(planar, group, end), start = line->contact->first[group];
+        int64_t classes = classes_of_group(state, group, end), start = line->contact->first[group];
         for (int64_t k = 0; k < classes && status == HS_OK; start = end[k++]) {
-            hs_class *part = hs_add_class(planar, group, start, end[k]);
-            status = part ? nodes_of_line(planar, part) : HS_OUT_OF_MEMORY;
+            hs_class *part = hs_add_class(state, group, start, end[k]);
+            status = part ? nodes_of_line(state, part) : HS_OUT_OF_MEMORY;
         }
     }
     free(end);
     if (status != HS_OK) return status;
-    planar->body->displacement = planar->displacement;
-    planar->body->tangential_load = planar->tangential_load;
+    state->plane->body->displacement = state->plane->displacement;
+    state->plane->body->tangential_load = state->plane->tangential_load;
     line->displacement = line->tangential_load = line->excess = 0.0;
     status = hs_reserve_vertices(line);
     for (int64_t group = 0; group < line->contact->groups && status == HS_OK; ++group) hs_touch_unstrained(line, group);
@@ -282,9 +296,9 @@ static int turn(hs_planar *planar) {
 }
 
 /* Have the line, and what is seen, follow the body. */
-static int follow(hs_planar *planar) {
-    hs_body *body = planar->body;
-    hs_memory *line = planar->line;
+static int follow(hs_state *state) {
+    hs_body *body = state->plane->body;
+    hs_memory *line = &state->line;
     int64_t count = line->contact->count;
     if (body->approach != line->approach) {
         hs_set_clock(line, NAN);
@@ -293,10 +307,10 @@ static int follow(hs_planar *planar) {
     }
     memcpy(line->dissipated_each, body->each, (size_t)count * sizeof *line->dissipated_each);
     line->dissipated = body->dissipated;
-    planar->displacement = body->displacement;
-    planar->tangential_load = body->tangential_load;
+    state->plane->displacement = body->displacement;
+    state->plane->tangential_load = body->tangential_load;
     if (body->slid == 0) return HS_OK;
-    hs_slide_times(line, body->scratch);
+    hs_memory_slide_times(line, body->scratch);
     for (int64_t i = 0; i < count; ++i) {
         double *time = body->scratch + line->contact->order[i];
         if (isnan(*time)) *time = body->slide_time[i];
@@ -306,15 +320,15 @@ static int follow(hs_planar *planar) {
 }
 
 /* Whether a load is beyond the friction limit on the way to a target. */
-static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_refusal *refusal) {
-    double load = planar->line->contact->units.load;
-    hs_planar_aim now = to->aim;
-    now.value = planar->tangential_load;
+static int is_beyond(const hs_state *state, const hs_plane_target *to, hs_refusal *refusal) {
+    double load = state->line.contact->units.load;
+    hs_plane_aim now = to->aim;
+    now.value = state->plane->tangential_load;
     hs_vector from = hs_loads_of(&now), way = hs_plus(hs_loads_of(&to->aim), -1.0, from);
     for (int k = 1; k <= LOOKS; ++k) {
         double share = (double)k / LOOKS, size = hs_length(hs_plus(from, share, way));
-        hs_planar_target there = hs_part_of_way(planar->body, to, share);
-        double limit = hs_body_limit(planar->body, there.approach);
+        hs_plane_target there = hs_part_of_way(state->plane->body, to, share);
+        double limit = hs_body_limit(state->plane->body, there.approach);
         if (size <= limit * (1.0 + 1e-9)) continue;
         refusal->request = size * load;
         refusal->limit = limit * load;
@@ -324,17 +338,17 @@ static int is_beyond(const hs_planar *planar, const hs_planar_target *to, hs_ref
 }
 
 /* Limit the loads of an aim to what friction holds at an approach, and note what they ask for beyond the limit. */
-static void hold(hs_planar *planar, double approach, hs_planar_aim *aim) {
+static void hold(hs_state *state, double approach, hs_plane_aim *aim) {
     hs_vector asked = aim->value;
-    double limit = hs_body_limit(planar->body, approach);
+    double limit = hs_body_limit(state->plane->body, approach);
     int beyond = hs_length(hs_loads_of(aim)) > limit * (1.0 + HS_LIMIT_SLACK);
-    aim->value = hs_held_value(planar->body, approach, aim);
-    planar->excess = beyond ? hs_plus(asked, -1.0, aim->value) : nowhere;
+    aim->value = hs_held_value(state->plane->body, approach, aim);
+    state->plane->excess = beyond ? hs_plus(asked, -1.0, aim->value) : nowhere;
 }
 
 /* Where a plan leads, a share of the way there; whether friction holds what it asks for. */
-static int target_of(hs_planar *planar, const plan *plan, double share, int saturate, hs_planar_target *to, hs_refusal *refusal) {
-    const hs_memory *line = planar->line;
+static int target_of(hs_state *state, const plan *plan, double share, int saturate, hs_plane_target *to, hs_refusal *refusal) {
+    const hs_memory *line = &state->line;
     int by_normal = plan->path->normal_control == HS_LOAD;
     double normal = hs_toward(plan->normal[0], plan->normal[1], share);
     hs_vector asked = hs_between(plan->tangential[0], plan->tangential[1], share);
@@ -354,8 +368,8 @@ static int target_of(hs_planar *planar, const plan *plan, double share, int satu
     to->aim.rigid = plan->rigid;
     to->aim.compliance.x = plan->rigid.x > 0.0 ? plan->compliance.x : 1.0;
     to->aim.compliance.y = plan->rigid.y > 0.0 ? plan->compliance.y : 1.0;
-    if (!saturate && is_beyond(planar, to, refusal)) return HS_BEYOND_LIMIT;
-    hold(planar, to->approach, &to->aim);
+    if (!saturate && is_beyond(state, to, refusal)) return HS_BEYOND_LIMIT;
+    hold(state, to->approach, &to->aim);
     return HS_OK;
 }
 
@@ -410,32 +424,32 @@ static void tangential_loads(const hs_body *body, double *load) {
 }
 
 /* What a row has of the whole contact that has a direction. */
-static void put_vectors(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
-    const hs_units *units = &planar->line->contact->units;
-    hs_vector load = scaled(units->load, planar->tangential_load), way = scaled(units->displacement, planar->displacement);
-    hs_totals *totals = rows->rows.totals + row;
-    rows->tangential_load[2 * row] = load.x;
-    rows->tangential_load[2 * row + 1] = load.y;
-    rows->displacement[2 * row] = way.x;
-    rows->displacement[2 * row + 1] = way.y;
+static void put_vectors(const hs_state *state, const hs_rows *rows, int64_t row) {
+    const hs_units *units = &state->line.contact->units;
+    hs_vector load = scaled(units->load, state->plane->tangential_load), way = scaled(units->displacement, state->plane->displacement);
+    hs_totals *totals = rows->totals + row;
+    rows->total_tangential_load[2 * row] = load.x;
+    rows->total_tangential_load[2 * row + 1] = load.y;
+    rows->total_displacement[2 * row] = way.x;
+    rows->total_displacement[2 * row + 1] = way.y;
     totals->tangential_load = hs_length(load);
     totals->displacement = hs_length(way);
-    totals->saturated = planar->excess.x != 0.0 || planar->excess.y != 0.0;
+    totals->saturated = state->plane->excess.x != 0.0 || state->plane->excess.y != 0.0;
 }
 
-int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t row) {
+int hs_plane_read(const hs_state *state, const hs_rows *rows, int64_t row) {
     hs_rows own = rows_of_line(rows, row);
-    int status = hs_read(planar->line, &own, 0);
-    hs_body *body = planar->body;
-    if (status == HS_OK) give_direction(planar, rows, row, 1);
+    int status = hs_line_read(&state->line, &own, 0);
+    hs_body *body = state->plane->body;
+    if (status == HS_OK) give_direction(state, rows, row, 1);
     if (status != HS_OK || !body) return status;
-    const hs_contact *contact = planar->line->contact;
+    const hs_contact *contact = state->line.contact;
     const hs_units *units = &contact->units;
-    int64_t columns = rows->rows.columns, count = contact->count;
+    int64_t columns = rows->columns, count = contact->count;
     double slopes[2][2];
     status = hs_body_slopes(body, nowhere, slopes);
-    put_vectors(planar, rows, row);
-    rows->rows.totals[row].tangential_stiffness = slopes[0][0] * units->stiffness;
+    put_vectors(state, rows, row);
+    rows->totals[row].tangential_stiffness = slopes[0][0] * units->stiffness;
     if (status != HS_OK || columns == 0) return status;
     double *load = (double *)malloc(3 * (size_t)count * sizeof *load), *front = load + 2 * count;
     int64_t *position = (int64_t *)malloc((size_t)count * sizeof *position);
@@ -449,15 +463,15 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
         for (int64_t i = 0; i < count; ++i) position[contact->order[i]] = i;
     }
     for (int64_t c = 0; c < columns && status == HS_OK; ++c) {
-        int64_t i = position[rows->rows.asperity[c]], at = row * columns + c;
+        int64_t i = position[rows->asperity[c]], at = row * columns + c;
         double gap = contact->gap[i], label = hs_least(front[i], body->approach);
         int touches = gap < body->approach;
-        rows->rows.tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
-        rows->rows.tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
+        rows->tangential_load[2 * at] = touches ? load[i] * units->load : 0.0;
+        rows->tangential_load[2 * at + 1] = touches ? load[count + i] * units->load : 0.0;
         /* radii of knots stand for labels */
         double weight = contact->load ? 1.0 : contact->weight[i];
-        rows->rows.stick_radius[at] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
-        rows->rows.slip_state[at] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
+        rows->stick_radius[at] = weight * sqrt(hs_most(label - gap, 0.0)) * units->radius;
+        rows->slip_state[at] = hs_slip_state_of(touches, front[i] != HUGE_VAL, label > gap);
     }
     free(load);
     free(position);
@@ -465,74 +479,82 @@ int hs_planar_read(const hs_planar *planar, const hs_planar_rows *rows, int64_t 
 }
 
 /* Walk a path with rings. */
-static int travel(hs_planar *planar, const plan *plan, const hs_planar_rows *rows, const hs_drive *drive, double until,
+static int travel(hs_state *state, const plan *plan, const hs_rows *rows, const hs_drive *drive, double until,
                   hs_refusal *refusal) {
-    const hs_planar_path *path = plan->path;
+    const hs_path *path = plan->path;
     hs_watch watch = {drive, 0, HS_OK};
-    int status = planar->body ? HS_OK : turn(planar);
+    int status = state->plane->body ? HS_OK : turn(state);
     if (status != HS_OK) return status;
-    planar->body->time = path->begin;
-    planar->body->watch = &watch;
+    state->plane->body->time = path->begin;
+    state->plane->body->watch = &watch;
     for (int64_t part = rows ? 1 : path->parts; part <= path->parts && status == HS_OK; ++part) {
         double share = until * ((double)part / (double)path->parts);
-        hs_planar_target to;
-        status = target_of(planar, plan, share, drive->saturate, &to, refusal);
-        if (status == HS_OK) status = hs_body_travel(planar->body, &to, MOST_HALVINGS);
-        if (status == HS_OK) status = follow(planar);
-        if (status == HS_OK) status = hs_count_work(drive, &watch.work, 64 + planar->line->contact->count / 16);
+        hs_plane_target to;
+        status = target_of(state, plan, share, drive->saturate, &to, refusal);
+        if (status == HS_OK) status = hs_body_travel(state->plane->body, &to, MOST_HALVINGS);
+        if (status == HS_OK) status = follow(state);
+        if (status == HS_OK) status = hs_count_work(drive, &watch.work, 64 + state->line.contact->count / 16);
         if (status == HS_OK && rows && (part < path->parts || path->recorded))
-            status = hs_planar_read(planar, rows, path->first_row + part - 1);
+            status = hs_plane_read(state, rows, path->first_row + part - 1);
     }
-    planar->body->watch = NULL;
+    state->plane->body->watch = NULL;
     return status;
 }
 
-static int walk_path(hs_planar *planar, const hs_planar_path *path, hs_vector compliance, const hs_planar_rows *rows,
+static int walk_path(hs_state *state, const hs_path *requested, hs_vector compliance, const hs_rows *rows,
                      const hs_drive *drive, double until, hs_refusal *refusal) {
-    plan plan = planned(planar, path, compliance, drive->saturate);
-    int along = !planar->body && stays_on_line(planar, &plan);
-    int status = (along ? walk_line : travel)(planar, &plan, rows, drive, until, refusal);
-    planar->line->normal_control = path->normal_control;
-    memcpy(planar->tangential_control, path->tangential_control, sizeof planar->tangential_control);
-    planar->line->tangential_control = path->tangential_control[axis_of(planar)];
+    hs_path path = *requested;
+    for (int k = 0; k < 2; ++k) {
+        if (path.tangential_control[k] != HS_HELD) continue;
+        path.tangential_control[k] = state->plane->tangential_control[k];
+        path.tangential_fraction[k] = 0.0;
+    }
+    plan plan = planned(state, &path, compliance, drive->saturate);
+    int along = !state->plane->body && stays_on_line(state, &plan);
+    int status = (along ? walk_line : travel)(state, &plan, rows, drive, until, refusal);
+    state->line.normal_control = path.normal_control;
+    memcpy(state->plane->tangential_control, path.tangential_control, sizeof path.tangential_control);
+    state->line.tangential_control = path.tangential_control[axis_of(state)];
     return status;
 }
 
-int hs_planar_integrate(hs_planar *planar, const hs_planar_path *paths, int64_t count, const hs_planar_rows *rows,
-                   const double compliance[2], const hs_drive *drive, double until, hs_refusal *refusal) {
-    double unit = planar->line->contact->units.stiffness;
-    hs_vector yields = {compliance[0] * unit, compliance[1] * unit};
+int hs_plane_integrate(hs_state *state, const hs_path *paths, int64_t count, const hs_rows *rows, const hs_drive *drive,
+                       double until, hs_refusal *refusal) {
+    double unit = state->line.contact->units.stiffness;
+    hs_vector yields = {drive->compliance[0] * unit, drive->compliance[1] * unit};
     hs_refusal unread;
     int status = HS_OK;
     if (!refusal) refusal = &unread;
     for (int64_t p = 0; p < count && status == HS_OK; ++p) {
         refusal->path = p;
-        status = walk_path(planar, paths + p, yields, rows, drive, until, refusal);
+        status = walk_path(state, paths + p, yields, rows, drive, until, refusal);
     }
     refusal->status = status;
     return status;
 }
 
-int hs_planar_stiffness(const hs_planar *planar, const double direction[2], double stiffness[4]) {
-    const hs_units *units = &planar->line->contact->units;
+int hs_stiffness_matrix(const hs_state *state, const double direction[2], double stiffness[4]) {
+    const hs_units *units = &state->line.contact->units;
     hs_vector towards = {direction[0], direction[1]};
     double slopes[2][2];
-    hs_planar *turned = hs_planar_copy(planar);
+    if (!state->plane) return HS_FOREIGN;
+    hs_state *turned = hs_state_copy(state);
     int status = turned ? HS_OK : HS_OUT_OF_MEMORY;
-    if (status == HS_OK && !turned->body) status = turn(turned);
-    if (status == HS_OK) status = hs_body_slopes(turned->body, towards, slopes);
+    if (status == HS_OK && !turned->plane->body) status = turn(turned);
+    if (status == HS_OK) status = hs_body_slopes(turned->plane->body, towards, slopes);
     for (int i = 0; i < 4 && status == HS_OK; ++i) stiffness[i] = slopes[i / 2][i % 2] * units->stiffness;
-    hs_planar_free(turned);
+    hs_state_free(turned);
     return status;
 }
 
-int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room, double *nodes) {
-    hs_planar *turned = hs_planar_copy(planar);
-    int64_t found = turned && (turned->body || turn(turned) == HS_OK) ? 0 : -1;
-    for (int64_t c = 0; found == 0 && c < turned->body->classes; ++c) {
-        const hs_class *part = turned->body->parts + c;
+int64_t hs_nodes(const hs_state *state, int64_t asperity, int64_t room, double *nodes) {
+    if (!state->plane) return 0;
+    hs_state *turned = hs_state_copy(state);
+    int64_t found = turned && (turned->plane->body || turn(turned) == HS_OK) ? 0 : -1;
+    for (int64_t c = 0; found == 0 && c < turned->plane->body->classes; ++c) {
+        const hs_class *part = turned->plane->body->parts + c;
         int64_t i = part->start, end = part->start + part->curve.count;
-        while (i < end && planar->line->contact->order[i] != asperity) ++i;
+        while (i < end && state->line.contact->order[i] != asperity) ++i;
         for (int64_t k = 0; i < end && k < part->count; found = ++k) {
             if (k >= room) continue;
             nodes[3 * k] = part->nodes[k].label;
@@ -540,26 +562,26 @@ int64_t hs_planar_nodes(const hs_planar *planar, int64_t asperity, int64_t room,
             nodes[3 * k + 2] = part->nodes[k].deflection.y;
         }
     }
-    hs_planar_free(turned);
+    hs_state_free(turned);
     return found;
 }
 
-double hs_planar_stored_energy(const hs_planar *planar) {
+double hs_plane_stored_energy(const hs_state *state) {
     double total = 0.0;
-    if (!planar->body) return hs_stored_energy(planar->line);
-    for (int64_t c = 0; c < planar->body->classes; ++c) total += hs_class_stored(planar->body->parts + c);
-    return total * planar->line->contact->units.energy;
+    if (!state->plane->body) return hs_line_stored_energy(&state->line);
+    for (int64_t c = 0; c < state->plane->body->classes; ++c) total += hs_class_stored(state->plane->body->parts + c);
+    return total * state->line.contact->units.energy;
 }
 
-int hs_planar_set_friction(hs_planar *planar, const double *friction, const double compliance[2], const hs_drive *drive) {
-    hs_memory *line = planar->line;
+int hs_plane_set_friction(hs_state *state, const double *friction, const hs_drive *drive) {
+    hs_memory *line = &state->line;
     const hs_contact *contact = line->contact;
     double unit = contact->units.stiffness;
-    if (!planar->body) {
+    if (!state->plane->body) {
         hs_drive along = *drive;
-        along.compliance = compliance[axis_of(planar)];
-        int status = hs_set_friction(line, friction, &along);
-        look_along(planar);
+        along.compliance[0] = drive->compliance[axis_of(state)];
+        int status = hs_line_set_friction(line, friction, &along);
+        look_along(state);
         return status;
     }
     for (int64_t group = 0; group < contact->groups; ++group)
@@ -567,18 +589,20 @@ int hs_planar_set_friction(hs_planar *planar, const double *friction, const doub
             if (friction[contact->order[i]] != friction[contact->order[contact->first[group]]]) return HS_FOREIGN;
     for (int64_t group = 0; group < contact->groups; ++group)
         line->friction[group] = hs_bound_friction(friction[contact->order[contact->first[group]]]);
-    int by_x = planar->tangential_control[0] == HS_LOAD, by_y = planar->tangential_control[1] == HS_LOAD;
-    hs_vector t = hs_plus(planar->tangential_load, 1.0, planar->excess);
-    hs_vector yields = {compliance[0] * unit, compliance[1] * unit}, driven = drive_at(planar->displacement, yields, t);
-    hs_planar_aim aim = {
+    const hs_plane *plane = state->plane;
+    int by_x = plane->tangential_control[0] == HS_LOAD, by_y = plane->tangential_control[1] == HS_LOAD;
+    hs_vector t = hs_plus(plane->tangential_load, 1.0, plane->excess);
+    hs_vector yields = {drive->compliance[0] * unit, drive->compliance[1] * unit};
+    hs_vector driven = drive_at(plane->displacement, yields, t);
+    hs_plane_aim aim = {
         {by_x ? t.x : driven.x, by_y ? t.y : driven.y},
         {by_x ? 0.0 : 1.0, by_y ? 0.0 : 1.0},
         {by_x ? 1.0 : yields.x, by_y ? 1.0 : yields.y},
     };
-    hold(planar, planar->body->approach, &aim);
+    hold(state, plane->body->approach, &aim);
     hs_watch watch = {drive, 0, HS_OK};
-    planar->body->watch = &watch;
-    int status = hs_body_relax(planar->body, &aim);
-    planar->body->watch = NULL;
-    return status == HS_OK ? follow(planar) : status;
+    state->plane->body->watch = &watch;
+    int status = hs_body_relax(state->plane->body, &aim);
+    state->plane->body->watch = NULL;
+    return status == HS_OK ? follow(state) : status;
 }
