@@ -23,11 +23,12 @@ from historysim.results.result_files import (
     kind_of,
     open_file_history,
     open_history,
+    open_zarr_history,
     read_table,
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     import xarray as xr
     from matplotlib.axes import Axes
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
     Content = Scenario | EventLog | xr.Dataset | Sliding | Surface | WrittenTable
 
+HISTORIES: "Mapping[str, Callable[[Path], xr.Dataset]]" = {"result": open_history, "zarr": open_zarr_history}
 MOST_CHANNELS = 40  # columns of a record; a height map has as many as points
 MAP_ALONE = "expected with the path of a height map alone, which is read with them"
 
@@ -57,16 +59,26 @@ class Reading(TypedDict, total=False):
     missing: "float | str | Sequence[float | str]"
 
 
-def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading]) -> "Content":  # noqa: A001 - as users of xarray and of files call it
+def open(  # noqa: A001 - as users of xarray and of files call it
+    path: str | Path,
+    *,
+    form: str | None = None,
+    chunks: "Mapping[str, int] | str | None" = None,
+    **reading: Unpack[Reading],
+) -> "Content":
     """Open any file that historysim knows: ``hs.open("my.nc").contact.slides_first()``.
 
     Parameters
     ----------
     path : path
-        A scenario, a log, a result, friction loops, friction over time or distance, a sweep, a table of a question,
-        a reduced model (JSON), or a height map.
+        A scenario, a log, a result (netCDF or zarr), friction loops, friction over time or distance, a sweep, a table
+        of a question, a reduced model (JSON), or a height map.
     form : str, optional
         What is taken off a height map, as by `Surface.detrended`; by default a plane.
+    chunks : mapping or "auto", optional
+        Open a log or a result as a history of dask arrays, with so many steps and asperities in a chunk, such as
+        ``{"step": 1000, "asperity": 100_000}``. Variables of asperities are read from a result that holds them, and
+        otherwise computed from the log where they are read. It needs dask (``pip install "historysim[dask]"``).
     **reading
         What a height map leaves open, as for `read_surface`.
 
@@ -88,11 +100,16 @@ def open(path: str | Path, *, form: str | None = None, **reading: Unpack[Reading
     """
     path = as_path(path)
     kind = kind_of(path)
+    if chunks is not None and kind not in {"log", "result", "zarr"}:
+        called = CALLED.get(kind, f"a {kind}")
+        raise InputError(f"chunks: {path} is {called}; expected a log or a result, whose history has chunks")
     if kind == "height map":
         return _height_map(path, form or "plane", **reading)
     _check_reading(path, kind, form, reading)
-    if kind == "result":
-        return open_history(path)
+    if chunks is not None:
+        return _open_chunked(path, kind, chunks)
+    if kind in HISTORIES:
+        return HISTORIES[kind](path)
     if kind == "log":
         from historysim.log.event_log import EventLog
 
@@ -110,6 +127,18 @@ def _check_reading(path: Path, kind: str, form: str | None, reading: Reading) ->
     if unused := ([] if form is None else ["form"]) + list(reading):
         called = CALLED.get(kind, f"a {kind}")
         raise InputError(f"{', '.join(unused)}: {path} is {called}; expected a height map, to be read so")
+
+
+def _open_chunked(path: Path, kind: str, chunks: "Mapping[str, int] | str") -> "xr.Dataset":
+    """Open a history as dask arrays: read from a result that holds asperities, and otherwise computed from its log."""
+    from historysim.log.lazy_history import open_lazily, with_chunks
+
+    if kind != "log":
+        history = HISTORIES[kind](path)
+        if "asperity" in history.sizes or kind == "zarr":
+            return with_chunks(history, chunks)
+        history.close()
+    return open_lazily(path, chunks=chunks)
 
 
 def _read_whole(path: Path, kind: str) -> Any:  # noqa: ANN401 - registered kinds of files have their own types

@@ -242,6 +242,11 @@ def is_netcdf(path: Path) -> bool:
     return beginning(path).startswith(_NETCDF)
 
 
+def is_zarr(path: Path) -> bool:
+    """Return whether a folder is a zarr store; False where it cannot be read."""
+    return any(is_file(path / name) for name in ("zarr.json", ".zgroup"))
+
+
 def kind_text(path: Path) -> str:
     """Return what stands under a name, such as ``"is a folder"``; empty of a text, a damaged or an unreadable file."""
     if problem := what_is_there(path):

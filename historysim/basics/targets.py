@@ -1,7 +1,8 @@
 """Rules for output files, and the formats by which existing outputs are recognised.
 
 An output is never a file that the command reads. An existing file is replaced only if it has the format that the
-command writes, or with force. An output is never a folder, link, device, FIFO or socket.
+command writes, or with force. An output is never a folder, link, device, FIFO or socket. A zarr store is a folder; it
+replaces only an earlier store of this program.
 """
 
 from collections.abc import Callable, Iterable
@@ -9,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf
+from historysim.basics.files import beginning, check_replaceable, is_file, is_netcdf, is_zarr
 from historysim.errors import InputError
 
 LOOKED_AT = 1 << 16  # bytes at either end of a file that are searched for the mark of this program
@@ -49,7 +50,7 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
     used = list(reads)
     for output in outputs:
         path = output.path
-        check_place(path)
+        check_place(path, store=STORE in output.forms and is_store_name(path))
         if any(is_same(path, read_path) for read_path in used):
             raise InputError(f"{path}: would overwrite an input of the command; choose another name (-o)")
         form = output.form
@@ -61,15 +62,18 @@ def check_outputs(outputs: Iterable[Output], reads: Iterable[Path], *, force: bo
         used.append(path)
 
 
-def check_place(path: Path) -> None:
-    """Raise InputError unless a regular file can be written under a name in an existing folder."""
+def check_place(path: Path, *, store: bool = False) -> None:
+    """Raise InputError unless a regular file, or a store, can be written under a name in an existing folder."""
     try:
         is_folder, has_place = path.is_dir(), path.parent.is_dir()
     except (OSError, ValueError) as error:
         raise InputError(f"{str(path)!r}: cannot be the name of a file here ({error})") from error
-    if is_folder:
+    if store and (is_folder or is_file(path)) and not STORE.is_own(path):
+        raise InputError(f"{path}: exists already and is not {STORE.name}; choose another name, or remove it")
+    if is_folder and not store:
         raise InputError(f"{path}: is a folder; expected the name of a file to write")
-    check_replaceable(path)
+    if not is_folder:
+        check_replaceable(path)
     if not has_place:
         raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
 
@@ -110,11 +114,21 @@ def format_without_mark(name: str, *endings: str) -> OutputFormat:
 
 
 RESULT = netcdf("a result of historysim")
+STORE = OutputFormat("a zarr store of historysim", (".zarr",), lambda path: is_zarr(path) and _is_own_store(path))
 LOG = marked("the log of a run", ".history", mark=b"CREATE TABLE chain (number INTEGER PRIMARY KEY, events INTEGER")
 PICTURE = marked("a picture of historysim", ".png", ".pdf", ".svg")
 PAGE = marked("a page of historysim", ".html", ".htm")
 FITTED = marked("a fitted scenario", ".toml", mark=b"# fitted")
 SUGGESTED = format_without_mark("a scenario to start from", ".toml")
+
+
+def is_store_name(path: Path) -> bool:
+    """Return whether a path names a zarr store by its ending."""
+    return path.suffix.lower() in STORE.endings
+
+
+def _is_own_store(path: Path) -> bool:
+    return any(b'"historysim_version"' in beginning(path / name, LOOKED_AT) for name in ("zarr.json", ".zattrs"))
 
 
 def _read_ends(path: Path) -> bytes:

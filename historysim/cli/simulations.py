@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @options.shared("scenario")
-@options.output_option("The result (netCDF). [default: SCENARIO's name with .nc, here]")
+@options.output_option("The result (netCDF, or a zarr store: .zarr). [default: SCENARIO's name with .nc, here]")
 @click.option("--plot", "with_picture", is_flag=True, help="Also draw the result, beside it, with .png.")
 @options.path_option("--picture", help="Also draw the result to this file (PNG, PDF, SVG).")
 @options.shared("quiet")
@@ -29,7 +29,15 @@ if TYPE_CHECKING:
     "--snapshot-every",
     type=click.IntRange(1),
     metavar="STEPS",
-    help="Write a snapshot every STEPS steps. [default: some seconds of replay]",
+    help="Write a snapshot every STEPS steps. [default: some seconds of replay, and 1 GB of snapshots at most]",
+)
+@click.option(
+    "--record",
+    type=click.Choice(["totals"]),
+    help="Write the log, snapshots and totals alone; variables of asperities are computed later, when they are read.",
+)
+@click.option(
+    "--cluster", metavar="ADDRESS", help="Compute a zarr store on a dask cluster: the address of its scheduler."
 )
 @click.option("--compression", type=click.Choice(["none", "zlib", "zstd"]), default="none", show_default=True)
 @click.option(

@@ -82,14 +82,24 @@ class Content:
     ends: list[int] = attrs.field(repr=False)  #: number of events up to each link
     problem: str = ""  #: what is wrong after these events; empty where nothing is
 
+    def up_to(self, digest: str) -> "Content | None":
+        """Return the content up to the batch whose link has this digest; None if there is no such batch."""
+        for number, (link, end) in enumerate(zip(self.links, self.ends, strict=True)):
+            if end and link.hex() == digest:
+                return Content(self.events[:end], self.links[: number + 1], self.ends[: number + 1])
+        return None
+
 
 class LogFile:
-    """A log on disk; with `write` the writer's lock is taken at once.
+    """A log on disk; with `write` the writer's lock is taken at once. A known `head` is compared, not read again.
 
-    InputError: there is no such file, or it is no log, or damaged. OSError: it cannot be opened, or is being written.
+    InputError: there is no such file, or it is no log, or damaged, or has another head. OSError: it cannot be opened,
+    or is being written.
     """
 
-    def __init__(self, path: Path, *, write: bool = False, lock: WriterLock | None = None) -> None:
+    def __init__(
+        self, path: Path, *, write: bool = False, lock: WriterLock | None = None, head: LogHeader | None = None
+    ) -> None:
         self.path = path
         if not is_log(path) and (problem := kind_text(path)):
             raise InputError(f"{path}: {problem}; expected the log of a run (NAME{ENDING})")
@@ -104,7 +114,7 @@ class LogFile:
                 self._connection = connect(path, mode)
             with self._reading() as connection:
                 _check_schema(connection, path)
-                self.head = _read_head(connection, path)
+                self.head = _read_head(connection, path) if head is None else _same_head(connection, path, head)
         except BaseException:
             self.close()
             raise
@@ -289,6 +299,13 @@ def _read_head(connection: sqlite3.Connection, path: Path) -> LogHeader:
         raise type(error)(f"{path}: {error}") from error
     except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
         raise InputError(f"{path}: is damaged: its head cannot be read ({error}); {_EXPECTED}") from error
+
+
+def _same_head(connection: sqlite3.Connection, path: Path, head: LogHeader) -> LogHeader:
+    """Return a known head if it is that of the log; InputError if the log has another one."""
+    if connection.execute("SELECT link FROM chain WHERE number = 0").fetchone() != (head.link,):
+        raise InputError(f"{path}: is another log than before; it was replaced")
+    return head
 
 
 def _put_events(

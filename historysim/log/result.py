@@ -6,11 +6,13 @@ A snapshot is a state beside the events, from which a replay can begin: a shortc
 import hashlib
 import json
 import logging
-from bisect import bisect_left
+import sys
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import partial
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +31,7 @@ from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
 from historysim.recording.netcdf import COMPRESSIONS, FileRecorder, Unfinished
+from historysim.replaying import Replay
 
 if TYPE_CHECKING:
     import netCDF4
@@ -40,6 +43,7 @@ logger = logging.getLogger(__name__)
 LARGE = 200e6  # bytes of a result from which its size is announced
 # Asperities times rows between snapshots by default, and the most rows: some seconds of replay.
 SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
+SNAPSHOT_BYTES = 1 << 30  # of all snapshots of a run by default; larger states are further apart
 
 
 def log_beside(output: Path) -> Path:
@@ -68,6 +72,33 @@ class RunOptions:
     threads: int | None = attrs.field(default=None, converter=resolve_threads)
     force: bool = False
     notify: Notify = silent
+    record: str | None = attrs.field(default=None, validator=attrs.validators.optional(one_of("totals")))
+    cluster: str | None = None
+
+    def selected(self, job: Replay) -> Replay:
+        """Return a replay that records what the options select."""
+        return job if self.record is None else attrs.evolve(job, record=self.record)
+
+
+@attrs.define
+class _Spacing:
+    """Rows between snapshots: as chosen, or so many that all snapshots of a run take a limited size."""
+
+    chosen: int | None
+    steps: int  #: of the run
+    rows: int = attrs.field(init=False)
+
+    @classmethod
+    def of(cls, options: RunOptions, job: Replay) -> "_Spacing":
+        """Return the spacing at the start of a run."""
+        made = cls(options.snapshot_every, job.steps())
+        made.rows = made.chosen or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(job.ensemble)))
+        return made
+
+    def widen(self, size: int) -> None:
+        """Consider the size of a snapshot [bytes]."""
+        if self.chosen is None:
+            self.rows = max(self.rows, -(-size * self.steps // SNAPSHOT_BYTES))
 
 
 def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
@@ -78,7 +109,8 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     head, content = file.head, file.sound()
     if not content.events:
         raise InputError(f"{file.path}: holds no events yet; expected at least one: EventLog.append adds them")
-    job, link = head.replay(content.events, options.threads), digest_attribute(content.links[-1])
+    job = options.selected(head.replay(content.events, options.threads))
+    link = digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
 
     def write_beside(into: "netCDF4.Dataset") -> None:
@@ -93,32 +125,33 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     ):
         start, written = Start(head.ensemble.initial_state()), ""
         if options.resume:
-            if _is_result_of(output, link):
+            if _is_result_of(output, link, job):
                 return
-            written = _name_of(unfinished.path, link)
+            written = _name_of(unfinished.path, link, job)
             start = _last_snapshot(file, content, written, options.notify)
             if not start.rows:
                 unfinished.renew()
         unfinished.kept = start.rows
-        now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+        now = created()
         attributes = job.attributes() | head.attributes | link | {"date_created": now}
         made = partial(job.recorder, FileRecorder, attributes=attributes, beside=write_beside)
         with made(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
                 options.notify(_size_notice(output, target))
-            every = options.snapshot_every or max(1, min(MOST_SNAPSHOT_ROWS, SNAPSHOT_CELLS // len(head.ensemble)))
+            spacing = _Spacing.of(options, job)
+            at_once = spacing.rows
             rows = written if start.rows else f"{unfinished.path.name} {now}"
 
             def after(cursor: Cursor, state: "State") -> None:
-                if cursor.rows - unfinished.kept < every or cursor.rows == target.steps:
+                if cursor.rows - unfinished.kept < spacing.rows or cursor.rows == target.steps:
                     return
                 # first the rows, then the snapshot that says that they stand
                 target.flush()
-                add_snapshot(file, content, cursor, state, rows)
+                spacing.widen(add_snapshot(file, content, cursor, state, rows))
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
                 unfinished.kept = cursor.rows
 
-            job.walk(target, start=start, most_rows=every, progress=options.progress, after=after)
+            job.walk(target, start=start, most_rows=at_once, progress=options.progress, after=after)
             target.finish()
         if options.compression == "none":
             unfinished.publish()
@@ -127,6 +160,11 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
                 target.copy_rows(unfinished.path)
                 target.finish()
         logger.info("%s: written, %d bytes", output, output.stat().st_size)
+
+
+def created() -> str:
+    """Return the present time as results state it."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 @contextmanager
@@ -151,26 +189,28 @@ def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
         raise OSError(error.errno, message, str(unfinished.output)) from error
 
 
-def _name_of(unfinished: Path, link: Mapping[str, str]) -> str:
+def _name_of(unfinished: Path, link: Mapping[str, str], job: Replay) -> str:
     """Return what snapshots call the rows of an unfinished file; empty where it is none of this log."""
-    made = _attribute_of(unfinished, link, "date_created")
+    made = _attribute_of(unfinished, link, job, "date_created")
     return f"{unfinished.name} {made}" if made else ""
 
 
-def _is_result_of(output: Path, link: Mapping[str, str]) -> bool:
+def _is_result_of(output: Path, link: Mapping[str, str], job: Replay) -> bool:
     """Return whether a complete result of a log, as it is now, is there already."""
     with suppress(InputError):
         check_contained(output)
-        return bool(_attribute_of(output, link, "complete"))
+        return bool(_attribute_of(output, link, job, "complete"))
     return False
 
 
-def _attribute_of(path: Path, link: Mapping[str, str], name: str) -> Any:  # noqa: ANN401 - as it stands there
-    """Return an attribute of a netCDF file of a log; None where it is of another one, or cannot be read."""
+def _attribute_of(path: Path, link: Mapping[str, str], job: Replay, name: str) -> Any:  # noqa: ANN401 - of any type
+    """Return an attribute of a netCDF file; None if it is of another log or selection, or cannot be read."""
     import netCDF4
 
     with suppress(OSError, RuntimeError, AttributeError), netCDF4.Dataset(path) as file:
-        return file.getncattr(name) if file.getncattr("log_digest") == link["log_digest"] else None
+        has_asperities = "asperity" in file.dimensions
+        if file.getncattr("log_digest") == link["log_digest"] and has_asperities == (job.asperities is not None):
+            return file.getncattr(name)
     return None
 
 
@@ -193,9 +233,10 @@ def digest_attribute(link: bytes) -> dict[str, str]:
 # -- snapshots -------------------------------------------------------------------------------------
 
 
-def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State", written: str = "") -> None:
-    """Put the state where a replay stands beside the events of a log; ``written`` names the file with the rows before.
+def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State", written: str = "") -> int:
+    """Insert the state at a place of a replay into its log, and return its size in bytes.
 
+    ``written`` names the file with the rows before.
     It depends on all batches with events that are done or ahead, so the link of the last of them stands with it.
     """
     batches = bisect_left(content.ends, max(cursor.events, *(index + 1 for index in cursor.heading)))
@@ -204,18 +245,25 @@ def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State"
     link, kept = content.links[batches], state.to_bytes()
     row = (cursor.events, text, link, kept, _digest(text, link, kept))
     file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
+    return len(kept)
 
 
 def snapshots(
-    file: LogFile, content: Content, notify: Notify = silent, *, written: str | None = None
+    file: LogFile,
+    content: Content,
+    notify: Notify = silent,
+    *,
+    written: str | None = None,
+    events: range | None = None,
 ) -> Iterator[Start]:
     """Yield where the snapshots of a log let a replay begin, the latest first.
 
-    With `written`, only those with their rows in the file of that name. `notify` gets each reason to pass some over.
+    With `written`, only those with their rows in the file of that name; with `events`, only those after such numbers of
+    events. `notify` gets each reason to pass some over.
     """
     reasons: set[str] = set()
     # one at a time, since states may be large, and each may be damaged
-    for (number,) in _numbers(file, notify):
+    for (number,) in _numbers(file, notify, events):
         try:
             ((text, link, state, digest),) = file.rows(
                 "SELECT about, link, state, digest FROM snapshot WHERE number = ?", number
@@ -233,9 +281,12 @@ def snapshots(
             reasons.add(start)
 
 
-def _numbers(file: LogFile, notify: Notify) -> list[tuple[int]]:
+def _numbers(file: LogFile, notify: Notify, events: range | None) -> list[tuple[int]]:
+    first, end = (events.start, events.stop) if events is not None else (0, sys.maxsize)
     try:
-        return file.rows("SELECT number FROM snapshot ORDER BY events DESC")
+        return file.rows(
+            "SELECT number FROM snapshot WHERE events >= ? AND events < ? ORDER BY events DESC", first, end
+        )
     except InputError as error:
         notify(f"the snapshots cannot be read ({error})")
         return []
@@ -256,10 +307,15 @@ def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: 
     return Start(ensemble.state_from(state), cursor)
 
 
-def start_before(file: LogFile, content: Content, time: float, notify: Notify = silent) -> Start:
-    """Return the latest place up to a time [s] where a replay can begin."""
-    found = (start for start in snapshots(file, content, notify) if start.cursor and start.cursor.time <= time)
-    return next(found, None) or Start(file.head.ensemble.initial_state())
+def start_before(
+    file: LogFile, content: Content, time: float, notify: Notify = silent, *, latest: Start | None = None
+) -> Start:
+    """Return the latest place up to a time [s] where a replay can begin: at a snapshot, or at a known place."""
+    first = latest.cursor.events + 1 if latest is not None and latest.cursor is not None else 1
+    done = bisect_right(content.events, time, key=attrgetter("time"))
+    found = snapshots(file, content, notify, events=range(first, done + 1))
+    start = next((start for start in found if start.cursor and start.cursor.time <= time), latest)
+    return start or Start(file.head.ensemble.initial_state())
 
 
 def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify) -> Start:

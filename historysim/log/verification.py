@@ -146,6 +146,8 @@ def _compared(
         here = program(file.head.ensemble.packages)
         notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
     job = file.head.replay(events)
+    if "asperity" not in result.dimensions:
+        job = attrs.evolve(job, record="totals")
     if (found := len(result.dimensions["step"])) != (steps := job.steps()):
         raise InputError(f"{output}: has {found:,} steps; its log makes {steps:,}")
     target = job.recorder(_Comparer, file=result)
@@ -224,9 +226,8 @@ def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[
     digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
         raise InputError(f"{output}: holds another scenario than {file.path}: one of the two was changed or swapped")
-    for link, end in zip(content.links, content.ends, strict=True):
-        if link.hex() == digest and end:
-            return content.events[:end], digest
+    if (made_of := content.up_to(digest)) is not None:
+        return made_of.events, digest
     raise InputError(
         f"{output}: is not the result of {file.path}: it names the digest {digest[:12] or 'none'}…, and the log has "
         f"{content.links[-1].hex()[:12]}…; one of the two was swapped; historysim run "

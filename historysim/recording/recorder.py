@@ -1,7 +1,7 @@
 """Take the rows of a replay: which asperities, projected onto which variables, and where they go."""
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, final
 
 import attrs
@@ -205,20 +205,11 @@ class DatasetRecorder(Recorder):
 
     def dataset(self, attributes: Mapping[str, Any]) -> "xr.Dataset":
         """Return the recorded history, with these attributes."""
-        import xarray as xr
-
-        def labelled(*recorded: tuple[Variable, Array]) -> dict[str, xr.Variable]:
-            return {
-                one.name: xr.Variable(one.dimensions, values, one.attributes, {"_FillValue": None, "dtype": one.dtype})
-                for one, values in recorded
-            }
-
         once = [] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]
-        data = labelled(*self.projected(self.rows), *once)
-        coordinates = labelled(*coordinates_of(self.ensemble, self.asperities), (COORDINATES[0], self._times))
-        if self.changes.planar:
-            coordinates[DIRECTION] = xr.Variable(DIRECTION, list(COMPONENTS), {"long_name": OF_DIRECTION})
-        return xr.Dataset(data, coordinates, {**attributes, "complete": np.int8(1)})
+        coordinates = [*coordinates_of(self.ensemble, self.asperities), (COORDINATES[0], self._times)]
+        return labelled_dataset(
+            [*self.projected(self.rows), *once], coordinates, attributes, planar=self.changes.planar
+        )
 
 
 @final
@@ -251,6 +242,28 @@ class StateOnly(Recorder):
 
     def record(self, times: Array) -> None:
         """Leave the rows."""
+
+
+def labelled_dataset(
+    data: Iterable[tuple[Variable, Any]],
+    coordinates: Iterable[tuple[Variable, Any]],
+    attributes: Mapping[str, Any],
+    *,
+    planar: bool,
+) -> "xr.Dataset":
+    """Return a complete history of arrays, which xarray may read lazily, with the metadata of their variables."""
+    import xarray as xr
+
+    def label(arrays: Iterable[tuple[Variable, Any]]) -> dict[str, xr.Variable]:
+        return {
+            one.name: xr.Variable(one.dimensions, values, one.attributes, {"_FillValue": None, "dtype": one.dtype})
+            for one, values in arrays
+        }
+
+    labels = label(coordinates)
+    if planar:
+        labels[DIRECTION] = xr.Variable(DIRECTION, list(COMPONENTS), {"long_name": OF_DIRECTION})
+    return xr.Dataset(label(data), labels, {**attributes, "complete": np.int8(1)})
 
 
 def coordinates_of(ensemble: Ensemble, asperities: Integers | None) -> list[tuple[Variable, Array]]:

@@ -13,6 +13,7 @@ from historysim.asperities.state import State
 from historysim.errors import InputError
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
+from historysim.log.lazy_history import LogReference
 from historysim.log.result import digest_attribute, log_beside
 from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
@@ -37,6 +38,10 @@ def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Ans
     if isinstance(job, Replay):
         with suppress(InputError):
             return question(Origin(job, lambda at: job.state(until=at), {}, {}))
+    elif isinstance(job, LogReference):
+        with suppress(InputError):
+            lazy = job.history
+            return question(Origin(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings))
     elif source:
         with suppress(InputError), EventLog(log_beside(Path(source))) as log:
             if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION
-from historysim.basics.files import is_log, is_netcdf, what_is_there
+from historysim.basics.files import is_log, is_netcdf, is_zarr, what_is_there
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
@@ -37,6 +37,7 @@ CALLED: Mapping[str, str] = {
     "scenario": "a scenario",
     "log": "a log",
     "result": "a result of historysim run",
+    "zarr": "a result of historysim run (zarr)",
     "loops": "a file of friction loops",
     "sliding": "a file of friction over time or distance",
     "sweep": "a sweep",
@@ -78,6 +79,8 @@ def kind_of(path: Path) -> str:
     """Return what a file is, a key of `CALLED` or a name in `FILES`: a scenario by its ending, else by its content."""
     if path.suffix == ".toml":
         return "scenario"
+    if is_zarr(path):
+        return "zarr"
     kinds = "a scenario, a result of historysim run, its log, friction loops, friction over time or distance, a sweep"
     _check_exists(path, f"expected {kinds}, a table, a reduced model, or a height map")
     if is_log(path):
@@ -133,6 +136,27 @@ def open_history(path: Path, *, own: bool = False) -> "xr.Dataset":
     except BaseException:
         history.close()
         raise
+    return history
+
+
+def open_zarr_history(path: Path) -> xr.Dataset:
+    """Open the result of a run in a zarr store, read lazily.
+
+    InputError: zarr is not installed, or the store is not a finished result, or is damaged.
+    """
+    try:
+        import zarr  # noqa: F401 - xarray reports its absence as an unknown engine
+    except ImportError as error:
+        raise InputError(f'{path}: is read by zarr, which is not installed; pip install "historysim[zarr]"') from error
+    try:
+        history: xr.Dataset = xr.open_zarr(path, chunks=None, decode_times=False, consolidated=False)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise InputError(f"{path}: is damaged, or not a result ({error}); make it again") from error
+    for variable in history.variables.values():
+        # JSON has no types
+        if "flag_values" in variable.attrs:
+            variable.attrs["flag_values"] = np.asarray(variable.attrs["flag_values"], dtype=variable.dtype)
+    _check_history(history, path, "expected a result of historysim run")
     return history
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import attrs
 
 from historysim.basics.files import is_log, is_netcdf
-from historysim.basics.targets import LOG, RESULT, Output, check_outputs
+from historysim.basics.targets import LOG, RESULT, STORE, Output, check_outputs, is_store_name
 from historysim.basics.wording import Notify, shell_word, warn
 from historysim.errors import InputError
 from historysim.loads.events import Event
@@ -34,6 +34,8 @@ def run(  # noqa: PLR0913 - the options of the command
     compression: str = "none",
     threads: int | None = None,
     force: bool = False,
+    record: str | None = None,
+    cluster: str | None = None,
     notify: Notify | None = None,
 ) -> "xr.Dataset":
     """Run a scenario, a log or a result.
@@ -45,14 +47,15 @@ def run(  # noqa: PLR0913 - the options of the command
     output : path, optional
         A netCDF file (.nc) to write the history to, with the surface in the group ``surface``; an earlier result is
         replaced when the new one is complete. The log of a scenario stands beside it, as ``NAME.history``, from the
-        beginning.
+        beginning. Or a zarr store (.zarr), whose blocks are computed in parallel.
     progress : bool
         Show a progress bar on standard error where that is a terminal and the run is long.
     resume : bool
         Go on where an earlier run of the same scenario to the same output was ended: from the last snapshot of its
         log that can be used. What comes out is the same, bit for bit.
     snapshot_every : int, optional
-        Rows between snapshots of the state in the log; by default some seconds of replay.
+        Rows between snapshots of the state in the log; by default some seconds of replay, and more if all snapshots
+        would be larger than 1 GB.
     compression : {"none", "zlib", "zstd"}
         Of the output.
     threads : int, optional
@@ -60,6 +63,12 @@ def run(  # noqa: PLR0913 - the options of the command
         is the same, bit for bit.
     force : bool
         Replace files of these names that are no earlier result or log, too; never one that the scenario reads.
+    record : "totals", optional
+        Write the log, its snapshots and the totals, and no variable of the asperities: ``hs.open("NAME.history",
+        chunks=…)`` computes these where they are read. By default what the scenario records.
+    cluster : str, optional
+        Address of the scheduler of a dask cluster that computes the blocks of a zarr store; it reads the log under the
+        same path.
     notify : callable, optional
         Called with each notice (str), such as which snapshot is not used; by default those on how a
         measured record was read are a UserWarning each.
@@ -86,16 +95,22 @@ def run(  # noqa: PLR0913 - the options of the command
     5.003 nm
     """
     notify = notify or _of_records
-    options = RunOptions(progress, resume, snapshot_every, compression, threads, force, notify)
+    options = RunOptions(
+        progress, resume, snapshot_every, compression, threads, force, notify, record=record, cluster=cluster
+    )
     source = source_of(path)
     if output is None:
         header, events, link = source.content(notify)
         attributes = header.attributes | digest_attribute(link)
+        job = options.selected(header.replay(events, options.threads))
         with source.placed():
-            return header.replay(events, options.threads).dataset(attributes=attributes, progress=progress)
+            return job.dataset(attributes=attributes, progress=progress)
     write(source, Path(output), options)
     import xarray as xr
 
+    if is_store_name(Path(output)):
+        history: xr.Dataset = xr.open_zarr(output, chunks=None, decode_times=False, consolidated=False)
+        return history
     return xr.open_dataset(output, decode_times=False)
 
 
@@ -106,9 +121,19 @@ def _of_records(_: str) -> None:
 def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
     """Replay a source into a result, without opening it; first check that it, and files beside it, can be written."""
     log = [Output(log_beside(output), (LOG,))] if source.makes_log else []
-    check_outputs([Output(output, (RESULT,)), *log, *beside], source.files, force=options.force)
+    check_outputs([Output(output, (RESULT, STORE)), *log, *beside], source.files, force=options.force)
+    in_store = is_store_name(output)
+    if in_store:
+        from historysim.log.zarr_result import check_packages, write_zarr
+
+        check_packages()
+    elif options.cluster is not None:
+        raise InputError(f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output")
     with source.log(log_beside(output), options) as file, source.placed():
-        write_result(file, output, options)
+        if in_store:
+            write_zarr(file, output, options)
+        else:
+            write_result(file, output, options)
 
 
 @attrs.frozen

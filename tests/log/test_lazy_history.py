@@ -1,0 +1,513 @@
+"""Histories that are computed where they are read, against a run that records all variables."""
+
+import pickle
+import re
+import shutil
+import sqlite3
+import sys
+import warnings
+from contextlib import closing
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.asperities import laws
+from historysim.asperities.wear import ArchardWear
+from historysim.errors import InputError
+from historysim.log import lazy_history, result
+from historysim.log.lazy_history import HistoryBackend, LogReference, open_lazily
+
+PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+COUNT = 7
+APPROACH = np.linspace(0.0, 0.2, 9)
+SPRING = hs.Instrument(lateral_stiffness=0.2)
+
+
+def ensemble(rng, friction=0.5, **options):
+    return hs.Ensemble(PAIR, -rng.uniform(0.0, 0.04, COUNT), rng.uniform(0.5, 2.0, COUNT), friction, **options)
+
+
+def ramps(rng, count=14, *, by_load=True):
+    """Random paths of both channels; some times have one waypoint only, so that the other channel is between two."""
+    events = [hs.NormalLoad(0.0, 0.02), hs.TangentialLoad(0.0, 0.0) if by_load else hs.TangentialDisplacement(0.0, 0.0)]
+    for time in range(1, count):
+        if rng.random() < 0.6:
+            events.append(hs.NormalLoad(time, rng.uniform(0.015, 0.03)))
+        if by_load:
+            events.append(hs.TangentialLoad(time, rng.uniform(-0.006, 0.006)))
+        else:
+            events.append(hs.TangentialDisplacement(time, rng.uniform(-0.03, 0.03)))
+    return events
+
+
+def with_friction(rng):
+    events = [
+        *ramps(rng, by_load=False),
+        hs.FrictionChange(2.0, rng.uniform(0.3, 0.6, COUNT).tolist()),
+        hs.FrictionRamp(4.0, 0.4),
+        hs.FrictionRamp(7.5, rng.uniform(0.4, 0.6, COUNT).tolist()),
+    ]
+    return sorted(events, key=lambda event: event.time)
+
+
+def planar(rng):
+    targets = ((float(k), tuple(rng.uniform(-0.02, 0.02, 2))) for k in range(1, 8))
+    return [hs.NormalLoad(0.0, 0.02), *(hs.TangentialDisplacement(*each) for each in targets)]
+
+
+CASES = {
+    "one coefficient": lambda rng: (ensemble(rng), ramps(rng), {}),
+    "own coefficients": lambda rng: (ensemble(rng, rng.uniform(0.4, 0.8, COUNT)), ramps(rng), {}),
+    "displacements": lambda rng: (ensemble(rng), ramps(rng, by_load=False), {}),
+    "evolution": lambda rng: (
+        ensemble(rng, laws.SlidFriction([0.0, 0.1], [0.5, 0.3]), wear=ArchardWear(coefficient=0.01, hardness=1.0)),
+        ramps(rng, 8, by_load=False),
+        {},
+    ),
+    "friction changes": lambda rng: (ensemble(rng), with_friction(rng), {}),
+    "saturate and instrument": lambda rng: (
+        ensemble(rng),
+        [*ramps(rng), hs.TangentialLoad(20.0, 0.1), hs.TangentialLoad(21.0, 0.0)],
+        {"saturate": True, "instrument": SPRING},
+    ),
+    "two directions": lambda rng: (ensemble(rng), planar(rng), {"instrument": SPRING}),
+    "patches": lambda rng: (
+        hs.Ensemble.from_normal_curves(PAIR, APPROACH, np.outer(APPROACH**1.5, rng.uniform(0.5, 1.0, 3)), friction=0.5),
+        ramps(rng, by_load=False),
+        {},
+    ),
+}  # fmt: skip
+
+
+def make_log(folder, seed, name, *, snapshot_every=4, record="all"):
+    """Write the log of a random history, and its result under another name, which the lazy history does not find."""
+    rng = np.random.default_rng(seed)
+    contact, events, options = CASES[name](rng)
+    options = {"substeps": int(rng.integers(1, 4)), "record": record, **options}
+    path = folder / "run.history"
+    hs.EventLog.create(path, contact, events, **options).close()
+    hs.run(path, folder / "full.nc", snapshot_every=snapshot_every).close()
+    return path
+
+
+@pytest.fixture
+def log(tmp_path):
+    return make_log(tmp_path, 1, "one coefficient")
+
+
+def recorded(path):
+    return hs.open(path.with_name("full.nc")).load()
+
+
+def assert_same_bits(found, expected):
+    assert {*found.data_vars} == {*expected.data_vars}
+    for name, values in expected.variables.items():
+        assert found[name].dims == values.dims, name
+        assert found[name].dtype == values.dtype or name == "direction", name
+        assert found[name].values.tobytes() == values.values.tobytes() or name == "direction", name
+        assert {*found[name].attrs} == {*values.attrs}, name
+
+
+def random_key(rng, size):
+    kind = rng.integers(4)
+    first, last = sorted(rng.integers(0, size, 2).tolist())
+    if kind == 0:
+        return int(rng.integers(-size, size))
+    if kind == 1:
+        return slice(first, last + 1, int(rng.integers(1, 3)))
+    if kind == 2:
+        return slice(last, None if first == 0 else first - 1, -1)
+    return rng.integers(0, size, int(rng.integers(0, 5)))
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("snapshot_every", [3, 1000])
+def test_any_block_has_the_bits_of_a_whole_run(tmp_path, monkeypatch, name, snapshot_every):
+    seed = len(name) + snapshot_every
+    path = make_log(tmp_path, seed, name, snapshot_every=snapshot_every)
+    expected = recorded(path)
+    # several blocks, and replays that leave out rows, in one selection
+    monkeypatch.setattr(lazy_history, "BLOCK_CELLS", 40)
+    monkeypatch.setattr(lazy_history, "GAP_CELLS", 30)
+    history = xr.open_dataset(path, engine=HistoryBackend)
+    assert_same_bits(history.copy(), expected)
+    assert {**history.attrs, "date_created": ""} == {**expected.attrs, "date_created": ""}
+    rng = np.random.default_rng(seed)
+    for _ in range(12):
+        key = {axis: random_key(rng, expected.sizes[axis]) for axis in ("step", "asperity")}
+        fresh = xr.open_dataset(path, engine=HistoryBackend)
+        lazy_history._opened.cache_clear()
+        assert_same_bits(fresh.isel(key), expected.isel(key))
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_chunks_computed_by_threads_have_the_bits_of_a_whole_run(tmp_path, name):
+    dask = pytest.importorskip("dask")
+    path = make_log(tmp_path, len(name), name)
+    rng = np.random.default_rng(len(name))
+    chunks = {"step": int(rng.integers(2, 9)), "asperity": int(rng.integers(1, 4))}
+    with dask.config.set(scheduler="threads", num_workers=4):
+        assert_same_bits(hs.open(path, chunks=chunks).compute(), recorded(path))
+        assert_same_bits(xr.open_dataset(path, engine=HistoryBackend, chunks=chunks).compute(), recorded(path))
+
+
+def test_variables_of_one_block_are_computed_once(log, monkeypatch):
+    pytest.importorskip("dask")
+    computed = []
+    block = lazy_history.LazyHistory.block
+
+    def count(self, steps, columns, threads=None):
+        computed.append((steps.tobytes(), None if columns is None else columns.tobytes()))
+        return block(self, steps, columns, threads)
+
+    monkeypatch.setattr(lazy_history.LazyHistory, "block", count)
+    names = ["normal_load", "tangential_load", "slip_state"]
+    history = xr.open_dataset(log, engine=HistoryBackend)
+    history[names].isel(step=slice(3, 9), asperity=[1, 2]).load()
+    assert len(computed) == 1
+    computed.clear()
+    hs.open(log, chunks={"step": 10, "asperity": 3})[names].compute()
+    assert len(computed) == len(set(computed))
+
+
+def test_a_cache_keeps_what_was_computed_last_within_its_size(log, monkeypatch):
+    monkeypatch.setattr(lazy_history, "CACHE_BYTES", 2000)
+    history = LogReference.of(log).history
+    for step in range(8):
+        history._cached(np.array([step]), np.arange(COUNT))
+        held = [future.result() for future in history._cache._blocks.values()]
+        assert sum(values.nbytes for values in held[-1].values()) < 2000
+        assert sum(values.nbytes for block in held for values in block.values()) <= 2000
+    assert len(held) > 1
+    monkeypatch.setattr(lazy_history, "CACHE_BYTES", 1)
+    history._cached(np.array([2, 3]), np.arange(COUNT))
+    assert len(history._cache._blocks) == 1
+
+
+def test_an_error_of_a_block_is_raised_and_not_cached(tmp_path):
+    path = tmp_path / "run.history"
+    ball = hs.Ensemble(PAIR, 0.0, 1.0, 0.5)
+    events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.002), hs.TangentialLoad(2.0, 0.1)]
+    hs.EventLog.create(path, ball, events, record="all").close()
+    history = xr.open_dataset(path, engine=HistoryBackend)
+    assert history.tangential_load.isel(step=1).item() == 0.002
+    for _ in range(2):
+        with pytest.raises(hs.LoadError, match=r"event 2 at t = 2 s"):
+            history.tangential_load.isel(step=2).load()
+
+
+def test_a_selection_replays_from_the_last_snapshot_only(log, monkeypatch):
+    replayed = []
+    walk = hs.Replay.walk
+
+    def count(self, target, **options):
+        replayed.append(target.asperities)
+        start = options["start"].rows
+        assert start > 20
+        return walk(self, target, **options)
+
+    history = xr.open_dataset(log, engine=HistoryBackend)
+    lazy_history._opened.cache_clear()
+    history.step.size  # noqa: B018 - opens it
+    monkeypatch.setattr(hs.Replay, "walk", count)
+    history.normal_load.isel(step=slice(-4, None), asperity=[2, 5]).load()
+    assert [each.tolist() for each in replayed if each is not None] == [[2, 5]]
+
+
+def test_a_time_selects_a_step(log):
+    history, expected = xr.open_dataset(log, engine=HistoryBackend), recorded(log)
+    chosen = history.sel(time=7.1, method="nearest")
+    step = int(np.abs(expected.time.values - 7.1).argmin())
+    assert chosen.normal_load.values.tobytes() == expected.normal_load.values[step].tobytes()
+    between = history.sel(time=slice(3.0, 5.0))
+    assert ((between.time >= 3.0) & (between.time <= 5.0)).all()
+
+
+def test_a_log_of_totals_has_the_asperities_that_touch(tmp_path):
+    path = make_log(tmp_path, 3, "one coefficient", record="totals")
+    history = hs.open(path, chunks={})
+    with hs.EventLog(path) as log:
+        expected = log.replay(record="touching")
+    assert_same_bits(history.compute(), expected)
+    few = xr.open_dataset(path, engine=HistoryBackend, record=[4, 1], drop_variables="slip_state")
+    assert few.asperity.values.tolist() == [1, 4]
+    assert "slip_state" not in few
+
+
+# -- what a run keeps ------------------------------------------------------------------------------
+
+SCENARIO = """
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "random"
+shape = [48, 48]
+pixel_size = "1 µm"
+rms_height = "50 nm"
+autocorrelation_length = "4 µm"
+seed = 1
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_displacement = "30 nm" },
+    { time = 2, tangential_displacement = "-30 nm", name = "turned" },
+    { time = 3, tangential_displacement = "30 nm" },
+]
+substeps = 15
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    path = tmp_path / "rough.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+def test_a_run_with_totals_keeps_log_totals_and_snapshots(scenario, tmp_path):
+    output = tmp_path / "rough.nc"
+    totals = hs.run(scenario, output, record="totals", snapshot_every=10)
+    expected = hs.run(scenario)
+    assert "asperity" not in totals.dims
+    assert totals.total_tangential_load.values.tobytes() == expected.total_tangential_load.values.tobytes()
+    totals.close()
+    assert hs.verify(output)
+    assert hs.verify(output.with_suffix(".history")).snapshots == 2
+    assert hs.run(scenario, record="totals").sizes == {"step": 46}
+    for path in (output, output.with_suffix(".history")):
+        with hs.open(path, chunks={"step": 20}) as history:
+            # read from the result, not computed
+            assert history.total_normal_load.chunks is None
+            assert_same_bits(history.compute(), expected)
+    # the result alone, which holds its log
+    alone = shutil.copy(output, tmp_path / "alone.nc")
+    assert_same_bits(xr.open_dataset(alone, engine=HistoryBackend).load(), expected)
+
+
+def test_a_full_result_is_read_in_chunks_and_not_computed(scenario, tmp_path, monkeypatch):
+    expected = hs.run(scenario, tmp_path / "rough.nc").load()
+    monkeypatch.setattr(lazy_history, "open_lazily", None)
+    with hs.open(tmp_path / "rough.nc", chunks={"step": 20}) as history:
+        assert history.normal_load.chunks[0] == (20, 20, 6)
+        assert_same_bits(history.compute(), expected)
+
+
+def test_a_resume_with_another_selection_starts_at_the_beginning(scenario, tmp_path, monkeypatch):
+    output = tmp_path / "rough.nc"
+    sync = hs.log.result.FileRecorder.flush if hasattr(hs, "log") else result.FileRecorder.flush
+
+    def interrupt(self):
+        sync(self)
+        if self._filled > 20:
+            raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr(result.FileRecorder, "flush", interrupt)
+        hs.run(scenario, output, snapshot_every=10)
+    notes = []
+    hs.run(scenario, output, record="totals", resume=True, notify=notes.append).close()
+    assert any("starts at the beginning" in note for note in notes)
+    assert hs.verify(output)
+    # a complete result of totals is not that of all variables
+    hs.run(scenario, output, resume=True).close()
+    with hs.open(output) as history:
+        assert "normal_load" in history
+
+
+def test_large_snapshots_are_further_apart(scenario, tmp_path, monkeypatch):
+    monkeypatch.setattr(result, "MOST_SNAPSHOT_ROWS", 2)
+
+    def spaced(limit):
+        monkeypatch.setattr(result, "SNAPSHOT_BYTES", limit)
+        hs.run(scenario, tmp_path / "rough.nc", record="totals").close()
+        with closing(sqlite3.connect(tmp_path / "rough.history")) as connection:
+            return [size for (size,) in connection.execute("SELECT length(state) FROM snapshot")]
+
+    many = spaced(1 << 30)
+    limit = 5 * max(many)
+    few = spaced(limit)
+    assert len(many) == 15 > len(few)
+    assert limit / 3 < sum(few) <= limit + max(few)
+
+
+def test_a_long_log_without_snapshots_says_which_option_helps(log, tmp_path, monkeypatch):
+    monkeypatch.setattr(lazy_history, "SNAPSHOT_CELLS", 10)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        open_lazily(log)
+    bare = tmp_path / "bare.history"
+    shutil.copy(log, bare)
+    with closing(sqlite3.connect(bare)) as connection:
+        connection.execute("DELETE FROM snapshot")
+        connection.commit()
+    with pytest.warns(UserWarning, match=r"no usable snapshot; historysim run .* --record totals --snapshot-every"):
+        history = open_lazily(bare)
+    assert_same_bits(history.load(), recorded(log))
+    hs.run(bare, tmp_path / "totals.nc", record="totals", snapshot_every=5).close()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        open_lazily(bare)
+
+
+# -- queries and pictures --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("chunks", [None, {"step": 16, "asperity": 5}])
+def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path, chunks):
+    expected = hs.run(scenario, tmp_path / "rough.nc")
+    path = shutil.copy(tmp_path / "rough.history", tmp_path / "other.history")
+    history = xr.open_dataset(path, engine=HistoryBackend) if chunks is None else hs.open(path, chunks=chunks)
+    assert history.contact.summary() == expected.contact.summary()
+    label = int(expected.contact.slides_first()[0])
+    for name, given in {
+        "slip_onset": (), "slip_shares": (), "stick_ratio": (), "mean_pressure": (), "dissipated_power": (),
+        "energy_per_cycle": (), "critical_asperity": (), "load_curve": (), "time_series": (),
+        "profiles": (label, ["turned"]), "reversal_points": (label, 40), "sliding_displacements": (30,),
+    }.items():  # fmt: skip
+        found = getattr(history.contact, name)(*given)
+        xr.testing.assert_equal(found.compute(), getattr(expected.contact, name)(*given).compute())
+    assert (
+        history.contact.asperity(label, time=1.234).stick_radius
+        == expected.contact.asperity(label, time=1.234).stick_radius
+    )
+    for picture in ("loop", "slip-map", "traction", "contact-map", "history"):
+        hs.plot(history, picture=picture)
+    expected.close()
+
+
+def test_a_query_reads_what_it_needs_only(log, monkeypatch):
+    history = xr.open_dataset(log, engine=HistoryBackend)
+    read = []
+    cached = lazy_history.LazyHistory._cached
+
+    def note(self, steps, columns):
+        if columns is not None:
+            read.append((steps.size, columns.size))
+        return cached(self, steps, columns)
+
+    monkeypatch.setattr(lazy_history.LazyHistory, "_cached", note)
+    history.contact.slides_first()
+    history.contact.preliminary_displacement()
+    assert read == []
+    history.contact.profiles(3, [5])
+    assert {columns for _, columns in read} == {1}
+    read.clear()
+    history.contact.stick_ratio().isel(step=4, asperity=2).load()
+    assert set(read) == {(1, 1)}
+
+
+# -- failures --------------------------------------------------------------------------------------
+
+
+def test_a_damaged_log_is_refused(log):
+    with closing(sqlite3.connect(log)) as connection:
+        connection.execute("DROP TRIGGER no_update_of_batch")
+        connection.execute("UPDATE batch SET time = zeroblob(length(time))")
+        connection.commit()
+    with pytest.raises(InputError, match=r"run\.history: is damaged: batch 1"):
+        hs.open(log, chunks={})
+
+
+def test_a_damaged_snapshot_is_passed_over_with_a_warning(log):
+    history = xr.open_dataset(log, engine=HistoryBackend)
+    with closing(sqlite3.connect(log)) as connection:
+        connection.execute("UPDATE snapshot SET state = zeroblob(length(state)) WHERE number % 2 = 0")
+        connection.commit()
+    with pytest.warns(UserWarning, match="a snapshot is damaged"):
+        found = history.isel(step=slice(-3, None)).load()
+    assert_same_bits(found, recorded(log).isel(step=slice(-3, None)))
+
+
+def test_a_log_that_grows_stays_as_it_was_opened(log):
+    expected = recorded(log)
+    history = hs.open(log, chunks={"step": 5})
+    with hs.EventLog(log) as writer:
+        writer.append([hs.NormalLoad(30.0, 0.001), hs.TangentialLoad(31.0, 0.0)])
+    # as a worker that opens it later
+    lazy_history._opened.cache_clear()
+    assert_same_bits(history.compute(), expected)
+    assert history.contact.asperity(3, time=20.5 if expected.time[-1] > 20.5 else 7.5)
+    assert hs.open(log, chunks={}).sizes["step"] > expected.sizes["step"]
+
+
+def test_a_log_that_was_replaced_is_refused(log, tmp_path):
+    history = hs.open(log, chunks={})
+    log.unlink()
+    make_log(tmp_path, 2, "one coefficient")
+    # memory still holds the log; its snapshots are of another one
+    with pytest.warns(UserWarning, match="another log than before; it was replaced"):
+        history.normal_load.isel(step=-1).load()
+    lazy_history._opened.cache_clear()
+    with pytest.raises(InputError, match=r"is not the log that the history was opened from.*replaced"):
+        history.normal_load.isel(step=-1).load()
+
+
+def test_a_worker_without_the_file_is_told_which_file_it_needs(log):
+    history = hs.open(log, chunks={})
+    log.unlink()
+    lazy_history._opened.cache_clear()
+    with pytest.raises(InputError, match=r"run\.history: there is no such file on .*every machine.*same path"):
+        history.normal_load.compute()
+
+
+def test_another_version_is_refused(log, monkeypatch):
+    history = hs.open(log, chunks={})
+    monkeypatch.setattr(lazy_history, "program", lambda _: "historysim 99")
+    lazy_history._opened.cache_clear()
+    with pytest.raises(InputError, match=r"was opened by historysim .*, and historysim 99 is installed on"):
+        history.normal_load.compute()
+
+
+@pytest.mark.parametrize(
+    ("chunks", "says"),
+    [
+        ({"steps": 3}, "chunks is {'steps': 3}; expected numbers of steps and asperities"),
+        ({"step": 0}, "chunks is {'step': 0}"),
+        ({"asperity": "many"}, "chunks is {'asperity': 'many'}"),
+        ("all", "chunks is 'all'"),
+    ],
+)
+def test_chunks_that_are_none_are_refused(log, chunks, says):
+    with pytest.raises(InputError, match=re.escape(says)):
+        hs.open(log, chunks=chunks)
+    with pytest.raises(InputError, match=re.escape(says)):
+        hs.open(log.with_name("full.nc"), chunks=chunks)
+
+
+def test_files_without_a_history_are_refused(log, scenario, tmp_path):
+    with pytest.raises(InputError, match="is a scenario; expected a log or a result"):
+        hs.open(scenario, chunks={})
+    with pytest.raises(InputError, match="expected the log of a run"):
+        xr.open_dataset(scenario, engine=HistoryBackend)
+    with pytest.raises(InputError, match="there is no such file"):
+        xr.open_dataset(tmp_path / "none.history", engine=HistoryBackend)
+    hs.EventLog.create(tmp_path / "empty.history", hs.Ensemble(PAIR, 0.0, 1.0, 0.5)).close()
+    with pytest.raises(InputError, match="holds no events yet"):
+        hs.open(tmp_path / "empty.history", chunks={})
+
+
+def test_without_dask_the_message_names_the_extra(log, monkeypatch):
+    monkeypatch.setitem(sys.modules, "dask.array", None)
+    for path in (log, log.with_name("full.nc")):
+        with pytest.raises(InputError, match=r'pip install "historysim\[dask\]"; without chunks, xarray\.open_dataset'):
+            hs.open(path, chunks={})
+
+
+def test_a_lazy_array_is_pickled_by_path_and_digest(log):
+    history = xr.open_dataset(log, engine=HistoryBackend, record="all")
+    content = pickle.dumps(history.normal_load.variable)
+    # ten times the asperities, the same size
+    assert len(content) < 3000
+    assert pickle.loads(content).values.tobytes() == recorded(log).normal_load.values.tobytes()
+
+
+def test_xarray_finds_the_engine_by_the_file(log):
+    backend = HistoryBackend()
+    assert backend.guess_can_open(log)
+    assert not backend.guess_can_open(log.with_name("full.nc"))
+    assert not backend.guess_can_open("https://example.org/run.history")
