@@ -447,12 +447,6 @@ def open_lazily(
     coordinates = [*coordinates_of(job.ensemble, history.labels), (TIME, history.time)]
     attributes = job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
     dataset = labelled_dataset(data, coordinates, attributes, planar=job.changes.planar)
-    preferred = _Grid.of("auto", sizes["step"], sizes["asperity"])
-    for each in computed:
-        chunk = (len(preferred.steps[0]), len(preferred.asperities[0]), len(COMPONENTS))
-        names = ("step", "asperity", DIRECTION)
-        of_axis = dict(zip(names, chunk, strict=True))
-        dataset[each.name].encoding["preferred_chunks"] = {axis: of_axis[axis] for axis in each.dimensions}
     dataset.encoding |= {"source": str(path), MADE_BY: reference}
     return dataset.set_xindex("time")
 

@@ -26,11 +26,8 @@ CONNECT_SECONDS = 20.0  # to reach the scheduler of a cluster
 def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
     """Replay a log, open to write, into a zarr store, which appears under its name when it is complete.
 
-    InputError: dask or zarr is not installed, or the cluster cannot be reached.
+    InputError: the cluster cannot be reached.
     """
-    check_packages()
-    if options.compression != "none":
-        raise InputError(f"{output}: is compressed by zarr itself; expected no --compression")
     hidden, totals = (output.with_name(f".{output.name}.{part}") for part in ("unfinished", "totals.nc"))
     with _workers(options) as workers:
         write_result(file, totals, attrs.evolve(options, record="totals"))
@@ -44,8 +41,10 @@ def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
     totals.unlink()
 
 
-def check_packages() -> None:
-    """Raise InputError if dask or zarr is not installed."""
+def check_options(output: Path, options: RunOptions) -> None:
+    """Raise InputError if dask or zarr is not installed, or for an option that a store does not have."""
+    if options.compression != "none":
+        raise InputError(f"{output}: is compressed by zarr itself; expected no --compression")
     try:
         import dask.array  # noqa: F401 - xarray imports both
         import zarr  # noqa: F401

@@ -110,6 +110,9 @@ def _missing_variables(names: Iterable[str]) -> InputError:
 
 def _with_axes(history: xr.Dataset) -> xr.Dataset:
     """Return a history along ``step`` and ``asperity``, which may have been swapped for coordinates."""
+    if "time" in history.xindexes and history["time"].dims == ("step",):
+        # the index of a lazy history, with which xarray cannot rename the coordinate
+        history = history.drop_indexes("time")
     swapped: dict[str, str] = {}
     for axis, label in _LABELS.items():
         lost = axis not in history.dims and label in history.variables and len(history.variables[label].dims) == 1

@@ -124,9 +124,9 @@ def write(source: "Source", output: Path, options: RunOptions, *beside: Output) 
     check_outputs([Output(output, (RESULT, STORE)), *log, *beside], source.files, force=options.force)
     in_store = is_store_name(output)
     if in_store:
-        from historysim.log.zarr_result import check_packages, write_zarr
+        from historysim.log.zarr_result import check_options, write_zarr
 
-        check_packages()
+        check_options(output, options)
     elif options.cluster is not None:
         raise InputError(f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output")
     with source.log(log_beside(output), options) as file, source.placed():

@@ -192,20 +192,19 @@ def test_an_error_of_a_block_is_raised_and_not_cached(tmp_path):
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(1.0, 0.002), hs.TangentialLoad(2.0, 0.1)]
     hs.EventLog.create(path, ball, events, record="all").close()
     history = xr.open_dataset(path, engine=HistoryBackend)
-    assert history.tangential_load.isel(step=1).item() == 0.002
+    assert history.tangential_load.isel(step=1).item() == pytest.approx(0.002)
     for _ in range(2):
         with pytest.raises(hs.LoadError, match=r"event 2 at t = 2 s"):
             history.tangential_load.isel(step=2).load()
 
 
 def test_a_selection_replays_from_the_last_snapshot_only(log, monkeypatch):
-    replayed = []
+    replayed, steps = [], recorded(log).sizes["step"]
     walk = hs.Replay.walk
 
     def count(self, target, **options):
         replayed.append(target.asperities)
-        start = options["start"].rows
-        assert start > 20
+        assert options["start"].rows > steps / 2
         return walk(self, target, **options)
 
     history = xr.open_dataset(log, engine=HistoryBackend)
@@ -299,16 +298,17 @@ def test_a_full_result_is_read_in_chunks_and_not_computed(scenario, tmp_path, mo
 
 def test_a_resume_with_another_selection_starts_at_the_beginning(scenario, tmp_path, monkeypatch):
     output = tmp_path / "rough.nc"
-    sync = hs.log.result.FileRecorder.flush if hasattr(hs, "log") else result.FileRecorder.flush
+    sync = result.FileRecorder.flush
 
     def interrupt(self):
         sync(self)
         if self._filled > 20:
             raise KeyboardInterrupt
 
-    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+    with monkeypatch.context() as patched:
         patched.setattr(result.FileRecorder, "flush", interrupt)
-        hs.run(scenario, output, snapshot_every=10)
+        with pytest.raises(KeyboardInterrupt):
+            hs.run(scenario, output, snapshot_every=10)
     notes = []
     hs.run(scenario, output, record="totals", resume=True, notify=notes.append).close()
     assert any("starts at the beginning" in note for note in notes)
@@ -319,19 +319,22 @@ def test_a_resume_with_another_selection_starts_at_the_beginning(scenario, tmp_p
         assert "normal_load" in history
 
 
-def test_large_snapshots_are_further_apart(scenario, tmp_path, monkeypatch):
+def test_large_snapshots_are_further_apart(tmp_path, monkeypatch):
     monkeypatch.setattr(result, "MOST_SNAPSHOT_ROWS", 2)
+    path = tmp_path / "run.history"
 
     def spaced(limit):
         monkeypatch.setattr(result, "SNAPSHOT_BYTES", limit)
-        hs.run(scenario, tmp_path / "rough.nc", record="totals").close()
-        with closing(sqlite3.connect(tmp_path / "rough.history")) as connection:
+        rng = np.random.default_rng(1)
+        hs.EventLog.create(path, ensemble(rng), ramps(rng, 60)).close()
+        hs.run(path, tmp_path / "run.nc", record="totals").close()
+        with closing(sqlite3.connect(path)) as connection:
             return [size for (size,) in connection.execute("SELECT length(state) FROM snapshot")]
 
     many = spaced(1 << 30)
     limit = 5 * max(many)
     few = spaced(limit)
-    assert len(many) == 15 > len(few)
+    assert len(many) > 3 * len(few) > 0
     assert limit / 3 < sum(few) <= limit + max(few)
 
 
@@ -436,7 +439,7 @@ def test_a_log_that_grows_stays_as_it_was_opened(log):
 
 
 def test_a_log_that_was_replaced_is_refused(log, tmp_path):
-    history = hs.open(log, chunks={})
+    history = xr.open_dataset(log, engine=HistoryBackend)
     log.unlink()
     make_log(tmp_path, 2, "one coefficient")
     # memory still holds the log; its snapshots are of another one
@@ -479,7 +482,7 @@ def test_chunks_that_are_none_are_refused(log, chunks, says):
         hs.open(log.with_name("full.nc"), chunks=chunks)
 
 
-def test_files_without_a_history_are_refused(log, scenario, tmp_path):
+def test_files_without_a_history_are_refused(scenario, tmp_path):
     with pytest.raises(InputError, match="is a scenario; expected a log or a result"):
         hs.open(scenario, chunks={})
     with pytest.raises(InputError, match="expected the log of a run"):
@@ -503,7 +506,8 @@ def test_a_lazy_array_is_pickled_by_path_and_digest(log):
     content = pickle.dumps(history.normal_load.variable)
     # ten times the asperities, the same size
     assert len(content) < 3000
-    assert pickle.loads(content).values.tobytes() == recorded(log).normal_load.values.tobytes()
+    again = pickle.loads(content)  # noqa: S301 - made here
+    assert again.values.tobytes() == recorded(log).normal_load.values.tobytes()
 
 
 def test_xarray_finds_the_engine_by_the_file(log):

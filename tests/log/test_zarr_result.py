@@ -1,0 +1,193 @@
+"""Results in zarr stores, written by threads and by a cluster of which a worker is killed, against netCDF results."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import historysim as hs
+from historysim.errors import InputError
+from historysim.log import lazy_history, zarr_result
+
+pytest.importorskip("zarr")
+pytest.importorskip("dask.array")
+
+SCENARIO = """
+title = "Rough contact"
+[materials]
+first = "silicon"
+second = "float glass"
+[surface]
+kind = "random"
+shape = [48, 48]
+pixel_size = "1 µm"
+rms_height = "50 nm"
+autocorrelation_length = "4 µm"
+seed = 1
+[friction]
+coefficient = 0.2
+[loading]
+waypoints = [
+    { time = 0, normal_load = "50 mN" },
+    { time = 1, tangential_displacement = "30 nm" },
+    { time = 2, tangential_displacement = "-30 nm", name = "turned" },
+    { time = 3, tangential_displacement = "30 nm" },
+]
+substeps = 15
+"""
+ONCE = {"date_created"}
+
+
+@pytest.fixture
+def scenario(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(lazy_history, "CHUNK_CELLS", 300)
+    monkeypatch.setattr(lazy_history, "CHUNK_ASPERITIES", 20)
+    path = tmp_path / "rough.toml"
+    path.write_text(SCENARIO, encoding="utf-8")
+    return path
+
+
+def assert_same(found, expected):
+    """Assert that all bits and metadata are the same, but for when they were made."""
+    found, expected = found.load().drop_indexes("time", errors="ignore"), expected.load()
+    for each in (found, expected):
+        each.attrs = {name: value for name, value in each.attrs.items() if name not in ONCE}
+        for variable in each.variables.values():
+            variable.attrs.pop("coordinates", None)
+    xr.testing.assert_identical(found, expected)
+    for name, values in expected.variables.items():
+        assert found[name].values.tobytes() == values.values.tobytes()
+        assert found[name].dtype == values.dtype
+
+
+def test_a_run_to_a_store_is_that_to_a_file(scenario, tmp_path):
+    hs.run(scenario, "rough.zarr", progress=True, threads=2).close()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["rough.history", "rough.toml", "rough.zarr"]
+    hs.run("rough.history", "full.nc").close()
+    history, expected = hs.open("rough.zarr"), hs.open("full.nc")
+    assert len(hs.open("rough.zarr", chunks="auto").normal_load.data.chunks[0]) > 1
+    assert history.slip_state.attrs["flag_values"].dtype == np.int8
+    assert_same(history, expected)
+    label = int(history.contact.slides_first()[0])
+    # queries that need the log, next to the store
+    for each in (history, expected):
+        each.contact.load_curve()
+        each.close()
+    assert history.contact.asperity(label, time=1.234) is not None
+    assert history.contact.summary() == expected.contact.summary()
+
+
+def test_a_lazy_history_is_written_by_xarray(scenario):
+    hs.run(scenario, "rough.nc").close()
+    history = hs.open("rough.history", chunks={"step": 10, "asperity": 30})
+    history.to_zarr("rough.zarr", consolidated=False)
+    found = hs.open("rough.zarr")
+    assert_same(found, hs.open("rough.nc"))
+    assert found.contact.profiles(int(found.asperity[0]), ["turned"]).traction.size
+
+
+def test_the_command_writes_reads_and_replaces_stores(scenario, tmp_path):
+    def command(*arguments):
+        return subprocess.run(
+            [sys.executable, "-m", "historysim", *arguments], capture_output=True, text=True, check=False
+        )
+
+    for _ in range(2):
+        done = command("run", scenario.name, "-o", "out.zarr", "--snapshot-every", "10")
+        assert done.returncode == 0, done.stderr
+    assert "result                    out.zarr" in done.stdout
+    assert "steps" in command("show", "out.zarr").stdout
+    (tmp_path / "other.zarr").mkdir()
+    done = command("run", scenario.name, "-o", "other.zarr", "--force")
+    assert done.returncode == 2
+    assert "other.zarr: exists already and is not a zarr store of historysim" in done.stderr
+    done = command("run", scenario.name, "-o", "out.nc", "--cluster", "tcp://127.0.0.1:1")
+    assert done.returncode == 2
+    assert "expected a zarr store (.zarr) as output" in done.stderr
+
+
+def test_totals_alone_are_a_small_store(scenario):
+    hs.run(scenario, "rough.zarr", record="totals").close()
+    assert "asperity" not in hs.open("rough.zarr").dims
+
+
+def test_an_interrupted_store_is_resumed(scenario, tmp_path, monkeypatch):
+    def interrupt(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched:
+        patched.setattr(zarr_result, "_write_store", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            hs.run(scenario, "rough.zarr")
+    assert not (tmp_path / "rough.zarr").exists()
+    replayed = []
+    monkeypatch.setattr(zarr_result, "write_result", lambda *given: replayed.append(given))
+    hs.run(scenario, "rough.zarr", resume=True).close()
+    assert len(replayed) == 1
+    assert hs.open("rough.zarr").sizes["step"] == 46
+
+
+def test_what_is_no_finished_store_is_refused(scenario, tmp_path):
+    with pytest.raises(InputError, match="is compressed by zarr itself"):
+        hs.run(scenario, "rough.zarr", compression="zlib")
+    (tmp_path / "broken.zarr").mkdir()
+    (tmp_path / "broken.zarr" / "zarr.json").write_text("{")
+    with pytest.raises(InputError, match=r"broken\.zarr: is damaged, or not a result"):
+        hs.open("broken.zarr")
+    xr.Dataset({"a": ("x", [1.0])}).to_zarr("foreign.zarr", consolidated=False)
+    with pytest.raises(InputError, match=r"foreign\.zarr: is not a finished result"):
+        hs.open("foreign.zarr")
+
+
+@pytest.mark.parametrize("module", ["zarr", "dask.array"])
+def test_without_its_packages_the_message_names_the_extras(scenario, tmp_path, monkeypatch, module):
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(InputError, match=r'pip install "historysim\[dask,zarr\]"'):
+        hs.run(scenario, "rough.zarr")
+    # before anything is written
+    assert [path.name for path in tmp_path.iterdir()] == ["rough.toml"]
+
+
+def test_a_cluster_that_is_not_there_is_an_error(scenario, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr(zarr_result, "CONNECT_SECONDS", 0.2)
+    with pytest.raises(InputError, match=r"cluster tcp://127\.0\.0\.1:9: no scheduler answers there"):
+        hs.run(scenario, "rough.zarr", cluster="tcp://127.0.0.1:9")
+
+
+@pytest.mark.ci
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.skipif(os.name == "nt", reason="ends a process by a signal")
+def test_a_cluster_that_loses_a_worker_gives_the_same_bits(scenario):
+    distributed = pytest.importorskip("distributed")
+    hs.run(scenario, "rough.nc").close()
+    expected = hs.open("rough.nc").load()
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with distributed.LocalCluster(**options) as cluster, distributed.Client(cluster) as client:
+        victim = next(iter(client.run(os.getpid).values()))
+        future = client.compute(hs.open("rough.history", chunks={"step": 2, "asperity": 7}))
+        while not any(client.run(opened_logs).values()):
+            time.sleep(0.02)
+        os.kill(victim, signal.SIGKILL)
+        assert_same(future.result(), expected)
+        assert not future.cancelled()
+        # each process reads the log once, not once for each task
+        assert set(client.run(opened_logs).values()) == {1}
+        hs.run("rough.history", "out.zarr", cluster=cluster.scheduler_address).close()
+        history = hs.open("rough.history", chunks={"step": 2})
+        Path("rough.history").rename("moved.history")
+        client.run(lazy_history._opened.cache_clear)
+        with pytest.raises(InputError, match=r"rough\.history: there is no such file on .* under the same path"):
+            history.normal_load.compute()
+    assert_same(hs.open("out.zarr"), expected)
+
+
+def opened_logs():
+    return lazy_history._opened.cache_info().misses
