@@ -19,7 +19,7 @@ import historysim
 ROOT = Path(historysim.__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 SMOKE = ROOT / "tests" / "scripts" / "smoke.py"
-# Extras that need no other program, in one environment; `surfaces` needs a newer numpy than historysim itself.
+# Extras that need no other program, in one environment; `surfaces` and `zarr` need newer packages than historysim.
 EXTRAS = ("report", "hdf5", "tdms", "dask", "control", "excel")
 
 pytestmark = [
@@ -104,8 +104,8 @@ def test_every_command_works_with_the_lowest_versions_that_are_declared(tmp_path
     # a bound below the first release that other requirements allow is one that nobody installs
     assert newer == {}
     run(python, SMOKE, MPLBACKEND="agg")
-    uv(*install, *optional["surfaces"])
-    run(python, SMOKE, "SurfaceTopography", "skimage", MPLBACKEND="agg")
+    uv(*install, *optional["surfaces"], *optional["zarr"])
+    run(python, SMOKE, "SurfaceTopography", "skimage", "zarr", MPLBACKEND="agg")
 
 
 def test_every_command_works_on_the_newest_python(tmp_path):

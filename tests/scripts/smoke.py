@@ -98,10 +98,19 @@ def check_excel(folder: Path) -> None:
 
 
 def check_dask(folder: Path) -> None:
-    """Extra dask: a query of a chunked history."""
-    with hs.open(folder / "r.nc") as history:
-        shares = history.chunk({"step": 10}).contact.slip_shares()
-        assert np.isfinite(shares.compute().to_array()).all()
+    """Extra dask: queries of a chunked result, and of a history computed from its log."""
+    for name in ("r.nc", "r.history"):
+        with hs.open(folder / name, chunks={"step": 10}) as history:
+            shares = history.contact.slip_shares()
+            assert np.isfinite(shares.compute().to_array()).all()
+
+
+def check_zarr(folder: Path) -> None:
+    """Extra zarr, with dask: a history computed from its log, written and read again."""
+    if importlib.util.find_spec("dask") is None:
+        return
+    hs.open(folder / "r.history", chunks="auto").to_zarr(folder / "r.zarr", consolidated=False)
+    assert hs.open(folder / "r.zarr").contact.summary()
 
 
 def check_control(_: Path) -> None:
@@ -140,6 +149,7 @@ EXTRAS = {
     "nptdms": check_tdms,
     "python_calamine": check_excel,
     "dask": check_dask,
+    "zarr": check_zarr,
     "control": check_control,
     "SurfaceTopography": check_surfaces,
     "skimage": check_registration,
