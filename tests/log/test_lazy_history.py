@@ -360,6 +360,23 @@ def test_a_long_log_without_snapshots_says_which_option_helps(log, tmp_path, mon
 # -- queries and pictures --------------------------------------------------------------------------
 
 
+def test_queries_on_evolving_asperities_read_blocks_of_steps(tmp_path, monkeypatch):
+    path = make_log(tmp_path, 5, "evolution")
+    history, expected = xr.open_dataset(path, engine=HistoryBackend), recorded(path)
+    largest = []
+    monkeypatch.setattr("historysim.results.analysis.recorded.CELLS_AT_ONCE", 3 * COUNT)
+    values = lazy_history.LazyHistory.values
+
+    def note(self, variable, key):
+        found = values(self, variable, key)
+        largest.append(found.size)
+        return found
+
+    monkeypatch.setattr(lazy_history.LazyHistory, "values", note)
+    assert history.contact.summary() == expected.contact.summary()
+    assert max(largest) <= max(3 * COUNT, expected.sizes["step"])
+
+
 @pytest.mark.parametrize("chunks", [None, {"step": 16, "asperity": 5}])
 def test_queries_and_pictures_answer_as_on_a_result(scenario, tmp_path, chunks):
     expected = hs.run(scenario, tmp_path / "rough.nc")
@@ -397,6 +414,10 @@ def test_a_query_reads_what_it_needs_only(log, monkeypatch):
     history.contact.slides_first()
     history.contact.preliminary_displacement()
     assert read == []
+    monkeypatch.setattr("historysim.results.plots.histories.MOST_ROWS", 3)
+    hs.plot(history, picture="slip-map")
+    assert {columns for _, columns in read} == {3}
+    read.clear()
     history.contact.profiles(3, [5])
     assert {columns for _, columns in read} == {1}
     read.clear()

@@ -15,6 +15,7 @@ from historysim.results.analysis.recorded import (
     SLOPE,
     is_complete,
     of_patches,
+    parts,
     present_friction,
     sizes,
 )
@@ -148,10 +149,13 @@ def _touched(history: History) -> str:
         return f"{most:,}{total} at one time"
     separation = history["separation"].values
     if CHANGING_HEIGHT in history:
-        touches = history[CHANGING_HEIGHT].values > separation[:, np.newaxis]
+        touches = np.zeros(history.sizes["asperity"], dtype=bool)
+        for rows in parts(history):
+            heights = history[CHANGING_HEIGHT].isel(step=rows).values
+            touches |= (heights > separation[rows, np.newaxis]).any(axis=0)
     else:
-        touches = history["summit_height"].values[np.newaxis] > separation.min()
-    touched = int(touches.any(axis=0).sum())
+        touches = history["summit_height"].values > separation.min()
+    touched = int(touches.sum())
     return f"{touched:,}{total}" + (f", {most:,} at one time" if most < touched else "")
 
 

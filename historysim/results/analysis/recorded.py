@@ -68,8 +68,9 @@ def check_all_recorded(history: History) -> None:
 def is_complete(history: History) -> bool:
     """Return whether all asperities that touch are recorded."""
     if SLOPE in history:
-        touching = (history["slip_state"].values != SEPARATED).sum(axis=1)
-        return bool((touching == history["contact_count"].values).all())
+        count = history["contact_count"].values
+        states = ((rows, history["slip_state"].isel(step=rows).values) for rows in parts(history))
+        return all(((state != SEPARATED).sum(axis=1) == count[rows]).all() for rows, state in states)
     if "summit_height" not in history or "friction" not in history:
         return False
     most = int(history["contact_count"].values.max())
@@ -81,8 +82,9 @@ def is_complete(history: History) -> bool:
     rounding = max(1e-12, 4 * float(np.finfo(separation.dtype).eps))
     if CHANGING_HEIGHT in history:
         room = max(1e-9, rounding) * max(scale, np.abs(separation).max())
-        touching = (history[CHANGING_HEIGHT].values > separation[:, np.newaxis] - room).sum(axis=1)
-        return bool((touching >= history["contact_count"].values).all())
+        count, lowest = history["contact_count"].values, separation[:, np.newaxis] - room
+        heights = ((rows, history[CHANGING_HEIGHT].isel(step=rows).values) for rows in parts(history))
+        return all(((height > lowest[rows]).sum(axis=1) >= count[rows]).all() for rows, height in heights)
     room = rounding * max(scale, abs(float(separation.min())))
     return int((history["summit_height"].values > float(separation.min()) - room).sum()) >= most
 

@@ -91,6 +91,8 @@ def _first_rows(history: History) -> Floats:
     for rows in parts(history):
         # only asperities that have not slipped yet are looked at
         waiting = np.flatnonzero(np.isnan(found))
+        if not waiting.size:
+            break
         slips = history["slip_state"].isel(step=rows).values[:, waiting] >= PARTIAL_SLIP
         there = slips.any(axis=0)
         found[waiting[there]] = history["time"].values[rows][slips[:, there].argmax(axis=0)]

@@ -143,7 +143,7 @@ class TractionPicture(Panel):
                 found.isel(step=row),
                 base if start is not None and step > start else None,
                 step in named_states(history).values(),
-                float(history["normal_load"].values[step, column_of(asperity, history)]),
+                float(history["normal_load"].isel(step=step, asperity=column_of(asperity, history))),
             )
             for row, step in enumerate(steps)
         ]
