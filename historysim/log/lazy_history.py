@@ -8,6 +8,7 @@ import functools
 import itertools
 import operator
 import os
+import platform
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -27,7 +28,6 @@ from historysim.asperities.state import EnsembleState
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_contained
-from historysim.basics.system import host
 from historysim.basics.wording import shell_word, warn
 from historysim.errors import InputError
 from historysim.loads import schedule
@@ -45,7 +45,7 @@ TIME = COORDINATES[0]
 BLOCK_CELLS = 1 << 21  # steps times asperities that are computed in one piece if a selection is larger
 GAP_CELLS = 1 << 20  # steps times asperities between two selected steps from which a second replay is faster
 CACHE_BYTES = 1 << 28  # computed blocks, and states at their ends, that are kept for the next variable or step
-STATE_BYTES = 64  # of one asperity in a state, roughly
+STATES_KEPT, STATE_BYTES = 8, 64  # at most, and of one asperity in a state, roughly
 LOGS_OPEN = 4  # logs that a process keeps in memory
 # Asperities of a chunk by default, as many as its replay is worth, and steps times asperities.
 CHUNK_ASPERITIES, CHUNK_CELLS = 1 << 18, 1 << 21
@@ -144,6 +144,7 @@ class LazyHistory:
     _cache: _Cache = attrs.field(factory=_Cache, init=False, repr=False)
     #: States at the ends of the blocks computed last, by the number of rows before them.
     _states: OrderedDict[int, schedule.Start] = attrs.field(factory=OrderedDict, init=False, repr=False)
+    _lock: Any = attrs.field(factory=threading.Lock, init=False, repr=False)  #: of the states
 
     @functools.cached_property
     def time(self) -> Floats:
@@ -208,8 +209,9 @@ class LazyHistory:
         """Return where a replay stands after so many rows, which end at an event time."""
         if rows == 0:
             return schedule.Start(self.job.ensemble.initial_state())
-        known = [count for count in [*self._states] if count <= rows]
-        cached = self._states.get(max(known)) if known else None
+        with self._lock:
+            known = [count for count in self._states if count <= rows]
+            cached = self._states[max(known)] if known else None
         if cached is not None and cached.rows == rows:
             return cached
         start = self._snapshot(float(self.time[rows - 1]), cached)
@@ -228,9 +230,11 @@ class LazyHistory:
 
         job = self.job if threads is None else attrs.evolve(self.job, threads=threads)
         job.walk(target, start=start, until=float(self.time[rows - 1]), after=after)
-        self._states[rows] = reached
-        while len(self._states) > max(1, min(LOGS_OPEN, CACHE_BYTES // (STATE_BYTES * len(self.job.ensemble)))):
-            self._states.popitem(last=False)
+        most = max(1, min(STATES_KEPT, CACHE_BYTES // (STATE_BYTES * len(self.job.ensemble))))
+        with self._lock:
+            self._states[rows] = reached
+            while len(self._states) > most:
+                self._states.popitem(last=False)
         return reached
 
     def _snapshot(self, time: float, cached: schedule.Start | None = None) -> schedule.Start:
@@ -293,7 +297,7 @@ class LogReference:
         head, content, _ = _read(path)
         if not content.events:
             raise InputError(f"{path}: holds no events yet; expected at least one: historysim append adds them")
-        chosen = record or head.settings["record"]
+        chosen = head.settings["record"] if record is None else record
         chosen = tuple(chosen) if not isinstance(chosen, str) else "touching" if chosen == "totals" else chosen
         return cls(path, content.links[-1].hex(), chosen, program(head.ensemble.packages))
 
@@ -308,8 +312,9 @@ class LogReference:
 
     def block(self, steps: range, columns: range | None) -> Block:
         """Compute a block; see `LazyHistory.block`."""
+        asperities = None if columns is None else np.array(columns, dtype=np.int64)
         # dask itself has threads
-        return self.history.block(np.array(steps), None if columns is None else np.array(columns), threads=1)
+        return self.history.block(np.array(steps), asperities, threads=1)
 
     def __dask_tokenize__(self) -> tuple[str, ...]:
         return self.digest, str(self.record), self.program
@@ -320,14 +325,14 @@ def _opened(reference: LogReference) -> LazyHistory:
     path = reference.path
     if not path.is_file():
         raise InputError(
-            f"{path}: there is no such file on {host()}; expected the log of the history on every machine that "
-            "computes it, under the same path"
+            f"{path}: there is no such file on {platform.node()}; expected the log of the history on every machine "
+            "that computes it, under the same path"
         )
     head, content, log = _read(path, reference.digest)
     if (here := program(head.ensemble.packages)) != reference.program:
         raise InputError(
-            f"{path}: the history was opened by {reference.program}, and {here} is installed on {host()}; expected the "
-            "same versions, since others may give other bits"
+            f"{path}: the history was opened by {reference.program}, and {here} is installed on {platform.node()}; "
+            "expected the same versions, since others may give other bits"
         )
     job = attrs.evolve(head.replay(content.events), record=reference.record)
     return LazyHistory(path, head, content, log, job)

@@ -36,6 +36,11 @@ def write_zarr(file: LogFile, output: Path, options: RunOptions) -> None:
             shutil.rmtree(output, ignore_errors=True)
             hidden.rename(output)
             sync_folder(output.parent)
+        except KeyboardInterrupt as error:
+            raise KeyboardInterrupt(
+                f"interrupted; {file.path} keeps the events and snapshots; the same run with --resume (resume=True) "
+                "computes the asperities"
+            ) from error
         finally:
             shutil.rmtree(hidden, ignore_errors=True)
     totals.unlink()

@@ -139,11 +139,13 @@ def open_history(path: Path, *, own: bool = False) -> "xr.Dataset":
     return history
 
 
-def open_zarr_history(path: Path) -> xr.Dataset:
+def open_zarr_history(path: Path) -> "xr.Dataset":
     """Open the result of a run in a zarr store, read lazily.
 
     InputError: zarr is not installed, or the store is not a finished result, or is damaged.
     """
+    import xarray as xr
+
     try:
         import zarr  # noqa: F401 - xarray reports its absence as an unknown engine
     except ImportError as error:
@@ -156,7 +158,7 @@ def open_zarr_history(path: Path) -> xr.Dataset:
         # JSON has no types
         if "flag_values" in variable.attrs:
             variable.attrs["flag_values"] = np.asarray(variable.attrs["flag_values"], dtype=variable.dtype)
-    _check_history(history, path, "expected a result of historysim run")
+    _check_history(history, path)
     return history
 
 
@@ -164,18 +166,33 @@ def open_zarr_history(path: Path) -> xr.Dataset:
 def open_result(path: Path, *, own: bool = False) -> Iterator["xr.Dataset"]:
     """Open the result of a run, and close it when the block ends; also damage found while reading is an InputError.
 
-    Parameters and errors as for `open_history`.
+    Parameters and errors as for `open_history`. The result may be a zarr store, or a log, whose history is computed
+    where it is read.
     """
-    with open_history(path, own=own) as history, damage_reported(path):
+    with _opened(path, own=own) as history, damage_reported(path):
         yield history
 
 
+def _opened(path: Path, *, own: bool) -> "xr.Dataset":
+    if is_zarr(path):
+        return open_zarr_history(path)
+    if is_log(path):
+        from historysim.log.lazy_history import open_lazily
+
+        return open_lazily(path)
+    return open_history(path, own=own)
+
+
 @contextlib.contextmanager
-def open_file_history(path: Path, *, own: bool = False) -> Iterator[FileHistory]:
-    """Open the result of a run for a summary, without xarray, and close it when the block ends.
+def open_file_history(path: Path, *, own: bool = False) -> Iterator[History]:
+    """Open the result of a run for a summary, a netCDF file without xarray, and close it when the block ends.
 
     Parameters and errors as for `open_history`; damage found while reading is an InputError as well.
     """
+    if is_zarr(path):
+        with open_zarr_history(path) as stored:
+            yield stored
+        return
     _check_netcdf(path)
     if not own:
         check_named(path)

@@ -235,6 +235,17 @@ def test_a_log_of_totals_has_the_asperities_that_touch(tmp_path):
     assert "slip_state" not in few
 
 
+@pytest.mark.filterwarnings("ignore:nothing ever touches")
+def test_a_history_without_contacts_has_no_asperities(tmp_path):
+    path = tmp_path / "run.history"
+    hs.EventLog.create(
+        path, ensemble(np.random.default_rng(1)), [hs.NormalLoad(0.0, 0.0), hs.NormalLoad(1.0, 0.0)]
+    ).close()
+    hs.run(path, tmp_path / "full.nc").close()
+    for history in (xr.open_dataset(path, engine=HistoryBackend), hs.open(path, chunks="auto")):
+        assert_same_bits(history.load(), recorded(path))
+
+
 # -- what a run keeps ------------------------------------------------------------------------------
 
 SCENARIO = """

@@ -124,7 +124,7 @@ def test_an_interrupted_store_is_resumed(scenario, tmp_path, monkeypatch):
 
     with monkeypatch.context() as patched:
         patched.setattr(zarr_result, "_write_store", interrupt)
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(KeyboardInterrupt, match=r"rough\.history keeps the events and snapshots; .* --resume"):
             hs.run(scenario, "rough.zarr")
     assert not (tmp_path / "rough.zarr").exists()
     replayed = []
