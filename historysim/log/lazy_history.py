@@ -296,7 +296,7 @@ class LogReference:
         """Read a log, or a result that holds one; InputError if it is damaged or has no events."""
         head, content, _ = _read(path)
         if not content.events:
-            raise InputError(f"{path}: holds no events yet; expected at least one: historysim append adds them")
+            raise InputError(f"{path}: holds no events yet; expected at least one: EventLog.append adds them")
         chosen = head.settings["record"] if record is None else record
         chosen = tuple(chosen) if not isinstance(chosen, str) else "touching" if chosen == "totals" else chosen
         return cls(path, content.links[-1].hex(), chosen, program(head.ensemble.packages))

@@ -87,7 +87,7 @@ def make_log(folder, seed, name, *, snapshot_every=4, record="all"):
     contact, events, options = CASES[name](rng)
     options = {"substeps": int(rng.integers(1, 4)), "record": record, **options}
     path = folder / "run.history"
-    hs.EventLog.create(path, contact, events, **options).close()
+    hs.EventLog.create(path, contact, events, hold=False, **options).close()
     hs.run(path, folder / "full.nc", snapshot_every=snapshot_every).close()
     return path
 
@@ -337,7 +337,7 @@ def test_large_snapshots_are_further_apart(tmp_path, monkeypatch):
     def spaced(limit):
         monkeypatch.setattr(result, "SNAPSHOT_BYTES", limit)
         rng = np.random.default_rng(1)
-        hs.EventLog.create(path, ensemble(rng), ramps(rng, 60)).close()
+        hs.EventLog.create(path, ensemble(rng), ramps(rng, 60), hold=False).close()
         hs.run(path, tmp_path / "run.nc", record="totals").close()
         with closing(sqlite3.connect(path)) as connection:
             return [size for (size,) in connection.execute("SELECT length(state) FROM snapshot")]
