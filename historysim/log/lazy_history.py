@@ -24,7 +24,7 @@ from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
 from historysim._version import __version__
-from historysim.asperities.state import EnsembleState
+from historysim.asperities.state import State
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.basics.files import as_path, is_log, is_netcdf, kind_text
 from historysim.basics.hdf5 import check_contained
@@ -82,7 +82,7 @@ class _SelectedRows(Recorder):
                     values[...] = source[name][chosen]
         self._filled += times.size
 
-    def conclude(self, state: EnsembleState) -> None:
+    def conclude(self, state: State) -> None:
         """Leave out when asperities slid: a block may end before that."""
 
     def block(self) -> Block:
@@ -164,7 +164,7 @@ class LazyHistory:
         times: Floats = self.job.ensemble.slide_time(self.state())[self.labels]
         return times
 
-    def state(self, time: float = np.inf) -> EnsembleState:
+    def state(self, time: float = np.inf) -> State:
         """Return the state at a time [s], replayed from the last snapshot before it."""
         return self.job.state(time, start=self._snapshot(time))
 
@@ -224,7 +224,7 @@ class LazyHistory:
         """Replay up to so many rows, and keep the state there."""
         reached = start
 
-        def after(cursor: schedule.Cursor, state: EnsembleState) -> None:
+        def after(cursor: schedule.Cursor, state: State) -> None:
             nonlocal reached
             reached = schedule.Start(state, cursor)
 
