@@ -106,6 +106,7 @@ void hs_flush_losses(hs_losses *losses, double *each) {
 }
 
 void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip) {
+    if (!losses) return;
     if (!losses->queues || group->curve.count > 1) {
         losses->total += hs_add_energy(group->curve, group->each, slip);
         return;

@@ -47,7 +47,7 @@ static inline void hs_queue_loss(hs_losses *losses, double gap, double weight, i
     losses->drag_low[p] = slip->drag_low;
     losses->drag_high[p] = slip->drag_high;
 }
-/* Add the loss of a group, distributed over its asperities. */
+/* Add the loss of a group, distributed over its asperities, unless `losses` is NULL. */
 void hs_add_loss(const hs_group *group, hs_losses *losses, const hs_slip *slip);
 /* Add all losses to the dissipated energies of a memory, of each asperity and of all. */
 void hs_commit_losses(hs_losses *losses, hs_memory *memory);

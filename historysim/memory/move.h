@@ -9,7 +9,7 @@ int hs_move(hs_memory *memory, double d, double load, hs_target target);
 /* The same with the groups' loads at d, and with the target of the path in (d, V). */
 int hs_move_with_loads(hs_memory *memory, const hs_group_loads *loads, double d, double load, hs_target target, hs_target path);
 /* Move one group, whose coefficient changes linearly from `friction` to that of `group`, and record what first slides. `scratch`
- * has room for twice `hs_room_to_clip`. */
+ * has room for twice `hs_room_to_clip`, of a polyline that is steep or of a coefficient that changes; losses may be NULL. */
 int hs_move_group(hs_memory *memory, const hs_group *group, hs_losses *losses, int64_t index, double friction, hs_point from,
                    hs_point to, double load, hs_target target, hs_vertex *scratch, double *reached);
 /* Flag each group whose polyline is steeper than μ. */

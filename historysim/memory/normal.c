@@ -19,8 +19,8 @@ int64_t hs_count_touching(const double *gap, int64_t count, double approach) {
 }
 
 /* k √(a - h) and its product with a - h, of asperities that touch. */
-HS_WIDE static void half_chords(const double *restrict gap, const double *restrict weight, int count, double approach,
-                                double *restrict load, double *restrict half_chord) {
+static inline void half_chords(const double *restrict gap, const double *restrict weight, int count, double approach,
+                               double *restrict load, double *restrict half_chord) {
     for (int i = 0; i < count; ++i) {
         double depth = approach - gap[i];
         half_chord[i] = weight[i] * sqrt(depth);
@@ -29,7 +29,7 @@ HS_WIDE static void half_chords(const double *restrict gap, const double *restri
 }
 
 /* P(a) and P'(a) of the first asperities, all of which touch. */
-hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
+HS_WIDE hs_load hs_sum_of_loads(const double *gap, const double *weight, int64_t touching, double approach) {
     double load[HS_BLOCK], half_chord[HS_BLOCK], loads[HS_LANES] = {0}, slopes[HS_LANES] = {0};
     for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
@@ -52,8 +52,8 @@ hs_load hs_load_between_knots(hs_curve curve, double approach) {
 }
 
 /* k (a - h)^(n/2) for n = 1, 3, 5 and 7, of asperities that touch. */
-HS_WIDE static void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
-                                double (*restrict power)[HS_BLOCK]) {
+static inline void half_powers(const double *restrict gap, const double *restrict weight, int count, double approach,
+                               double (*restrict power)[HS_BLOCK]) {
     for (int i = 0; i < count; ++i) {
         double depth = approach - gap[i];
         power[0][i] = weight[i] * sqrt(depth);
@@ -76,10 +76,9 @@ static hs_normal normal_between_knots(hs_curve curve, double approach) {
     return found;
 }
 
-hs_normal hs_normal_at(hs_curve curve, double approach) {
+/* P(a), P'(a) and both integrals of the first asperities, all of which touch. */
+HS_WIDE static hs_normal sum_of_normals(hs_curve curve, int64_t touching, double approach) {
     double power[4][HS_BLOCK], lane[4][HS_LANES] = {{0}}, sum[4];
-    if (curve.load) return normal_between_knots(curve, approach);
-    int64_t touching = hs_count_touching(curve.gap, curve.count, approach);
     for (int64_t begin = 0; begin < touching; begin += HS_BLOCK) {
         int count = hs_size_of_block(touching - begin);
         half_powers(curve.gap + begin, curve.weight + begin, count, approach, power);
@@ -87,6 +86,11 @@ hs_normal hs_normal_at(hs_curve curve, double approach) {
     }
     for (int n = 0; n < 4; ++n) sum[n] = hs_lanes_sum(lane[n]);
     return HS_MADE(hs_normal){sum[1], 1.5 * sum[0], sum[2] / 2.5, sum[3] / (2.5 * 3.5)};
+}
+
+hs_normal hs_normal_at(hs_curve curve, double approach) {
+    if (curve.load) return normal_between_knots(curve, approach);
+    return sum_of_normals(curve, hs_count_touching(curve.gap, curve.count, approach), approach);
 }
 
 /* Label a at which rigid·(a - h) + compliance·P(a) is a total, with the first knot h. */
