@@ -20,6 +20,7 @@ from historysim.loads import schedule
 from historysim.loads.event_sequence import as_events, events_text, time_text
 from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
+from historysim.memory.paths import untimed
 from historysim.recording import provenance
 from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, changes_of, chosen_asperities
 from historysim.recording.variables import Changes
@@ -142,6 +143,8 @@ class Replay:
         earlier than the recorder asks for. ``after`` is called with where the schedule stands, and the state there,
         when a segment ends with a time. A bar shows the progress on standard error where that is a terminal.
         """
+        # totals alone do not record when asperities slide, and no later replay starts from this state
+        timed = target.asperities is not None or start is not None or after is not None or isinstance(target, StateOnly)
         start = start or schedule.Start(self.ensemble.initial_state())
         state, columns = start.state, () if target.asperities is None else target.asperities
         at_once = min(most_rows or target.rows_at_once, target.rows_at_once)
@@ -149,6 +152,8 @@ class Replay:
         with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
+                if not timed:
+                    segment = attrs.evolve(segment, paths=untimed(segment.paths))
                 state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(segment.row_time)
                 if after is not None and segment.cursor is not None:

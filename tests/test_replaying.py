@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 
 import historysim as hs
+from historysim.recording.recorder import DatasetRecorder
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHTS = [-0.03, 0.0, -0.5, -0.01, -0.04]
@@ -74,6 +75,24 @@ def test_totals_are_the_same_bits_whatever_is_recorded(ensemble):
         assert len(totals) >= 9
         for name in totals:
             assert history[name].values.tobytes() == everything[name].values.tobytes(), name
+
+
+def test_totals_alone_do_not_look_for_sliding_times():
+    """On paths on which asperities evolve, the search costs many times the path; no total depends on it."""
+    ensemble = hs.Ensemble(PAIR, HEIGHTS, RADII, 0.3, wear=hs.wear.ArchardWear(coefficient=1e-4, hardness=1.0))
+    events = [
+        hs.NormalDisplacement(0.0, 0.06),
+        hs.TangentialDisplacement(1.0, 0.03),
+        hs.TangentialDisplacement(2.0, -0.03),
+    ]
+    everything, totals = (hs.Replay(ensemble, events, record=record) for record in ("all", "totals"))
+    assert np.isfinite(everything.dataset().slide_time).any()
+    recorder = totals.recorder(DatasetRecorder)
+    assert np.isnan(ensemble.slide_time(totals.walk(recorder))).all()
+    assert np.isfinite(ensemble.slide_time(totals.state())).any()
+    alone, whole = totals.dataset(), everything.dataset()
+    for name in ("total_tangential_load", "total_dissipated_energy"):
+        assert alone[name].values.tobytes() == whole[name].values.tobytes()
 
 
 def test_asperities_add_up_to_the_totals(ensemble):

@@ -71,6 +71,13 @@ def unrecorded(paths: Paths) -> Paths:
     return found
 
 
+def untimed(paths: Paths) -> Paths:
+    """Return a copy of paths on which it is not recorded when asperities slide."""
+    found = paths.copy()
+    found["begin"], found["end"] = UNTIMED
+    return found
+
+
 @attrs.frozen(eq=False)
 class Rows:
     """Recorded rows in SI units."""
