@@ -20,6 +20,8 @@
 #define FINEST_OF_DEPTH 1e-9
 #define GROWING 0.15
 #define MOST_CUT 32
+/* nodes of a class over its rings, up to which legs without slip append some */
+#define MOST_NODES 4
 /* A node is not missed if the tangential load changes by so little of the friction limit; and by so little of what a step has
  * changed, that small loops stay. */
 #define NOT_MISSED 1e-5
@@ -866,8 +868,57 @@ static int arrive(hs_body *body, const hs_body *one, const hs_body *first, const
     return status;
 }
 
+/* Displacement on a leg on which the approach grows and no spring slips; returns whether it is such a leg.
+ *
+ * The polyline grows by one segment of slope m = ΔV/Δd, so that Q grows on each ring by m (√(d₁ - a) - √(d₀ - a)), and the
+ * limit by μ times the same: nothing slips where |ΔV| ≤ μ Δd, and the loads then grow in proportion, ΔT = m ΔN. */
+static int is_stick_leg(const hs_body *body, const hs_plane_target *to, hs_vector *way) {
+    const hs_plane_aim *aim = &to->aim;
+    double rise = to->approach - body->approach, least = HUGE_VAL;
+    if (rise <= 0.0 || body->approach <= body->contact->sorted_gap[0]) return 0;
+    int by_load = to->by_loads && aim->rigid.x == 0.0 && aim->rigid.y == 0.0;
+    if (!by_load && (to->by_loads || !fixes_x(aim) || !fixes_y(aim))) return 0;
+    hs_vector left = left_of(aim, body->displacement, body->tangential_load);
+    *way = by_load ? hs_plus(nowhere, rise / (to->normal_load - body->normal_load), left) : left;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        const hs_class *part = body->parts + c;
+        if (to->approach <= deepest_of(part)) continue;
+        least = hs_least(least, body->friction[part->group]);
+        /* nodes are joined where springs slip */
+        if (part->count > MOST_NODES * body->rings) return 0;
+    }
+    return hs_length(*way) <= least * rise;
+}
+
+/* Append a leg on which no spring slips, which is exact. */
+static int append_stick_leg(hs_body *body, const hs_plane_target *to, hs_vector way) {
+    const double rise = to->approach - body->approach;
+    hs_vector slope = hs_plus(nowhere, 1.0 / rise, way), force = body->tangential_load;
+    for (int64_t c = 0; c < body->classes; ++c) {
+        hs_class *part = body->parts + c;
+        double deepest = deepest_of(part);
+        if (to->approach <= deepest) continue;
+        if (hs_class_room(part, part->count + 2) != HS_OK) return HS_OUT_OF_MEMORY;
+        hs_node edge = hs_node_at(part, to->approach, nowhere), *nodes = part->nodes;
+        force = hs_plus(force, edge.normal - (part->count ? nodes[0].normal : 0.0), slope);
+        for (int32_t k = 0; k < part->count; ++k) nodes[k].deflection = hs_plus(nodes[k].deflection, 1.0, way);
+        if (part->count == 0) nodes[part->count++] = hs_node_at(part, deepest, hs_plus(nowhere, to->approach - deepest, slope));
+        memmove(nodes + 1, nodes, (size_t)part->count * sizeof *nodes);
+        nodes[0] = edge;
+        ++part->count;
+    }
+    body->approach = to->approach;
+    body->normal_load = to->normal_load;
+    body->time = to->time;
+    body->displacement = fixes_x(&to->aim) ? to->aim.value : hs_plus(body->displacement, 1.0, way);
+    body->tangential_load = fixes_x(&to->aim) ? force : to->aim.value;
+    return HS_OK;
+}
+
 /* Carry a body to a target without total lift-off on the way; `one`, unless it is NULL, is where a single step leads. */
 static int travel_in_contact(hs_body *body, const hs_plane_target *to, int halvings, hs_body *one) {
+    hs_vector way;
+    if (!one && is_stick_leg(body, to, &way)) return append_stick_leg(body, to, way);
     hs_body *whole = one ? one : trial_of(body), *first = NULL, *two = NULL;
     int status = whole ? HS_OK : HS_OUT_OF_MEMORY;
     if (status == HS_OK && !one) status = step_with(whole, body, to);

@@ -762,3 +762,32 @@ def test_the_drive_arrives_however_soft_the_instrument(compliance):
     for each in (state, ensemble.with_friction(state, 0.03, instrument=soft)):
         reached = each.tangential_displacement + compliance * slip / limit * each.tangential_load
         np.testing.assert_allclose(reached, drive, rtol=1e-9)
+
+
+@pytest.mark.parametrize("friction", [0.4, np.linspace(0.3, 0.5, 12)])
+def test_a_leg_on_which_nothing_can_slip_is_exact(friction):
+    """Where |ΔV| ≤ μ Δd, ΔT = ΔV ΔN/Δd, whatever has slipped before, and nothing is dissipated."""
+    pair = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
+    ensemble = hs.Ensemble(pair, -np.linspace(0.0, 0.3, 12), 1.0, friction)
+    state = ensemble.initial_state()
+    for turn in ((0.03, 0.0), (0.02, 0.04)):
+        state = ensemble.advance(state, normal_displacement=0.25, tangential_displacement=turn)
+    after = ensemble.advance(state, normal_displacement=0.35, tangential_displacement=(0.03, 0.06))
+    rise = after.normal_load - state.normal_load
+    change = np.subtract(after.tangential_load, state.tangential_load)
+    np.testing.assert_allclose(change, np.array([0.01, 0.02]) / 0.1 * rise, rtol=1e-13)
+    assert after.dissipated_energy == state.dissipated_energy
+    # the same leg by its loads
+    by_load = ensemble.advance(state, normal_load=after.normal_load, tangential_load=tuple(after.tangential_load))
+    np.testing.assert_allclose(by_load.tangential_displacement, (0.03, 0.06), rtol=1e-12)
+    assert by_load.dissipated_energy == state.dissipated_energy
+    # and in a hundred parts, which remember the same
+    parts = state
+    for k in range(1, 101):
+        moved = (0.02 + 0.01 * k / 100, 0.04 + 0.02 * k / 100)
+        parts = ensemble.advance(parts, normal_displacement=0.25 + 0.1 * k / 100, tangential_displacement=moved)
+    limit = np.mean(friction) * after.normal_load
+    np.testing.assert_allclose(parts.tangential_load, after.tangential_load, rtol=0.0, atol=1e-6 * limit)
+    one, many = (ensemble.advance(each, tangential_displacement=(-0.05, 0.02)) for each in (after, parts))
+    np.testing.assert_allclose(one.tangential_load, many.tangential_load, rtol=0.0, atol=1e-3 * limit)
+    assert one.dissipated_energy == pytest.approx(many.dissipated_energy, rel=1e-3)
