@@ -1,0 +1,237 @@
+"""Instructions of the C core by case, counted by valgrind: exact on any load of the machine.
+
+Run after the package is installed, with valgrind and gcc::
+
+    python tests/benchmarks/instructions.py
+
+It writes `instructions.json`: instructions per asperity and step of each case, and the compiler of which they are, for
+others give other numbers. ``pytest -m ci tests/test_instructions.py`` compares.
+"""
+
+import ctypes
+import functools
+import importlib
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import historysim as hs
+
+TABLE = Path(__file__).with_name("instructions.json")
+#: entry points of the core that integrate paths
+COUNTED = ("hs_integrate", "hs_integrate_evolving", "hs_planar_integrate")
+#: functions that start and stop counting, in the measured process itself
+SWITCH = """
+#include <valgrind/callgrind.h>
+void start(void) { CALLGRIND_START_INSTRUMENTATION; }
+void toggle(void) { CALLGRIND_TOGGLE_COLLECT; }
+void dump(const char *name) { CALLGRIND_DUMP_STATS_AT(name); }
+"""
+GCC, VALGRIND = shutil.which("gcc"), shutil.which("valgrind")
+PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
+APPROACH, SWING = 2e-7, 3e-8  # of the contact, and of its tangential displacement [m]
+
+
+def ensemble(count, friction=0.2, **options):
+    """Return asperities of random heights and radii; ``friction`` may be a range of random coefficients."""
+    rng = np.random.default_rng(1)
+    heights, radii = rng.uniform(0.0, 1e-7, count), rng.uniform(0.5e-6, 2e-6, count)
+    if isinstance(friction, tuple):
+        friction = rng.uniform(*friction, count)
+    return hs.Ensemble(PAIR, heights, radii, friction, **options)
+
+
+def patches():
+    """Return 20 patches of a contact with full interaction."""
+    approach = np.linspace(0.0, 3e-7, 40)
+    shares = np.random.default_rng(1).uniform(0.5, 1.5, 20)
+    return hs.Ensemble.from_normal_curves(PAIR, approach, 1e6 * approach[:, None] ** 1.5 * shares, friction=0.2)
+
+
+def displacements(steps, swing=SWING):
+    values = np.random.default_rng(3).uniform(-swing, swing, steps)
+    return [hs.TangentialDisplacement(1.0 + k, float(u)) for k, u in enumerate(values)]
+
+
+def loads(steps, limit):
+    values = 0.5 * limit * np.random.default_rng(3).uniform(-1.0, 1.0, steps)
+    return [hs.TangentialLoad(1.0 + k, float(load)) for k, load in enumerate(values)]
+
+
+def ramps(steps, load, swing, friction=0.15):
+    rng = np.random.default_rng(3)
+    normal = load * (1.0 + swing * rng.uniform(-1.0, 1.0, steps))
+    tangential = 0.5 * friction * load * rng.uniform(-1.0, 1.0, steps)
+    events = [
+        (hs.NormalLoad(1.0 + k, float(n)), hs.TangentialLoad(1.0 + k, float(normal[k] and t)))
+        for k, (n, t) in enumerate(zip(normal, tangential, strict=True))
+    ]
+    return [event for pair in events for event in pair]
+
+
+def approaches(steps):
+    values = APPROACH * (1.0 + 0.02 * np.random.default_rng(5).uniform(-1.0, 1.0, steps))
+    return [hs.NormalDisplacement(1.0 + k, float(d)) for k, d in enumerate(values)]
+
+
+def together(*channels):
+    """Merge events of several channels by time."""
+    return sorted((event for channel in channels for event in channel), key=lambda event: event.time)
+
+
+def reversals(count):
+    """Return ever smaller reversals, all of which are remembered."""
+    k = np.arange(count)
+    return [
+        hs.TangentialDisplacement(1.0 + i, float(u)) for i, u in enumerate(SWING * (-1.0) ** k * (1 - k / (count + 50)))
+    ]
+
+
+def circle(steps, radius, turns=1.0):
+    angle = 2 * np.pi * turns * np.arange(1, steps + 1) / steps
+    return [
+        hs.TangentialDisplacement(1.0 + k, (float(radius * np.cos(a)), float(radius * np.sin(a))))
+        for k, a in enumerate(angle)
+    ]
+
+
+def cases():
+    """Yield the cases: name, ensemble, events, what is recorded, and the number of asperities times steps."""
+
+    def case(name, contact, events, record="totals"):
+        size = len({event.time for event in events}) * len(contact)
+        return name, contact, [hs.NormalDisplacement(0.0, APPROACH), *events], record, size
+
+    many, few, one, own = ensemble(2000), ensemble(20, (0.15, 0.25)), ensemble(1), ensemble(1000, (0.15, 0.25))
+    load = {
+        contact: contact.advance(contact.initial_state(), normal_displacement=APPROACH).normal_load
+        for contact in (many, few, one, own)
+    }
+    for record in ("totals", "all"):
+        yield case(f"displacement, {record}", many, displacements(20), record)
+        yield case(f"own coefficients, displacement, {record}", own, displacements(6), record)
+        yield case(f"ramps of 0.1 %, {record}", many, ramps(6, load[many], 1e-3), record)
+        yield case(f"ramps of 10 %, {record}", many, ramps(6, load[many], 0.1), record)
+    yield case("one asperity, displacement", one, displacements(100))
+    yield case("one asperity, ramps of 10 %", one, ramps(50, load[one], 0.1))
+    yield case("300 reversals", many, reversals(300))
+    yield case("load", many, loads(20, 0.15 * load[many]))
+    yield case("approach and displacement", many, together(approaches(10), displacements(10)))
+    yield case("own coefficients, load", own, loads(4, 0.15 * load[own]))
+    yield case("20 coefficients, ramps of 0.1 %", few, ramps(10, load[few], 1e-3))
+    yield case("20 coefficients, ramps of 10 %", few, ramps(2, load[few], 0.1))
+    law = hs.laws.PowerLaw(coefficient=0.2, reference_load=1e-6, exponent=-0.2)
+    wear = hs.wear.ArchardWear(coefficient=1e-4, hardness=5e9)
+    moves = together(approaches(4), displacements(4))
+    yield case("law of friction", ensemble(50, law), moves)
+    yield case("law of friction, all", ensemble(20, law), moves, "all")
+    yield case("wear", ensemble(50, wear=wear), displacements(3))
+    yield case("yielding", ensemble(50, yielding=hs.yielding.JacksonGreen()), moves)
+    plane = ensemble(20)
+    limit = 0.2 * plane.advance(plane.initial_state(), normal_displacement=APPROACH).normal_load
+    turn = [hs.TangentialDisplacement(0.5, (SWING, 0.0))]
+    yield case("two directions, slip", plane, turn + circle(8, SWING))
+    yield case(
+        "two directions, loads",
+        plane,
+        [*turn, hs.TangentialLoad(1.0, (0.5 * limit, 0.0)), hs.TangentialLoad(2.0, (0.3 * limit, 0.4 * limit))],
+    )
+    growing = [hs.NormalDisplacement(10.0 + k, APPROACH * (1.0 + 0.02 * k)) for k in range(1, 9)]
+    stuck = [hs.TangentialDisplacement(10.0 + k, (SWING - 2e-10 * k, 3e-10 * k)) for k in range(1, 9)]
+    start = [
+        hs.TangentialDisplacement(9.0, (SWING, 1e-9)),
+        hs.NormalDisplacement(10.0, APPROACH),
+        hs.TangentialDisplacement(10.0, (SWING, 0.0)),
+    ]
+    yield case("two directions, stick", plane, [*turn, *start, *together(growing, stuck)])
+    yield case("patches", patches(), displacements(20))
+    yield case(
+        "patches, ramps of 10 %",
+        patches(),
+        ramps(10, patches().advance(patches().initial_state(), normal_displacement=APPROACH).normal_load, 0.1),
+    )
+
+
+class CountedLibrary:
+    """The C library, whose instructions are counted while it integrates paths."""
+
+    def __init__(self, library, toggle):
+        self._library, self._toggle = library, toggle
+
+    def __getattr__(self, name):
+        function = getattr(self._library, name)
+        return functools.partial(self._count, function) if name in COUNTED else function
+
+    def _count(self, function, *arguments):
+        self._toggle()
+        try:
+            return function(*arguments)
+        finally:
+            self._toggle()
+
+
+def count_here(switch):
+    """Integrate all cases and have the instructions of each counted; print names and sizes."""
+    library = ctypes.CDLL(switch)
+    # what is imported for the first history is not instrumented
+    hs.replay(ensemble(2), displacements(2), record="all")
+    everything = list(cases())
+    module = importlib.import_module("historysim.asperities.ensemble")
+    module.lib = CountedLibrary(module.lib, library.toggle)
+    library.start()
+    for name, contact, events, record, size in everything:
+        hs.replay(contact, events, record=record, threads=1)
+        library.dump(name.encode())
+        print(json.dumps([name, size]))
+
+
+def measure():
+    """Count the instructions per asperity and step of each case."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, switch = Path(folder, "switch.c"), Path(folder, "switch.so")
+        source.write_text(SWITCH, encoding="utf-8")
+        subprocess.run([GCC, "-shared", "-fPIC", "-O1", "-o", switch, source], check=True)
+        count = [
+            VALGRIND,
+            "--tool=callgrind",
+            "--instr-atstart=no",
+            "--collect-atstart=no",
+            f"--callgrind-out-file={folder}/counts",
+        ]
+        lines = subprocess.run(
+            [*count, sys.executable, __file__, str(switch)],
+            env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout.splitlines()
+        table = {}
+        for number, line in enumerate(lines, 1):
+            name, size = json.loads(line)
+            counted = re.search(
+                r"^(?:summary|totals): (\d+)", Path(folder, f"counts.{number}").read_text("utf-8"), re.MULTILINE
+            )
+            table[name] = round(int(counted[1]) / size, 1)
+    return table
+
+
+def compiler():
+    """Return the compiler whose instructions are counted."""
+    return subprocess.run([GCC, "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        count_here(sys.argv[1])
+    else:
+        TABLE.write_text(
+            json.dumps({"compiler": compiler(), "instructions": measure()}, indent=2) + "\n", encoding="utf-8"
+        )
+        print(TABLE.read_text("utf-8"))
