@@ -152,9 +152,8 @@ class Replay:
         with progress_bar(progress, "step", target.steps, desc="replaying", initial=start.rows, delay=2) as done:
             for segment in plan:
                 rows = target.blank(segment.row_time.size)
-                if not timed:
-                    segment = attrs.evolve(segment, paths=untimed(segment.paths))
-                state = self._walked(segment, state, rows=rows, asperities=columns, threads=self.threads)
+                walked = segment if timed else attrs.evolve(segment, paths=untimed(segment.paths))
+                state = self._walked(walked, state, rows=rows, asperities=columns, threads=self.threads)
                 target.record(segment.row_time)
                 if after is not None and segment.cursor is not None:
                     after(segment.cursor, state)
