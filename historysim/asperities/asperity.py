@@ -48,7 +48,7 @@ class Readout:
     def recorded(self) -> dict[str, list[Any]]:
         """Values that a recorder writes, by name, in SI: a number or a vector for each asperity."""
         rows = blank_rows(1, len(self.positions), planar=self.state.directions == 2)
-        check(lib.hs_read(self.state.memory, rows.as_struct(np.array(self.positions, dtype=np.int64)), 0))
+        check(lib.hs_read(self.state.memory, rows.as_struct(np.array(self.positions)), 0))
         return {name: values[0].tolist() for name, values in rows.each.items()}
 
     @cached_property

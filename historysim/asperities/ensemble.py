@@ -604,7 +604,7 @@ class Ensemble:
             rows, paths = blank_rows(0, None, planar=planar), unrecorded(paths)
         path, refusal = ffi.cast("hs_path *", ffi.from_buffer(paths)), ffi.new("hs_refusal *")
         driven = self.driven(saturate, instrument, threads, directions=2 if planar else 1)
-        way = memory, path, paths.size, rows.as_struct(np.asarray(asperities, dtype=np.int64)), driven, until
+        way = memory, path, paths.size, rows.as_struct(asperities), driven, until
         if evolved := memory.line.evolved:
             if friction is not None:
                 view(evolved.friction_overridden, self.elements)[:] = 1

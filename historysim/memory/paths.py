@@ -6,7 +6,7 @@ import attrs
 import numpy as np
 import numpy.typing as npt
 
-from historysim.basics.arguments import Array, Integers
+from historysim.basics.arguments import Array, ArrayLike
 from historysim.basics.library import ffi, pointer
 from historysim.memory.binding import AS_BEFORE, PATH, TOTALS
 
@@ -105,16 +105,18 @@ class Rows:
         total: Array = self.vectors[name] if name in self.vectors else self.totals[name]
         return total
 
-    def as_struct(self, asperities: Integers) -> Any:
-        """Return the rows of asperities (column) as the library takes them; all of it has to outlive the call."""
-        found = ffi.new("hs_rows *")
-        found.columns, found.asperity = asperities.size, pointer(asperities)
-        found.totals = ffi.cast("hs_totals *", ffi.from_buffer(self.totals))
+    def as_struct(self, asperities: ArrayLike) -> Any:
+        """Return the rows of asperities (column) as the library takes them; it keeps the arrays alive."""
+        columns = np.asarray(asperities, dtype=np.int64)
+        rows = ffi.new("hs_rows *")
+        rows.columns, rows.asperity = columns.size, pointer(columns)
+        rows.totals = ffi.cast("hs_totals *", ffi.from_buffer(self.totals))
         for name, array in self.each.items():
-            setattr(found, name, pointer(array))
+            setattr(rows, name, pointer(array))
         for name, array in self.vectors.items():
-            setattr(found, f"total_{name}", pointer(array))
-        return found
+            setattr(rows, f"total_{name}", pointer(array))
+        # a struct of cffi does not own the targets of its pointers; its destructor does
+        return ffi.gc(rows, lambda _, targets=(columns, self): None)  # noqa: ARG005
 
 
 def blank_rows(count: int, asperities: int | None, *more: str, planar: bool = False) -> Rows:
