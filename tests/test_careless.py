@@ -109,7 +109,7 @@ def test_files_of_numbers_that_are_written_in_other_ways(folder):
     (folder / "r.csv").write_text("\n".join(",".join(column) for column in columns), encoding="utf-8")
     assert "expected one line for each sample: transpose the file" in said("validate", "m.toml")
     (folder / "r.csv").write_text(TABLE.replace("3,50,", "PAUSE,,", 1), encoding="utf-8")
-    assert 'block = "all" joins them' in said("validate", "m.toml")
+    assert "remove the lines between blocks to join them" in said("validate", "m.toml")
     (folder / "r.csv").write_text("", encoding="utf-8")
     assert "it is empty" in said("columns", "r.csv")
 

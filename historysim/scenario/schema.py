@@ -429,7 +429,7 @@ class NumbersFile(Format):
         if len(tables) == 1:
             return tables[0]
         with at("file"):
-            return join_tables([_of_file(table, file) for table, file in zip(tables, self.files, strict=True)])
+            return join_tables([Path(file).name for file in self.files], tables)
 
     def read(self, folder: Path, columns: Mapping[str, Column], units: Mapping[str, str], made: Callable[..., T]) -> T:
         """Return what a function makes of its columns, by their keys; an error of it belongs to the file."""
@@ -438,14 +438,6 @@ class NumbersFile(Format):
             return made(**values)
         except InputError as error:
             raise misfit(f"{self.name}: {error.args[0]}", "file") from error
-
-
-def _of_file(table: Table, file: str) -> Table:
-    """Return a table whose parts and notices name its file, without line numbers, which other files have, too."""
-    name = Path(file).name
-    parts = tuple(attrs.evolve(part, label=f"{name}: {part.label}") for part in table.parts)
-    notices = tuple(f"{name}: {notice}" for notice in table.notices)
-    return attrs.evolve(table, lines=None, parts=parts, notices=notices)
 
 
 def column_from_toml(value: object, kind: type[Column] = Column) -> Column:

@@ -78,8 +78,8 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     """
     lines = ["[loading]", f"file = {_quoted(path.as_posix())}"]
     if blocks > 1:
-        layout = attrs.evolve(layout, block=layout.block if isinstance(layout.block, int) else 1)
-        lines.append(f'block = {layout.block}  # of {blocks}; an array of some, or "all", joins them')
+        layout = attrs.evolve(layout, block=layout.block or 1)
+        lines.append(f"block = {layout.block}  # of {blocks}")
     if any(re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", each.first, re.IGNORECASE) for each in listings):
         layout = attrs.evolve(layout, decimal=",")
     layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import attrs
 
@@ -16,8 +17,6 @@ from historysim.tables.columns import (
     Format,
     Listing,
     MissingValueError,
-    Part,
-    Piece,
     Table,
     fitting,
     overridden,
@@ -26,6 +25,9 @@ from historysim.tables.columns import (
 )
 from historysim.tables.readers import LineReader, TableReader, reader_of
 
+if TYPE_CHECKING:
+    from historysim.basics.arguments import Integers
+
 __all__ = [
     "MOST_ROWS",
     "REFUSE_OR_DROP",
@@ -33,7 +35,6 @@ __all__ = [
     "Format",
     "Listing",
     "MissingValueError",
-    "Part",
     "Table",
     "column_names",
     "describe",
@@ -67,19 +68,25 @@ def read_table(
             with at("columns", key, "unit"):
                 fitting(column.unit, wanted[key])
     with _file(path):
-        pieces, notices = _pieces(path, columns, format or Format(), missing)
-        joined = join_tables([_table(columns, piece, wanted) for piece in pieces])
+        file_columns, lines, notices = _file_columns(path, columns, format or Format(), missing)
+        table = _table_in_si(columns, file_columns, lines, wanted)
     for key, column in columns.items():
-        notices += _on_unit(column, [piece.columns[key] for piece in pieces], wanted[key])
-    return attrs.evolve(joined, notices=tuple(notices))
+        notices += _unit_notices(column, file_columns[key], wanted[key])
+    return attrs.evolve(table, notices=tuple(notices))
 
 
-def _table(columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, Sequence[str]]) -> Table:
-    """Return the columns of one table in SI."""
+def _table_in_si(
+    columns: Mapping[str, Column],
+    file_columns: Mapping[str, FileColumn],
+    lines: "Integers | None",
+    wanted: Mapping[str, Sequence[str]],
+) -> Table:
+    """Convert the columns of a file to SI."""
     import numpy as np
 
-    table = Table({}, {}, piece.lines, (piece.part,))
-    for key, column in piece.columns.items():
+    rows = max((len(column.values) for column in file_columns.values()), default=0) if lines is None else len(lines)
+    table = Table({}, {}, lines, (rows,))
+    for key, column in file_columns.items():
         name = f"column {column.name}"
         table.units[key], factor = settled(columns[key].unit, column.units, wanted[key], name)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -90,43 +97,39 @@ def _table(columns: Mapping[str, Column], piece: Piece, wanted: Mapping[str, Seq
     return table
 
 
-def _on_unit(column: Column, in_file: Sequence[FileColumn], wanted: Sequence[str]) -> list[str]:
-    """Return what a user has to know of the unit of a column in one or more tables."""
+def _unit_notices(column: Column, in_file: FileColumn, wanted: Sequence[str]) -> list[str]:
+    """Return notices about a unit that differs from the one in the file, or that only the name of the column shows."""
     if column.unit is None:
-        first = in_file[0]
-        if first.units or not (meant := unit_in_name(first.name, wanted[0])):
+        if in_file.units or not (meant := unit_in_name(in_file.name, wanted[0])):
             return []
-        return [f"column {first.name}: taken in {wanted[0]}; did you mean unit = {meant!r}?"]
-    notices = [
-        f"column {each.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"
-        for each in in_file
-        if (unit := overridden(column.unit, each.units, wanted)) is not None
-    ]
-    return [*dict.fromkeys(notices)]
+        return [f"column {in_file.name}: taken in {wanted[0]}; did you mean unit = {meant!r}?"]
+    unit = overridden(column.unit, in_file.units, wanted)
+    if unit is None:
+        return []
+    return [f"column {in_file.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"]
 
 
-def join_tables(tables: Sequence[Table]) -> Table:
-    """Return one table out of several of the same quantities; two SI units of one are an InputError."""
-    first = tables[0]
-    if len(tables) == 1:
-        return first
+def join_tables(files: Sequence[str], tables: Sequence[Table]) -> Table:
+    """Join the tables of several files; InputError if the unit of a column is of another quantity in one of them.
+
+    The result has no line numbers, since each file counts its own.
+    """
     import numpy as np
 
-    for table in tables[1:]:
+    units = tables[0].units
+    for file, table in zip(files, tables, strict=True):
         for key, unit in table.units.items():
-            if unit != first.units[key]:
-                one, other = first.parts[0].label, table.parts[0].label
+            if unit != units[key]:
                 raise InputError(
-                    f"{key} is in {first.units[key]} in {one} and in {unit} in {other}; expected one quantity in all"
+                    f"{key} is in {units[key]} in {files[0]} and in {unit} in {file}; expected one quantity in all"
                 )
     return Table(
-        {key: np.concatenate([table.columns[key] for table in tables]) for key in first.columns},
-        first.units,
-        np.concatenate([table.lines for table in tables if table.lines is not None])
-        if all(table.lines is not None for table in tables)
-        else None,
-        tuple(part for table in tables for part in table.parts),
-        tuple(dict.fromkeys(notice for table in tables for notice in table.notices)),
+        {key: np.concatenate([table.columns[key] for table in tables]) for key in units},
+        units,
+        file_rows=tuple(rows for table in tables for rows in table.file_rows),
+        notices=tuple(
+            f"{file}: {notice}" for file, table in zip(files, tables, strict=True) for notice in table.notices
+        ),
     )
 
 
@@ -216,20 +219,19 @@ def _lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
     return from_text.lines_of(path, str(layout.encoding), MOST_ROWS), layout
 
 
-def _pieces(path: Path, columns: Mapping[str, Column], layout: Format, missing: bool) -> tuple[list[Piece], list[str]]:
-    """Return the tables of a file that are read, and notices."""
+def _file_columns(
+    path: Path, columns: Mapping[str, Column], layout: Format, missing: bool
+) -> "tuple[dict[str, FileColumn], Integers | None, list[str]]":
+    """Return the columns of a file in its units, the line numbers of their rows in a text, and notices."""
     if (text := _lines(path, layout)) is not None:
         from historysim.tables import from_text
 
         lines, written = text
-        pieces, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
+        found, numbers, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
-            notice = f"is no UTF-8 text, read as {from_text.WINDOWS}; if names or units look wrong, say encoding"
-            notices = [*notices, notice]
-        return pieces, notices
+            notices.append(f"is not UTF-8, read as {from_text.WINDOWS}; if names or units look wrong, set encoding")
+        return found, numbers, notices
     from historysim.tables import arrays
 
     with reader_of(path, TableReader).opened(path, layout) as contents:
-        found = arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS)
-    rows = max((len(column.values) for column in found.values()), default=0)
-    return [Piece(found, Part("the table", rows))], []
+        return arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS), None, []

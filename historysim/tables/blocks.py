@@ -5,29 +5,19 @@ is no number, ends it; a line that begins with a number, or has as many values a
 is a row, broken or not.
 """
 
-import datetime as dt
 import re
 from collections.abc import Sequence
 
 import attrs
-import numpy as np
 
-from historysim.basics.arguments import Floats
 from historysim.basics.limits import at_most, most
 from historysim.errors import InputError
-from historysim.tables.columns import Format, Part, factor_or_none
+from historysim.tables.columns import Format
 from historysim.tables.head import SEARCHED, Head, Heading
 from historysim.tables.lines import AT_ONCE, brief, fields, like_a_value
 
 _KEPT = 30  # lines of what stands above a table that are kept
 _NO_NUMBERS = re.compile(r"[^\d.,;|\t+\-eE \r\n]")
-_START = re.compile(
-    r"^\W*(?:(?:block|step|segment|cycle|test)\W+)?start(?:ed|ing|s)?(?:[\s_]*(?:time|at))?"
-    r"\s*(?:[\[(](?P<bracket>[^\])]+)[\])])?\s*[=:;,\t ]\s*(?P<value>.+?)\W*$",
-    re.IGNORECASE,
-)
-_CLOCK = re.compile(r"(?:\d{1,4}[-./]\d{1,2}[-./]\d{1,4}[ T]+)?(\d{1,3}):(\d{2})(?::(\d{2}(?:[.,]\d+)?))?")
-_TIME = re.compile(r"([+-]?\d+(?:[.,]\d*)?(?:e[+-]?\d+)?)\s*[\[(]?([a-zµ]*)[\])]?", re.IGNORECASE)
 
 
 @attrs.frozen
@@ -41,12 +31,6 @@ class Block:
     preamble: tuple[str, ...]  #: what stands above its header, and the first lines of it alone where there is much
     heading: Heading  #: its names and units, as far as they are found without being asked for
     row: tuple[str, ...]  #: the values of its first row
-
-    @property
-    def start(self) -> float | None:
-        """The time at which it was started [s], if its preamble says so."""
-        times = [time for time in map(start_time, self.preamble) if time is not None]
-        return times[-1] if times else None
 
     def described(self) -> tuple[str, str]:
         """Return its names with units, and the values of its first row."""
@@ -129,21 +113,6 @@ def _filled(lines: Sequence[str]) -> list[str]:
     return [line.strip() for line in lines if line.strip()]
 
 
-def start_time(line: str) -> float | None:
-    """Return the time [s] that a line such as ``Start time = 2.5 s`` or ``Started at 10:32:05`` has, or None."""
-    match = _START.match(line.strip())
-    if match is None:
-        return None
-    value = match["value"].strip()
-    if clock := _CLOCK.fullmatch(value):
-        hours, minutes, seconds = clock.groups()
-        return int(hours) * 3600.0 + int(minutes) * 60.0 + float((seconds or "0").replace(",", "."))
-    if time := _TIME.fullmatch(value):
-        factor = factor_or_none(time[2] or match["bracket"] or "s", "s")
-        return None if factor is None else float(time[1].replace(",", ".")) * factor
-    return None
-
-
 def _next_table(text: Sequence[str], layout: Format, passed: int) -> tuple[Heading, _Look, tuple[str, ...]] | None:
     """Return heading, look and first row of the first table behind so many lines."""
     try:
@@ -178,120 +147,3 @@ def _pass_rows(text: Sequence[str], above: int, look: _Look) -> tuple[int, int, 
                 return first, last, rows, last or above + 1
             first, last, rows, apart = first or line_number, line_number, rows + 1, False
     return first, last, rows, len(text)
-
-
-# -- clocks: times of day and dates in seconds, and one clock out of those of several tables --
-
-DAY = 86400.0
-_DATE = (
-    r"(?:(?P<year>\d{4})-(?P<month>\d{2})-(?P<day>\d{2})|(?P<d>\d{1,2})\.(?P<m>\d{1,2})\.(?P<y>\d{4}))(?:[T ]|, )\s*"
-)
-_FULL_CLOCK = re.compile(
-    rf"(?:{_DATE})?(?P<hours>\d{{1,3}}):(?P<minutes>[0-5]\d):(?P<seconds>[0-5]\d)(?P<fraction>[.,]\d*)?"
-    r"\s*(?P<half>[AaPp]\.?[Mm]\.?)?\s*(?:Z|(?:UTC|GMT)?(?P<zone>[+-]\d{2}):?(?P<past>\d{2})?)?",
-    re.ASCII,
-)
-
-
-def clock(text: str) -> float | None:
-    """Return the seconds of a clock time, or None where a string is none.
-
-    It is ``hh:mm:ss`` with or without a fraction, AM or PM, and an offset such as ``+02:00``, which is taken off; alone
-    or behind a date ``yyyy-mm-dd`` or ``dd.mm.yyyy``. Two numbers
-    alone may be hours and minutes or minutes and seconds, and a date with slashes begins with the day or the month:
-    these are none.
-    """
-    match = _FULL_CLOCK.fullmatch(text.strip())
-    if match is None:
-        return None
-    parts = match.groupdict(default="0")
-    hours = int(parts["hours"])
-    if match["half"]:
-        if not 1 <= hours <= 12:
-            return None
-        hours = hours % 12 + 12 * (match["half"][0] in "Pp")
-    seconds = 3600.0 * hours + 60.0 * int(parts["minutes"]) + float(parts["seconds"])
-    offset = 3600.0 * abs(int(parts["zone"])) + 60.0 * int(parts["past"])
-    seconds += offset if parts["zone"].startswith("-") else -offset
-    seconds += float("0." + parts["fraction"][1:] + "0")
-    year, month, day = (
-        int(parts[long]) or int(parts[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))
-    )
-    if year:
-        try:
-            return seconds + DAY * dt.date(year, month, day).toordinal()
-        except ValueError:
-            return None
-    return seconds
-
-
-def from_the_first(times: Floats, start: float | None) -> tuple[Floats, float | None]:
-    """Return seconds since the first row of a record, past midnight too, and when that row was.
-
-    The times [s] are those of a clock, NaN where missing; the start is that of the record, where it is in a table
-    before.
-    """
-    known = np.flatnonzero(np.isfinite(times))
-    if not known.size:
-        return times, start
-    known_times = times[known]
-    # a time of day that falls by more than half a day has passed midnight; with a date it would not fall
-    passed = np.cumsum(np.append(0, np.diff(known_times) < -DAY / 2))
-    start = float(known_times[0]) if start is None else start
-    since = times.copy()
-    since[known] = known_times - start + DAY * passed
-    return since, start
-
-
-def one_clock(time: Floats, parts: Sequence[Part]) -> tuple[Floats, list[str]]:
-    """Return the times of joined tables [s] on the clock of the first, and what a user has to know of it.
-
-    A table stays as it is if its clock goes on. If it starts again, the table begins when the file says that it was
-    started, or else one sample after the end of the table before it. NaN where a time is missing.
-    """
-    joined = time.copy()
-    begin, offset = 0, 0.0
-    end = raw_end = None
-    step = first_time = 0.0
-    by_start: list[str] = []
-    after: list[str] = []
-    for part in parts:
-        rows = slice(begin, begin + part.rows)
-        begin += part.rows
-        known = time[rows][~np.isnan(time[rows])]
-        if not known.size:
-            continue
-        step = float(np.median(np.diff(known))) if known.size > 1 else step
-        first_time = float(known[0]) if end is None else first_time
-        if end is not None and raw_end is not None and known[0] < raw_end:
-            started = _started(part, parts[0], first_time, float(known[0]), end - step / 2)
-            if started is not None:
-                # the last digit of a start time may be before the end
-                offset = max(started, end - float(known[0]))
-                by_start.append(part.label)
-            else:
-                offset = end + max(step, 0.0) - float(known[0])
-                after.append(part.label)
-        joined[rows] = time[rows] + offset if offset else time[rows]
-        raw_end, end = float(known[-1]), float(known[-1]) + offset
-    notices = []
-    if by_start:
-        notices.append(f"the clock starts again: {_few(by_start)} put at the start times of the file")
-    if after:
-        notices.append(
-            f"the clock starts again, without a start time that fits: {_few(after)} put one sample after the end before"
-        )
-    return joined, notices
-
-
-def _started(part: Part, first: Part, first_time: float, begins: float, least: float) -> float | None:
-    """Return when a table was started, on the clock of the first: from its start on, or as the file's clock has it."""
-    if part.start is None or first.start is None:
-        return None
-    of_file = abs(first_time - first.start) < abs(first_time)
-    start = part.start if of_file else part.start - first.start
-    return start if start + begins >= least else None
-
-
-def _few(labels: Sequence[str]) -> str:
-    return ", ".join(labels[:5]) + (", …" if len(labels) > 5 else "")

@@ -73,15 +73,6 @@ def _is_comment(text: object) -> bool:
     return text == "" or (_is_string(text) and not str(text)[0].isalnum() and str(text)[0] not in "+-.,")
 
 
-def _is_choice(blocks: object) -> bool:
-    numbers = blocks if isinstance(blocks, tuple) else (blocks,)
-    whole = bool(numbers) and all(_is_whole(number, 1) for number in numbers)
-    return blocks == "all" or (whole and len(set(numbers)) == len(numbers))
-
-
-Blocks = int | tuple[int, ...] | str | None
-
-
 # whoever adds the name of the file to this inherits it beside other bases, and two with slots do not mix
 @attrs.frozen(kw_only=True, slots=False)
 class Format:
@@ -105,9 +96,9 @@ class Format:
     transposed : bool, optional
         Whether the rows of a matrix are what is recorded, and its columns the samples. When not given, a matrix with
         more rows than columns has a sample in each row; any other is refused.
-    block : int, tuple of int or "all", optional
-        Which of the tables that stand one below the other in a text, counted from 1; several are joined in their order.
-        When not given, there must be one alone that has the columns.
+    block : int, optional
+        The table to read from a text with several tables, counted from 1. When not given, exactly one of them must
+        have the columns.
     broken : str
         ``"drop"`` leaves out rows of a text that are broken; ``"refuse"`` makes them errors.
     sheet : str or int, optional
@@ -137,33 +128,19 @@ class Format:
     transposed: bool | None = attrs.field(
         default=None, validator=Key(lambda value: isinstance(value, bool), "true or false")
     )
-    block: Blocks = attrs.field(
-        default=None, validator=Key(_is_choice, 'the number of a block, counted from 1, an array of such, or "all"')
+    block: int | None = attrs.field(
+        default=None,
+        validator=Key(
+            lambda number: _is_whole(number, 1),
+            "the number of one block, counted from 1; to join blocks, remove the lines between them",
+        ),
     )
     broken: str = attrs.field(default="refuse", validator=REFUSE_OR_DROP)
     sheet: str | int | None = attrs.field(default=None, validator=_A_NAME)
 
 
-@attrs.frozen
-class Part:
-    """A table that was joined with others: its name in messages, its rows, and its start time [s] if known."""
-
-    label: str
-    rows: int
-    start: float | None = None
-
-
 class MissingValueError(InputError):
     """A value that is missing where none may be."""
-
-
-@attrs.frozen(eq=False)
-class Piece:
-    """Columns of one table of a file, as they stand there, which table, and the lines of its rows as in `Table`."""
-
-    columns: "dict[str, FileColumn]"
-    part: Part
-    lines: "Integers | None" = None
 
 
 @attrs.frozen(eq=False)
@@ -173,7 +150,7 @@ class Table:
     columns: "dict[str, Floats]"  #: (rows,) The values in SI, NaN where missing
     units: dict[str, str]  #: the SI unit of each
     lines: "Integers | None" = None  #: (rows,) The line that each row stands on, counted from 1, in a text
-    parts: tuple[Part, ...] = ()  #: the tables that were joined, in their order: one alone, mostly
+    file_rows: tuple[int, ...] = ()  #: the number of rows of each file
     notices: tuple[str, ...] = ()  #: what a user has to know of how the file was read
 
     def place(self, row: int) -> str:

@@ -16,8 +16,9 @@ from historysim.basics.arguments import Floats, Integers
 from historysim.basics.limits import at_most, most
 from historysim.basics.wording import counted
 from historysim.errors import InputError
-from historysim.tables.blocks import Block, clock, from_the_first, survey
-from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError, Part, Piece
+from historysim.tables.blocks import Block, survey
+from historysim.tables.clock import clock_seconds, seconds_since_first
+from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError
 from historysim.tables.head import SEARCHED, Head, Heading, ragged
 from historysim.tables.lines import (
     AT_ONCE,
@@ -121,13 +122,16 @@ def _undecodable(content: bytes, encoding: str) -> str:
 
 def read(
     text: Sequence[str], columns: Mapping[str, Column], layout: Format, *, missing: bool, most_rows: int
-) -> tuple[list[Piece], list[str]]:
-    """Return columns of the tables in the lines of a text, and notices. Errors as in `historysim.tables.read_table`."""
+) -> tuple[dict[str, FileColumn], Integers, list[str]]:
+    """Return columns of one table of a text, the line numbers of its rows, and notices.
+
+    Errors as in `historysim.tables.read_table`.
+    """
     bad = None
     if layout.block is None and layout.broken == "refuse":
         try:
             head = Head.of(text, layout)
-            return [_Rows.of(text, head, columns, missing=missing).piece("the table", {}, most_rows)], []
+            return _Rows.of(text, head, columns, missing=missing).read(most_rows)
         except _BadRowError as error:
             # either there is more than one table, or the row is broken
             bad = error
@@ -135,47 +139,34 @@ def read(
         blocks, footer = survey(text, layout)
     except InputError as error:
         raise bad or error from None
-    pieces: list[Piece] = []
-    notices: list[str] = []
-    # when the first row was, of columns that are clocks
-    starts: dict[str, float | None] = {}
-    chosen, header = _chosen_blocks(blocks, columns, layout, bad)
-    for index in chosen:
-        block = blocks[index]
-        head = Head.of(text, evolve(layout, header=header), block.begin, block.last)
-        rows = _Rows.of(text, head, columns, missing=missing, end=block.last)
-        left = most_rows - sum(piece.part.rows for piece in pieces)
-        pieces.append(rows.piece(f"block {index + 1}", starts, left, notices, block.start))
-    return pieces, [*_left_out(blocks, footer, chosen), *notices]
+    index, header = _choose_block(blocks, columns, layout, bad)
+    block = blocks[index]
+    head = Head.of(text, evolve(layout, header=header), block.begin, block.last)
+    rows = _Rows.of(text, head, columns, missing=missing, end=block.last)
+    file_columns, lines, notices = rows.read_or_advise(most_rows)
+    return file_columns, lines, [*_left_out(blocks, footer, index), *notices]
 
 
-def _chosen_blocks(
+def _choose_block(
     blocks: Sequence[Block], columns: Mapping[str, Column], layout: Format, bad: InputError | None
-) -> tuple[list[int], int | None]:
-    """Return which blocks are read, and the line of the header where it is given.
+) -> tuple[int, int | None]:
+    """Return the index of the block to read, and the line of its header if given.
 
-    An InputError where it is not clear which, or there is no such block.
+    InputError if several blocks have the columns, or the block does not exist.
     """
     count, none = len(blocks), 0 if layout.header == 0 else None
     if layout.header and (layout.block is None or count == 1):
         # whoever gives the header has chosen the table below it
         below = [index for index, block in enumerate(blocks) if block.first > layout.header]
-        return [below[0] if below else count - 1], layout.header
-    if layout.block == "all":
-        return list(range(count)), none
+        return below[0] if below else count - 1, layout.header
     if layout.block is not None:
-        numbers = layout.block if isinstance(layout.block, tuple) else (layout.block,)
-        for each in numbers:
-            if not isinstance(each, int) or each > count:
-                raise InputError(f"there is no block {each}; {_seen(blocks)}")
-        return [int(each) - 1 for each in numbers], none
+        if layout.block > count:
+            raise InputError(f"there is no block {layout.block}; {_seen(blocks)}")
+        return layout.block - 1, none
     fitting = [index for index, block in enumerate(blocks) if _has(block.heading, columns)]
     if count > 1 and len(fitting) != 1:
-        raise InputError(
-            f'has {count} blocks; say which, as in block = 2, block = [1, 2], or block = "all" to join them; '
-            f"{_seen(blocks)}"
-        ) from bad
-    return [(fitting or [0])[0]], none
+        raise InputError(f"has {count} blocks; choose one, as in block = 2; {_seen(blocks)}") from bad
+    return (fitting or [0])[0], none
 
 
 def _has(heading: Heading, columns: Mapping[str, Column]) -> bool:
@@ -187,17 +178,17 @@ def _has(heading: Heading, columns: Mapping[str, Column]) -> bool:
     return True
 
 
-def _left_out(blocks: Sequence[Block], footer: Sequence[str], chosen: Collection[int]) -> Iterator[str]:
-    """Yield what is not read of a text, for people."""
-    left = [index for index in range(len(blocks)) if index not in chosen]
-    if left:
-        rows = counted(sum(blocks[index].rows for index in left), "row", "rows")
+def _left_out(blocks: Sequence[Block], footer: Sequence[str], index: int) -> Iterator[str]:
+    """Yield notices of the blocks and lines of a text that are not read."""
+    if len(blocks) > 1:
+        rows = counted(sum(block.rows for block in blocks) - blocks[index].rows, "row", "rows")
+        others = counted(len(blocks) - 1, "block", "blocks")
         yield (
-            f"{counted(len(left), 'block', 'blocks')} of {len(blocks)} left out: "
-            f'{", ".join(str(index + 1) for index in left)}, of {rows}; block chooses, and block = "all" joins them'
+            f"block {index + 1} is read, {others} with {rows} left out: choose another with block = …, or remove the "
+            "lines between blocks to join them"
         )
     if footer:
-        yield f"what stands below the table is no row, and left out: {brief(footer[0])}"
+        yield f"the lines below the table are left out: {brief(footer[0])}"
 
 
 def _seen(blocks: Sequence[Block]) -> str:
@@ -217,9 +208,8 @@ def picture(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
     for index, block in enumerate(blocks):
         names, row = block.described()
         above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
-        start = "" if block.start is None else f", started at {block.start:g} s"
         lines.append(
-            f"block {index + 1}: {counted(block.rows, 'row', 'rows')} in lines {block.first} to {block.last}{start}"
+            f"block {index + 1}: {counted(block.rows, 'row', 'rows')} in lines {block.first} to {block.last}"
             + (f", below {above}" if above else "")
         )
         if not index or block.heading.names != blocks[index - 1].heading.names:
@@ -233,10 +223,10 @@ def picture(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
 def describe(text: Sequence[str], layout: Format) -> list[Listing]:
     """Return what columns there are in the lines of a text. Errors as in `historysim.tables.describe`."""
     blocks, _ = survey(text, layout)
-    block = blocks[min(layout.block, len(blocks)) - 1 if isinstance(layout.block, int) else 0]
+    block = blocks[min(layout.block or 1, len(blocks)) - 1]
     heading = block.heading
     units = [
-        "s" if clock(first) is not None else ", ".join(dict.fromkeys([*heading.units(at), *in_cell]))
+        "s" if clock_seconds(first) is not None else ", ".join(dict.fromkeys([*heading.units(at), *in_cell]))
         for at, (first, in_cell) in enumerate((each, (split_quantity(each) or ("",))[1:]) for each in block.row)
     ]
     return [
@@ -303,7 +293,7 @@ def _quantities(texts: Sequence[str], decimal: str, unit: str) -> Floats | None:
 
 def _clock_times(texts: Sequence[str]) -> Floats | None:
     """Return the times of a clock [s]; None where anything else stands among the times."""
-    times = [clock(text) for text in texts]
+    times = [clock_seconds(text) for text in texts]
     return None if None in times else np.array(times, dtype=np.float64)
 
 
@@ -383,48 +373,40 @@ class _Rows:
         cell_units = {place: unit for place, unit in units.items() if unit}
         values = [number((split_quantity(field) or [field])[0], head.layout.decimal) for field in first]
         guard = next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
-        clocks = {place for place in places.values() if place < len(first) and clock(first[place]) is not None}
+        clocks = {place for place in places.values() if place < len(first) and clock_seconds(first[place]) is not None}
         guard = -1 if guard in places.values() else guard
         return cls(text, end, heading, head.layout, missing, places, clocks, cell_units, guard)
 
-    def piece(
-        self,
-        label: str,
-        starts: dict[str, float | None],
-        most_rows: int,
-        notices: list[str] | None = None,
-        start: float | None = None,
-    ) -> Piece:
-        """Return the columns; starts of clocks that begin here, and a notice of broken rows, are added to those."""
-        if notices is not None and self.layout.broken == "refuse":
-            try:
-                return self.read(label, starts, most_rows, start)[0]
-            except _MissingError:
-                raise
-            except _BadRowError as error:
-                raise _BadRowError(f"{error}; {self._drop_advice(most_rows)}") from error
-        piece, dropped = self.read(label, starts, most_rows, start)
-        if dropped and notices is not None:
-            notices.append(f"broken rows left out: {_dropped_text(dropped, piece.part.rows)}")
-        return piece
+    def read_or_advise(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
+        """Read the columns; the error of a broken row says how many rows ``broken = "drop"`` would leave out."""
+        try:
+            return self.read(most_rows)
+        except _MissingError:
+            raise
+        except _BadRowError as error:
+            raise _BadRowError(f"{error}; {self._drop_advice(most_rows)}") from error
 
     def _drop_advice(self, most_rows: int) -> str:
-        """Return which rows ``broken = "drop"`` would leave out."""
+        """Return the remedy of a broken row, with the rows that ``broken = "drop"`` would leave out."""
         dropping = evolve(self, layout=evolve(self.layout, broken="drop"))
         try:
-            piece, dropped = dropping.read("", {}, most_rows, None)
+            _, kept, dropped = dropping._columns(most_rows)  # noqa: SLF001 - of its own class
         except InputError:
             # other rows cannot be read either way
             return "mend it in the file"
-        text = _dropped_text(dropped, piece.part.rows)
+        text = _dropped_text(dropped, kept.size)
         if _what_dropped_rows_share(dropped):
             return f'mend it in the file; broken = "drop" would leave out {text}, and the rest is another record'
         return f'mend it in the file, or broken = "drop" leaves out {text}'
 
-    def read(
-        self, label: str, starts: dict[str, float | None], most_rows: int, start: float | None
-    ) -> tuple[Piece, list[_BadRowError]]:
-        """Return the columns, and the errors of rows that are left out."""
+    def read(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
+        """Return the columns, the line numbers of the rows, and a notice of broken rows that are left out."""
+        columns, lines, dropped = self._columns(most_rows)
+        notices = [f"broken rows left out: {_dropped_text(dropped, lines.size)}"] if dropped else []
+        return columns, lines, notices
+
+    def _columns(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
+        """Return the columns, the line numbers of the rows, and the errors of rows that are left out."""
         parts: list[list[Floats]] = []
         kept: list[Integers] = []
         count, dropped = 0, list[_BadRowError]()
@@ -444,12 +426,11 @@ class _Rows:
         for (key, place), *values in zip(self.places.items(), *parts, strict=True):
             column, units = np.concatenate(values), self.heading.units(place)
             if place in self.clocks:
-                column, starts[key] = from_the_first(column, starts.get(key))
-                units = ("s",)
+                column, units = seconds_since_first(column), ("s",)
             elif place in self.cell_units:
                 units = (*units, self.cell_units[place])
             columns[key] = FileColumn(self.heading.label(place), column, units)
-        return Piece(columns, Part(label, count, start), np.concatenate(kept)), dropped
+        return columns, np.concatenate(kept), dropped
 
     def _plain(self, lines: Sequence[str]) -> list[Floats] | None:
         """Return the values of lines that are rows of finite numbers and times; None where anything else is there."""
@@ -507,7 +488,7 @@ class _Rows:
             elif quantity := split_quantity(row[place]):
                 expected = f"a finite number, or a unit such as {quantity[1]} in all rows"
             if place in self.clocks and not (value is not None and math.isnan(value)):
-                value, expected = clock(row[place]), "a time as in the rows above"
+                value, expected = clock_seconds(row[place]), "a time as in the rows above"
             if value is None and _LIKE_A_CLOCK.fullmatch(row[place]):
                 expected += ", or a clock: hh:mm:ss, with or without AM or PM, alone or behind yyyy-mm-dd or dd.mm.yyyy"
             problem = f"{self._place(line_number, place, row)}; expected {expected}"

@@ -71,18 +71,16 @@ def test_what_cannot_be_combined(tmp_path, columns, said):
 
 def test_without_a_clock_the_row_is_the_time(tmp_path):
     columns = "normal_load = 'Fz'\ntangential_displacement = 'X'"
-    measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 'all'", columns).measurement()
-    assert measured.time.tolist() == [0.0, 1, 2, 3, 4, 5, 6, 7]
-    np.testing.assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE * 2, 1e-6))
+    measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 2", columns).measurement()
+    assert measured.time.tolist() == [0.0, 1, 2, 3]
+    np.testing.assert_allclose(measured["tangential_displacement"], np.multiply(exports.STROKE, 1e-6))
     assert ("clock", "no column for time: the number of the row, from 0 s") in measured.remarks
 
 
-def test_blocks_follow_one_another_at_their_start_times(tmp_path):
-    content = exports.step(1, above="Start time = 3 s\n") + exports.step(2, above="Start time = 13 s\n")
-    measured = scenario(tmp_path, content, "file = 'a.txt'\nblock = [1, 2]", TWO).measurement()
-    assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 10, 10.5, 11, 11.5]
-    measured = scenario(tmp_path, STEPS, "file = 'a.txt'\nblock = 'all'", TWO).measurement()
-    assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5]
+@pytest.mark.parametrize("block", ["[1, 2]", "'all'", "0"])
+def test_blocks_of_one_file_are_not_joined(tmp_path, block):
+    with pytest.raises(InputError, match=r"loading.block: .*; expected the number of one block"):
+        scenario(tmp_path, STEPS, f"file = 'a.txt'\nblock = {block}", TWO)
 
 
 def test_files_follow_one_another(tmp_path):
@@ -90,6 +88,12 @@ def test_files_follow_one_another(tmp_path):
     loaded = scenario(tmp_path, exports.step(1), "file = ['a.txt', 'b.txt']", TWO)
     measured = loaded.measurement()
     assert measured.time.tolist() == [0.0, 0.5, 1, 1.5, 2, 2.5, 3, 3.5]
+    restarted = "the clock starts again in 1 file, put one sample after the file before"
+    assert ("file", restarted) in measured.remarks
+    later = exports.step(9).replace(exports.rows("\t"), exports.rows("\t", shift=9.5))
+    (tmp_path / "b.txt").write_text(later, encoding="utf-8")
+    assert loaded.measurement().time.tolist() == [0.0, 0.5, 1, 1.5, 9.5, 10, 10.5, 11]
+    (tmp_path / "b.txt").write_text(exports.step(9), encoding="utf-8")
     np.testing.assert_allclose(measured["normal_load"], np.multiply(exports.NORMAL * 2, 1e-3))
     assert [path.name for path in loaded.measured_files] == ["a.txt", "b.txt"]
     with pytest.raises(InputError, match=r"loading.file: c.txt: there is no such file"):

@@ -6,8 +6,6 @@ import pytest
 
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, read_table
-from historysim.tables.blocks import one_clock, start_time
-from historysim.tables.columns import Part
 
 UNITS = {"time": "s", "normal": "N", "friction": "N", "stroke": "m"}
 
@@ -49,27 +47,10 @@ def test_several_blocks_are_refused_with_what_they_are(file):
     with pytest.raises(InputError) as refused:
         read(file, STEPS, COLUMNS)
     message = str(refused.value)
-    assert 'has 2 blocks; say which, as in block = 2, block = [1, 2], or block = "all"' in message
+    assert "has 2 blocks; choose one, as in block = 2; seen: block 1 in lines 5 to 8" in message
     assert "block 2 in lines 13 to 16: Time [s], Fz [mN], Fx [mN], X [µm] (first row: 0, 10, 0, 0)" in message
     with pytest.raises(InputError, match="there is no block 3; seen: block 1 in lines 5 to 8"):
         read(file, STEPS, COLUMNS, block=3)
-
-
-@pytest.mark.parametrize("block", ["all", (1, 2), (2, 1)])
-def test_blocks_are_joined(file, block):
-    table = read(file, STEPS.replace("Step No. 2", "Step No. 2 begins"), COLUMNS, block=block)
-    numbers = (1, 2) if block == "all" else block
-    assert [part.label for part in table.parts] == [f"block {number}" for number in numbers]
-    assert table.columns["normal"].size == 8
-    first = {1: [5, 6, 7, 8], 2: [13, 14, 15, 16]}
-    assert table.lines.tolist() == [line for number in numbers for line in first[number]]
-
-
-def test_each_block_has_its_own_units(file):
-    other = exports.step(2).replace("s\tmN\tmN\tµm", "ms\tN\tmN\tµm")
-    table = read(file, exports.step(1) + other, COLUMNS, block="all")
-    np.testing.assert_allclose(table.columns["normal"], np.r_[exports.NORMAL, np.multiply(exports.NORMAL, 1e3)] * 1e-3)
-    np.testing.assert_allclose(table.columns["time"], np.r_[exports.TIME, np.multiply(exports.TIME, 1e-3)])
 
 
 def test_sheets_of_excel_are_read_as_texts(tmp_path):
@@ -135,7 +116,7 @@ def test_dropping_is_not_advised_where_the_broken_rows_have_something_in_common(
 
 def test_what_stands_below_the_table_is_told(file):
     table = read(file, exports.step(1) + "TotalTime\n00:13:39\n", COLUMNS)
-    assert table.notices == ("what stands below the table is no row, and left out: 'TotalTime'",)
+    assert table.notices == ("the lines below the table are left out: 'TotalTime'",)
 
 
 def test_grams_are_forces_when_it_is_said(file):
@@ -160,35 +141,3 @@ def test_a_name_that_is_not_there_or_not_alone(file, header, wanted, said):
     with pytest.raises(InputError) as refused:
         read(file, f"{header}\n0,1\n1,2\n", {"time": wanted})
     assert said in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("line", "expected"),
-    [
-        ("Start time = 2.5 s", 2.5),
-        ("Start time [ms]: 2500", 2.5),
-        ("start;12", 12.0),
-        ("Started at 10:32:05.5", 37925.5),
-        ("Start Time\t14.09.2022 11:37", 41820.0),
-        ("Duration = 2.12", None),
-        ("Start position = 3 mm", None),
-        ("Start time = 3 mm", None),
-    ],
-)
-def test_start_times(line, expected):
-    assert start_time(line) == expected
-
-
-@pytest.mark.parametrize(
-    ("starts", "expected"),
-    [
-        ((None, None), [0, 1, 2, 3, 4, 5]),
-        ((100.0, 110.0), [0, 1, 2, 10, 11, 12]),
-        ((100.0, 101.0), [0, 1, 2, 3, 4, 5]),
-    ],
-)
-def test_a_clock_that_starts_again(starts, expected):
-    time, told = one_clock(np.array([0.0, 1, 2, 0, 1, 2]), [Part("a", 3, starts[0]), Part("b", 3, starts[1])])
-    assert time.tolist() == expected
-    assert len(told) == 1
-    assert "b" in told[0]

@@ -282,7 +282,7 @@ def test_the_encoding_is_found(file, encoding):
     file.write_bytes("x (µm)\tF\r\n1\t2\r\n".encode(encoding))
     table = read_table(file, {"x": Column("x")}, {"x": "m"})
     assert table.columns["x"] == pytest.approx([1e-6])
-    told = ("is no UTF-8 text, read as cp1252; if names or units look wrong, say encoding",)
+    told = ("is not UTF-8, read as cp1252; if names or units look wrong, set encoding",)
     assert table.notices == (told if encoding == "cp1252" else ())
 
 
@@ -305,15 +305,6 @@ def test_a_clock_tells_seconds_since_the_first_row(file, rows, seconds, name):
     file.write_text("\n".join([f"{name};F", *(f"{row};1" for row in rows)]), encoding="utf-8")
     table = read_table(file, {"t": Column("t")}, {"t": "s"}, missing=True)
     assert table.columns["t"] == pytest.approx(seconds, abs=1e-6, nan_ok=True)
-
-
-def test_the_clock_of_several_tables_begins_with_the_first(file):
-    blocks = [
-        f"t;F;x\n\n{first};1;1\n{last};2;1\n" for first, last in (("10:00:00", "10:00:05"), ("10:00:30", "10:00:31"))
-    ]
-    file.write_text("\n".join(blocks), encoding="utf-8")
-    table = read_table(file, {"t": Column("t")}, {"t": "s"}, Format(block="all"))
-    assert table.columns["t"] == pytest.approx([0, 5, 30, 31])
 
 
 # -- units -----------------------------------------------------------------------------------------

@@ -36,7 +36,6 @@ from historysim.scenario.loading_kinds.written import WaypointBlock, timeline_of
 from historysim.scenario.run_column import find_run_column
 from historysim.scenario.schema import NumbersFile, given
 from historysim.tables import REFUSE_OR_DROP, Column, MissingValueError, Table
-from historysim.tables.blocks import one_clock
 
 MOST_SAMPLES = 10_000_000
 MOST_LISTED = 12
@@ -143,19 +142,41 @@ def _read(folder: Path, section: "MeasuredLoading", clock: Column | None, channe
         try:
             read = section.table(folder, columns, units, missing=True)
             count = int(np.count_nonzero(~reduction.whole_samples(*read.columns.values())))
-            left_out = f"{count:,} of {_samples(sum(part.rows for part in read.parts))}"
+            left_out = f"{count:,} of {_samples(sum(read.file_rows))}"
         except InputError:
             # another value is broken
             left_out = "such samples"
         raise misfit(f'{error.args[0]}; missing = "drop" leaves out {left_out}', *error.place) from error
     if clock is None:
-        rows = sum(part.rows for part in table.parts)
-        time = np.arange(rows, dtype=np.float64) / (section.rate or 1.0)
+        time = np.arange(sum(table.file_rows), dtype=np.float64) / (section.rate or 1.0)
         return attrs.evolve(table, columns={**table.columns, "time": time})
-    if len(table.parts) == 1:
+    if len(table.file_rows) == 1:
         return table
-    time, clock_notices = one_clock(table.columns["time"], table.parts)
-    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=(*table.notices, *clock_notices))
+    time, count = _continue_clock(table.columns["time"], table.file_rows)
+    restarted = f"the clock starts again in {counted(count, 'file', 'files')}, put one sample after the file before"
+    notices = (*table.notices, restarted) if count else table.notices
+    return attrs.evolve(table, columns={**table.columns, "time": time}, notices=notices)
+
+
+def _continue_clock(time: Floats, file_rows: Sequence[int]) -> tuple[Floats, int]:
+    """Return the times of joined files [s] on one clock, and the number of files whose clock starts again.
+
+    Such a file begins one sample (its median interval) after the end of the file before.
+    """
+    continued = time.copy()
+    end, raw_end, step, offset, restarts = -math.inf, -math.inf, 0.0, 0.0, 0
+    for times in np.split(continued, np.cumsum(file_rows)[:-1]):
+        finite = times[~np.isnan(times)]
+        if not finite.size:
+            continue
+        step = max(float(np.median(np.diff(finite))), 0.0) if finite.size > 1 else step
+        if finite[0] < raw_end:
+            offset = end + step - finite[0]
+            restarts += 1
+        raw_end = finite[-1]
+        end = raw_end + offset
+        np.add(times, offset, out=times)
+    return continued, restarts
 
 
 def _onto(time: Floats, own: Table, column: Floats, shift: float, max_gap: float | None) -> Floats:
