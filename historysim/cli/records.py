@@ -53,14 +53,14 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     """
     layout, files = options.layout_of(**text), check_outputs([file], (output, SUGGESTED))
     from historysim.scenario.suggestion import suggested_loading, suggested_scenario
-    from historysim.tables import describe, what_is_seen
+    from historysim.tables import describe, summarise_text
 
     if file.suffix == ".toml":
         raise InputError(
             f"{file}: is a scenario; expected a file of numbers: historysim show {shell_word(file)} reads scenarios"
         )
     try:
-        seen, blocks = what_is_seen(file, layout)
+        seen, blocks = summarise_text(file, layout)
         listings = describe(file, layout)
     except InputError as error:
         raise InputError(f"{error}; a height map is read by historysim show {shell_word(file)}") from error
@@ -69,7 +69,7 @@ def columns(file: Path, output: Path | None, **text: Any) -> None:
     if output is not None:
         with replacing(output) as unfinished:
             unfinished.write_text(suggested_scenario(file, output, listings, layout, blocks), encoding="utf-8")
-    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first) for c in listings)]
+    rows = [("column", "unit", "values", "first"), *((c.column, c.unit, c.values, c.first_value) for c in listings)]
     suggested = suggested_loading(file, listings, layout, blocks)
     if options.given("json"):
         write_answer([*(("note", line) for line in seen), ("scenario", suggested)], [rows], files)

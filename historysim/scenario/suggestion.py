@@ -80,7 +80,7 @@ def suggested_loading(path: Path, listings: Sequence[Listing], layout: Format, b
     if blocks > 1:
         layout = attrs.evolve(layout, block=layout.block or 1)
         lines.append(f"block = {layout.block}  # of {blocks}")
-    if any(re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", each.first, re.IGNORECASE) for each in listings):
+    if any(re.fullmatch(r"[+-]?\d+,\d+(e[+-]?\d+)?", each.first_value, re.IGNORECASE) for each in listings):
         layout = attrs.evolve(layout, decimal=",")
     layout_keys = {key: getattr(layout, key) for key in ("delimiter", "decimal", "header", "encoding", "sheet")}
     lines += [f"{key} = {_quoted(of)}" for key, of in layout_keys.items() if of != getattr(Format(), key)]

@@ -22,7 +22,7 @@ from historysim.surfaces import map_files
 from historysim.surfaces.heights import Surface
 from historysim.surfaces.map_files import COORDINATES, Coordinates, MapReader, RawMap, library_errors_as
 from historysim.surfaces.plausibility import placeholder_notice, scale_notice
-from historysim.tables.readers import TEXT_ENDINGS, reader_of
+from historysim.tables.readers import TEXT_ENDINGS, find_reader
 
 FEWEST_POINTS = 3
 
@@ -147,7 +147,7 @@ def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
         start = stream.read(2)
     if not start:
         raise InputError("is empty; expected heights")
-    reader: MapReader | None = reader_of(path, MapReader)
+    reader: MapReader | None = find_reader(path, MapReader)
     if reader is not None:
         return reader.read(path, channel)
     ending = path.suffix.lower()

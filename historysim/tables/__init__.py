@@ -1,4 +1,4 @@
-"""Files of numbers: named columns of measured records and lists → SI numbers."""
+"""Read files of numbers: named columns of measured records and lists, converted to SI."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -18,12 +18,12 @@ from historysim.tables.columns import (
     Listing,
     MissingValueError,
     Table,
-    fitting,
-    overridden,
-    settled,
+    conflicting_unit,
+    fit_unit,
+    resolve_unit,
     unit_in_name,
 )
-from historysim.tables.readers import LineReader, TableReader, reader_of
+from historysim.tables.readers import LineReader, TableReader, find_reader
 
 if TYPE_CHECKING:
     from historysim.basics.arguments import Integers
@@ -54,24 +54,24 @@ def read_table(
     *,
     missing: bool = False,
 ) -> Table:
-    """Read named columns out of a file; of several SI units of one, the first is taken that its unit converts to.
+    """Read columns of a file, converted to SI, under the keys of ``columns``.
 
-    Values are in SI under the keys of ``columns``, NaN where missing, if values may be ``missing``. Raises InputError,
-    with line or row and column: a file that cannot be read or is damaged, a column that is not there or not alone, a
-    unit that is unknown, does not fit, or is not the one in the file, no rows or too many of them, columns of different
-    lengths, a row with a superfluous value, a value that is missing, infinite or no number.
+    A key may have several SI units in ``units``: the first compatible one is used. Missing values are NaN if
+    ``missing``, else an error. Raises InputError, with line or row and column: an unreadable or damaged file, a column
+    that does not exist or is ambiguous, an unknown or incompatible unit, no rows or too many, columns of different
+    lengths, a row with surplus values, a value that is missing, infinite or not a number.
     """
     path = Path(path)
-    wanted = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
+    si_units = {key: (unit,) if isinstance(unit := units[key], str) else unit for key in columns}
     for key, column in columns.items():
         if column.unit is not None:
             with at("columns", key, "unit"):
-                fitting(column.unit, wanted[key])
-    with _file(path):
+                fit_unit(column.unit, si_units[key])
+    with _named_errors(path):
         file_columns, lines, notices = _file_columns(path, columns, format or Format(), missing)
-        table = _table_in_si(columns, file_columns, lines, wanted)
+        table = _table_in_si(columns, file_columns, lines, si_units)
     for key, column in columns.items():
-        notices += _unit_notices(column, file_columns[key], wanted[key])
+        notices += _unit_notices(column, file_columns[key], si_units[key])
     return attrs.evolve(table, notices=tuple(notices))
 
 
@@ -79,7 +79,7 @@ def _table_in_si(
     columns: Mapping[str, Column],
     file_columns: Mapping[str, FileColumn],
     lines: "Integers | None",
-    wanted: Mapping[str, Sequence[str]],
+    si_units: Mapping[str, Sequence[str]],
 ) -> Table:
     """Convert the columns of a file to SI."""
     import numpy as np
@@ -88,7 +88,7 @@ def _table_in_si(
     table = Table({}, {}, lines, (rows,))
     for key, column in file_columns.items():
         name = f"column {column.name}"
-        table.units[key], factor = settled(columns[key].unit, column.units, wanted[key], name)
+        table.units[key], factor = resolve_unit(columns[key].unit, column.units, si_units[key], name)
         with np.errstate(over="ignore", invalid="ignore"):
             table.columns[key] = values = column.values * factor
         if np.isinf(values).any():
@@ -97,13 +97,13 @@ def _table_in_si(
     return table
 
 
-def _unit_notices(column: Column, in_file: FileColumn, wanted: Sequence[str]) -> list[str]:
+def _unit_notices(column: Column, in_file: FileColumn, si_units: Sequence[str]) -> list[str]:
     """Return notices about a unit that differs from the one in the file, or that only the name of the column shows."""
     if column.unit is None:
-        if in_file.units or not (meant := unit_in_name(in_file.name, wanted[0])):
+        if in_file.units or not (meant := unit_in_name(in_file.name, si_units[0])):
             return []
-        return [f"column {in_file.name}: taken in {wanted[0]}; did you mean unit = {meant!r}?"]
-    unit = overridden(column.unit, in_file.units, wanted)
+        return [f"column {in_file.name}: taken in {si_units[0]}; did you mean unit = {meant!r}?"]
+    unit = conflicting_unit(column.unit, in_file.units, si_units)
     if unit is None:
         return []
     return [f"column {in_file.name}: {unit!r} in the file, taken as {column.unit!r}, as unit says"]
@@ -134,54 +134,54 @@ def join_tables(files: Sequence[str], tables: Sequence[Table]) -> Table:
 
 
 def describe(path: str | PathLike[str], format: Format | None = None) -> list[Listing]:  # noqa: A002 - as above
-    """Return what columns a file has, and the strings beside them.
+    """List the columns of a file, and the strings in a file of arrays.
 
-    Raises InputError: a file that cannot be read or is damaged, or a text without rows of numbers.
+    Raises InputError: an unreadable or damaged file, or a text without rows of numbers.
     """
     path, layout = Path(path), format or Format()
-    with _file(path):
-        if (text := _lines(path, layout)) is not None:
+    with _named_errors(path):
+        if (text := _text_lines(path, layout)) is not None:
             from historysim.tables import from_text
 
             return from_text.describe(*text)
         from historysim.tables import arrays
 
-        with reader_of(path, TableReader).opened(path, layout) as contents:
+        with find_reader(path, TableReader).open(path, layout) as contents:
             return arrays.describe(contents, layout)
 
 
 def column_names(path: str | PathLike[str], format: Format | None = None) -> list[str]:  # noqa: A002 - as above
-    """Return the names of the columns of a file: those of the first table of a text, of arrays their paths.
+    """Return the names of the columns of a file: names in the first table of a text, or paths of arrays.
 
     Errors as for `describe`.
     """
     path, layout = Path(path), format or Format()
-    with _file(path):
-        if (text := _lines(path, layout)) is not None:
+    with _named_errors(path):
+        if (text := _text_lines(path, layout)) is not None:
             from historysim.tables.head import Head
 
-            return list(Head.of(*text).heading(()).names)
-        with reader_of(path, TableReader).opened(path, layout) as contents:
+            return list(Head.from_lines(*text).heading(()).names)
+        with find_reader(path, TableReader).open(path, layout) as contents:
             return [array.name for array in contents.arrays]
 
 
-def what_is_seen(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
-    """Return lines on the tables of a text, what stands above and below them, and how many tables there are.
+def summarise_text(path: str | PathLike[str], format: Format | None = None) -> tuple[list[str], int]:  # noqa: A002 - as above
+    """Summarise the tables (blocks) of a text file in lines, and return their number.
 
-    A file that is no text has no such lines. Errors as for `describe`.
+    A file of arrays has no lines. Errors as for `describe`.
     """
     path = Path(path)
-    with _file(path):
-        if (text := _lines(path, format or Format())) is None:
+    with _named_errors(path):
+        if (text := _text_lines(path, format or Format())) is None:
             return [], 1
         from historysim.tables import from_text
 
-        return from_text.picture(*text)
+        return from_text.summarise(*text)
 
 
 @contextmanager
-def _file(path: Path) -> Iterator[None]:
-    """Name a file in what is raised inside about it."""
+def _named_errors(path: Path) -> Iterator[None]:
+    """Check that a file exists, and prefix errors raised in the block with its name."""
     if not is_file(path):
         folder = path.absolute()
         problem = what_is_there(path)
@@ -192,46 +192,46 @@ def _file(path: Path) -> Iterator[None]:
         yield
     except InputError as error:
         kind = MissingValueError if isinstance(error, MissingValueError) else InputError
-        named = kind(f"{path.name}: {error.args[0]}")
-        named.place = error.place
-        raise named from error
+        named_error = kind(f"{path.name}: {error.args[0]}")
+        named_error.place = error.place
+        raise named_error from error
     except OSError as error:
         raise InputError(f"{path.name}: cannot be read: {error.strerror or error}") from error
 
 
-def _lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
-    """Return the lines of a file, and how they are written; None of a file of arrays."""
+def _text_lines(path: Path, layout: Format) -> tuple[list[str], Format] | None:
+    """Return the lines of a text file or sheet, and their format; None for a file of arrays."""
     from historysim.tables import from_text
 
-    reader = reader_of(path, TableReader, LineReader)
+    reader = find_reader(path, TableReader, LineReader)
     if isinstance(reader, LineReader):
-        with reader.opened(path, layout) as lines:
+        with reader.open(path, layout) as lines:
             return list(lines), attrs.evolve(layout, delimiter="\t", decimal=".", comment="")
     if reader is not None:
         return None
     if is_netcdf(path):
-        raise InputError("is a netCDF or HDF5 file, and not named so; name it .nc or .h5")
+        raise InputError("is a netCDF or HDF5 file with another ending; name it .nc or .h5")
     if kind := kind_text(path):
         raise InputError(f"{kind}; expected a file of numbers")
     if layout.sheet is not None:
         raise misfit("belongs to a workbook (.xlsx, .ods); leave it out", "sheet")
-    layout = attrs.evolve(layout, encoding=layout.encoding or from_text.encoding_of(path))
-    return from_text.lines_of(path, str(layout.encoding), MOST_ROWS), layout
+    layout = attrs.evolve(layout, encoding=layout.encoding or from_text.detect_encoding(path))
+    return from_text.read_lines(path, str(layout.encoding), MOST_ROWS), layout
 
 
 def _file_columns(
     path: Path, columns: Mapping[str, Column], layout: Format, missing: bool
 ) -> "tuple[dict[str, FileColumn], Integers | None, list[str]]":
     """Return the columns of a file in its units, the line numbers of their rows in a text, and notices."""
-    if (text := _lines(path, layout)) is not None:
+    if (text := _text_lines(path, layout)) is not None:
         from historysim.tables import from_text
 
         lines, written = text
-        found, numbers, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
+        file_columns, numbers, notices = from_text.read(lines, columns, written, missing=missing, most_rows=MOST_ROWS)
         if layout.encoding is None and written.encoding == from_text.WINDOWS:
             notices.append(f"is not UTF-8, read as {from_text.WINDOWS}; if names or units look wrong, set encoding")
-        return found, numbers, notices
+        return file_columns, numbers, notices
     from historysim.tables import arrays
 
-    with reader_of(path, TableReader).opened(path, layout) as contents:
+    with find_reader(path, TableReader).open(path, layout) as contents:
         return arrays.read(contents, columns, layout, missing=missing, most_rows=MOST_ROWS), None, []

@@ -1,4 +1,4 @@
-"""Readers of files that are no text: HDF5, netCDF, MATLAB, TDMS of LabVIEW, JSON, and sheets of Excel."""
+"""Readers of HDF5, netCDF, MATLAB, TDMS (LabVIEW), JSON and Excel files."""
 
 import importlib
 import json
@@ -20,9 +20,9 @@ from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked, most
 from historysim.basics.system import ends_well, limit_memory
 from historysim.errors import InputError
-from historysim.tables.arrays import Array, Contents, Selection, readable
+from historysim.tables.arrays import Array, Contents, Selection, reading_errors
 from historysim.tables.columns import Format
-from historysim.tables.from_text import decoded
+from historysim.tables.from_text import decode_file
 from historysim.tables.readers import READERS, LineReader, TableReader
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def _library(module: str, name: str, extra: str) -> Any:
-    """Return a library that is there on request; without it an InputError."""
+    """Import an optional library; InputError if it is not installed."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -38,16 +38,16 @@ def _library(module: str, name: str, extra: str) -> Any:
 
 
 # -- HDF5, through h5py ----------------------------------------------------------------------------
-# netCDF4 opens many such files, too, but refuses a whole file for one dangling link or one dataset without a space, and
-# ends the process at a group that holds itself.
+# not through netCDF4, which refuses a file for one dangling link or one dataset without a dataspace, and ends the
+# process at a group that contains itself
 
 
 @contextmanager
 def _datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
-    """Yield all datasets of a file by their paths; a damaged file, or another, is an InputError."""
+    """Yield all datasets of a file by their paths; InputError if it is damaged or has another format."""
     h5py = _library("h5py", "h5py", "hdf5")
     check_contained(path, by_h5py=True)
-    with readable(kind), h5py.File(path, "r") as file:
+    with reading_errors(kind), h5py.File(path, "r") as file:
         by_path: dict[str, Any] = {}
 
         def add(name: str, item: object) -> None:
@@ -59,7 +59,7 @@ def _datasets(path: Path, kind: str) -> "Iterator[dict[str, h5py.Dataset]]":
 
 
 def _attribute(dataset: "h5py.Dataset", name: str) -> str:
-    """Return a text among the attributes, empty if there is none."""
+    """Return a string attribute, empty if it does not exist."""
     value = dataset.attrs.get(name, "")
     if isinstance(value, np.ndarray):
         value = value.ravel()[0] if value.size == 1 else ""
@@ -97,9 +97,9 @@ class Hdf5Reader(TableReader):
     kind, endings = "hdf5", (".h5", ".hdf5", ".hdf")
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
-        """Yield what an HDF5 file holds; a damaged file, or another, is an InputError."""
-        with _datasets(path, "HDF5") as by_path, readable("HDF5"):
+    def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Open an HDF5 file; InputError if it is damaged or has another format."""
+        with _datasets(path, "HDF5") as by_path, reading_errors("HDF5"):
             yield Contents([array for name, dataset in by_path.items() for array in _arrays_of_dataset(name, dataset)])
 
 
@@ -115,7 +115,7 @@ def _variables(group: Any, above: str) -> Iterator[Array]:
 
 
 def _unit(unit: object) -> str:
-    """Return a unit without the date that a time is counted from."""
+    """Return a unit without the reference date of a time."""
     if isinstance(unit, bytes):
         unit = unit.decode("utf-8", "replace")
     return unit.partition(" since ")[0] if isinstance(unit, str) else ""
@@ -128,9 +128,9 @@ class NetCDFReader(TableReader):
     kind, endings = "netcdf", (".nc", ".nc4", ".cdf")
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
-        """Yield what a netCDF file holds; a damaged file, or another, is an InputError."""
-        with readable("netCDF"):
+    def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Open a netCDF file; InputError if it is damaged or has another format."""
+        with reading_errors("netCDF"):
             import netCDF4
 
             check_contained(path)
@@ -139,30 +139,30 @@ class NetCDFReader(TableReader):
 
 
 # -- MATLAB, version 5 -----------------------------------------------------------------------------
-# Its own reader, and not that of scipy, which ends the process at files that are damaged in many ways. The format
-# is that of "MAT-File Format", The MathWorks, R2023b.
+# A separate reader, since the one of SciPy ends the process at many damaged files. The format is described in
+# "MAT-File Format", The MathWorks, R2023b.
 
 _HEADER = 128
 # types of elements
 _MATRIX, _COMPRESSED = 14, 15
 _NUMBERS = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 _TEXTS = {1: "latin-1", 2: "latin-1", 4: "utf-16", 16: "utf-8", 17: "utf-16", 18: "utf-32"}
-MOST_STRUCTURES = 1000  # structures or cells of one array, up to which they are listed
+MOST_STRUCTURES = 1000  # largest number of structures or cells of an array that is read
 _CLASSES = {1: "cells", 2: "structures", 3: "an object", 4: "texts", 5: "sparse"}
-# classes of matrices, and flags beside them
+# classes of matrices, and flags
 _CELLS, _STRUCTURE, _TEXT, _NUMERIC = 1, 2, 4, range(6, 16)
 _LOGICAL, _COMPLEX = 0x200, 0x800
 
 
 def _contents_5(content: bytes, order: str) -> Contents:
     contents = Contents([])
-    for kind, element in _decompressed(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
+    for kind, element in _decompress(_elements(memoryview(content)[_HEADER:], order), order, len(content)):
         if kind == _MATRIX:
             _gather(contents, None, element, order)
     return contents
 
 
-def _decompressed(
+def _decompress(
     elements: Iterator[tuple[int, memoryview]], order: str, packed: int
 ) -> Iterator[tuple[int, memoryview]]:
     unpacked = 0
@@ -173,7 +173,7 @@ def _decompressed(
             (length,) = struct.unpack_from(f"{order}I", tag, 4)
             unpacked += 8 + length
             check_unpacked(unpacked, packed)
-            # a little more, so that the end is met
+            # a few bytes more, so that the end of the stream is reached
             content = tag + stream.decompress(stream.unconsumed_tail, length + 8)
             if not stream.eof:
                 raise InputError("is cut short, or damaged")
@@ -187,14 +187,14 @@ def _elements(content: memoryview, order: str) -> Iterator[tuple[int, memoryview
     start = 0
     while start < len(content):
         (tag,) = struct.unpack_from(f"{order}I", content, start)
-        if tag >> 16:  # a small one: its length and four bytes stand in the tag itself
-            kind, length, first, following = tag & 0xFFFF, min(tag >> 16, 4), start + 4, start + 8
+        if tag >> 16:  # a small element: the tag itself holds its length and four bytes
+            kind, length, content_start, following = tag & 0xFFFF, min(tag >> 16, 4), start + 4, start + 8
         else:
-            kind, length, first = tag, struct.unpack_from(f"{order}I", content, start + 4)[0], start + 8
-            following = first + length + (0 if kind == _COMPRESSED else -length % 8)
-        if first + length > len(content):
+            kind, length, content_start = tag, struct.unpack_from(f"{order}I", content, start + 4)[0], start + 8
+            following = content_start + length + (0 if kind == _COMPRESSED else -length % 8)
+        if content_start + length > len(content):
             raise InputError("is cut short, or damaged")
-        yield kind, content[first : first + length]
+        yield kind, content[content_start : content_start + length]
         start = following
 
 
@@ -202,32 +202,32 @@ def _gather(contents: Contents, name: str | None, matrix: memoryview, order: str
     """Add a variable, or the fields of a structure."""
     if not matrix:
         return
-    (_, flags), (_, sizes), (_, own_name), *parts = _elements(matrix, order)
+    (_, flags), (_, sizes), (_, variable_name), *rest = _elements(matrix, order)
     (flag,) = struct.unpack_from(f"{order}I", flags)
     shape = tuple(int(size) for size in np.frombuffer(sizes, f"{order}i4"))
-    name = bytes(own_name).decode("latin-1") if name is None else name
+    name = bytes(variable_name).decode("latin-1") if name is None else name
     if min(shape) < 0 or len(shape) < 2:
         raise InputError(f"is damaged: {name!r} has the shape {shape}")
     kind = flag & 0xFF
     if kind == _STRUCTURE and 0 < math.prod(shape) <= MOST_STRUCTURES:
-        (_, width), (_, names), *values = parts
+        (_, width), (_, names), *values = rest
         size = int(np.frombuffer(width, f"{order}i4")[0])
         fields = [bytes(names[start : start + size]).partition(b"\0")[0] for start in range(0, len(names), size)]
-        # of an array of structures all fields of the first one come first
-        one = math.prod(shape) == 1
-        elements = [name] if one else [f"{name}({number})" for number in range(1, math.prod(shape) + 1)]
+        # fields of an array of structures are stored one structure after the other
+        is_single = math.prod(shape) == 1
+        elements = [name] if is_single else [f"{name}({number})" for number in range(1, math.prod(shape) + 1)]
         paths = [f"{element}.{field.decode('latin-1')}" for element in elements for field in fields]
         for path, (_, value) in zip(paths, values, strict=True):
             _gather(contents, path, value, order)
     elif kind == _CELLS and 0 < math.prod(shape) <= MOST_STRUCTURES:
-        for number, (_, value) in enumerate(parts, 1):
+        for number, (_, value) in enumerate(rest, 1):
             _gather(contents, f"{name}{{{number}}}", value, order)
     elif kind == _TEXT and shape[0] == 1:
-        contents.texts[name] = _text(*parts[0], order)
+        contents.texts[name] = _text(*rest[0], order)
     elif kind in _NUMERIC and not flag & (_LOGICAL | _COMPLEX):
-        contents.arrays.append(_array(name, shape, *parts[0], order))
+        contents.arrays.append(_array(name, shape, *rest[0], order))
     else:
-        contents.passed_over.append(f"{name!r} ({' × '.join(map(str, shape))}, {_CLASSES.get(kind, 'another class')})")
+        contents.skipped.append(f"{name!r} ({' × '.join(map(str, shape))}, {_CLASSES.get(kind, 'another class')})")
 
 
 def _text(kind: int, content: memoryview, order: str) -> str:
@@ -264,7 +264,7 @@ def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
         elif kind == "char":
             contents.texts[name] = "".join(map(chr, dataset[()].ravel()))
         elif dataset.dtype.kind in "fiu" and kind != "logical":
-            # HDF5 has the dimensions in the other order
+            # HDF5 stores the dimensions in reverse order
             read = partial(lambda data, selection: data[selection[::-1]], dataset)
             contents.arrays.append(Array(name, dataset.shape[::-1], read))
     return contents
@@ -272,22 +272,22 @@ def _contents_7(by_path: "dict[str, h5py.Dataset]") -> Contents:
 
 @READERS.register
 class MatlabReader(TableReader):
-    """MATLAB, of version 7.3 and before."""
+    """MATLAB, version 7.3 and earlier."""
 
     kind, endings = "matlab", (".mat",)
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
-        """Yield what a MATLAB file holds; a damaged file, or another, is an InputError."""
+    def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Open a MATLAB file; InputError if it is damaged or has another format."""
         with path.open("rb") as stream:
             header = stream.read(_HEADER)
         order = {b"IM": "<", b"MI": ">"}.get(header[126:])
         version = struct.unpack(f"{order}H", header[124:126])[0] if order else 0
         if version == 0x0200:
-            with _datasets(path, "MATLAB") as by_path, readable("MATLAB"):
+            with _datasets(path, "MATLAB") as by_path, reading_errors("MATLAB"):
                 yield _contents_7(by_path)
         elif order and version == 0x0100:
-            with readable("MATLAB"):
+            with reading_errors("MATLAB"):
                 contents = _contents_5(path.read_bytes(), order)
             yield contents
         else:
@@ -299,13 +299,13 @@ class MatlabReader(TableReader):
 
 @contextmanager
 def _strict() -> Iterator[None]:
-    """Refuse a file that npTDMS warns of: it goes on with what is left of it."""
+    """Raise warnings of npTDMS as InputError: it would return the intact part of a damaged file."""
     from nptdms.log import log_manager
 
     reader = threading.get_ident()
 
     def refuse(record: logging.LogRecord) -> bool:
-        # what other threads read, in whatever way, is not concerned
+        # other threads may read other files
         if threading.get_ident() == reader:
             raise InputError(f"is damaged ({record.getMessage()[:200]})")
         return True
@@ -331,10 +331,10 @@ class TdmsReader(TableReader):
     kind, endings = "tdms", (".tdms",)
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
-        """Yield what a TDMS file holds; a damaged file, another, or no npTDMS is an InputError."""
+    def open(self, path: Path, layout: Format) -> Iterator[Contents]:  # noqa: ARG002 - other formats need it
+        """Open a TDMS file; InputError if it is damaged, has another format, or npTDMS is missing."""
         nptdms = _library("nptdms", "npTDMS", "tdms")
-        with readable("TDMS"), path.open("rb") as stream, _strict(), nptdms.TdmsFile.open(stream) as file:
+        with reading_errors("TDMS"), path.open("rb") as stream, _strict(), nptdms.TdmsFile.open(stream) as file:
             if file.file_status.incomplete_final_segment:
                 raise InputError("is cut short: its last segment is not complete; save the file again without it")
             channels = (channel for group in file.groups() for channel in group.channels())
@@ -348,12 +348,12 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     table = dict(pairs)
     if len(table) < len(pairs):
         ((twice, _),) = Counter(key for key, _ in pairs).most_common(1)
-        raise InputError(f"the key {twice!r} stands twice in one object; rename one of them")
+        raise InputError(f"the key {twice!r} occurs twice in one object; rename one of them")
     return table
 
 
 def _gather_json(contents: Contents, name: str, value: object) -> None:
-    """Add the arrays and texts below a name to the contents."""
+    """Add the arrays and strings below a name to the contents."""
     above = f"{name}." if name else ""
     if isinstance(value, dict):
         for key, item in value.items():
@@ -367,21 +367,21 @@ def _gather_json(contents: Contents, name: str, value: object) -> None:
         for number, record in enumerate(value):
             for key, item in record.items():
                 by_key.setdefault(key, {})[number] = item
-        contents.arrays.extend(_of_records(above + key, items, len(value)) for key, items in by_key.items())
+        contents.arrays.extend(_array_of_records(above + key, items, len(value)) for key, items in by_key.items())
     else:
-        contents.arrays.append(_of_lists(name, value))
+        contents.arrays.append(_array_of_lists(name, value))
 
 
-def _of_records(name: str, values: dict[int, Any], count: int) -> Array:
-    """Return the values of one key by the number of their record; a record that has none misses it."""
+def _array_of_records(name: str, values: dict[int, Any], count: int) -> Array:
+    """Make the array of one key from its values by record number; missing in records without the key."""
     if len(values) == count:
-        return _of_lists(name, [*values.values()])
-    # of each part, in a time that grows with the part alone
+        return _array_of_lists(name, [*values.values()])
+    # converted by selection, in a time proportional to the selection
     return Array(name, (count,), lambda selection: [*map(values.get, np.arange(count)[selection[0]].tolist())])
 
 
-def _of_lists(name: str, values: list[Any]) -> Array:
-    # numbers stay what they are: integers may be beyond the largest float
+def _array_of_lists(name: str, values: list[Any]) -> Array:
+    # as objects, since integers may exceed the largest float
     array = np.array(values, dtype=object)
     return Array(name, array.shape, lambda selection: array[selection].ravel().tolist())
 
@@ -393,11 +393,11 @@ class JsonReader(TableReader):
     kind, endings = "json", (".json",)
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Contents]:
-        """Yield what a JSON file holds; no JSON, another encoding, or one key twice is an InputError."""
-        text = decoded(path, layout.encoding or "utf-8")
+    def open(self, path: Path, layout: Format) -> Iterator[Contents]:
+        """Open a JSON file; InputError if it is not JSON, has another encoding, or repeats a key."""
+        text = decode_file(path, layout.encoding or "utf-8")
         contents = Contents([])
-        with readable("JSON"):
+        with reading_errors("JSON"):
             try:
                 _gather_json(contents, "", json.loads(text, object_pairs_hook=_object))
             except RecursionError:
@@ -405,13 +405,13 @@ class JsonReader(TableReader):
         yield contents
 
 
-# -- Excel: the rows of a sheet as lines with tabs between values; all else is as in texts ---------
+# -- Excel: the rows of a sheet as lines with tabs between values, read as text --------------------
 
-_MOST_MEMORY = 1 << 32  # bytes that the sheets of a workbook take
+_MOST_MEMORY = 1 << 32  # memory limit of the sheets of a workbook [bytes]
 
 
 def read_sheets(path: Path) -> None:
-    """Read all sheets as the library does, which makes a table of all cells between those that hold something."""
+    """Read all sheets within a memory limit; the library stores all cells between the outermost filled ones."""
     from python_calamine import CalamineWorkbook
 
     limit_memory(_MOST_MEMORY)
@@ -421,7 +421,7 @@ def read_sheets(path: Path) -> None:
 
 
 def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
-    """Return the name of the sheet that is read, out of those with their numbers of rows."""
+    """Return the name of the sheet to read, from the numbers of rows by sheet."""
     names = [*heights]
     seen = ", ".join(f"{name!r} ({rows} rows)" for name, rows in heights.items())
     if sheet is not None:
@@ -432,7 +432,7 @@ def _sheet(heights: dict[str, int], sheet: str | int | None) -> str:
     filled = [name for name, rows in heights.items() if rows]
     if len(filled) != 1:
         raise InputError(
-            f"has {len(filled)} sheets that are not empty; say which, as in sheet = 1 (or --sheet 1); seen: {seen}"
+            f"has {len(filled)} sheets that are not empty; choose one, as in sheet = 1 (or --sheet 1); seen: {seen}"
         )
     return filled[0]
 
@@ -450,21 +450,20 @@ class ExcelReader(LineReader):
     kind, endings = "excel", (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods")
 
     @contextmanager
-    def opened(self, path: Path, layout: Format) -> Iterator[Iterator[str]]:
+    def open(self, path: Path, layout: Format) -> Iterator[Iterator[str]]:
         """Yield the rows of a sheet as lines.
 
-        A damaged file, no such sheet, several with something in them, or no python-calamine is an InputError.
+        InputError if the file is damaged, the sheet does not exist or is ambiguous, or python-calamine is missing.
         """
         python_calamine = _library("python_calamine", "python-calamine", "excel")
-        with readable("Excel"):
+        with reading_errors("Excel"):
             check_archive(path, trusted=False)
         if not ends_well(read_sheets, path, most("HDF5_SECONDS") * 12):
             raise InputError(
-                "has cells so far apart that its sheets take more than "
-                f"{_MOST_MEMORY:,} bytes, or cannot be read in time; take out what stands far from the columns, or "
-                "export it as CSV"
+                "has cells so far apart that its sheets need more than "
+                f"{_MOST_MEMORY:,} bytes, or cannot be read in time; remove cells far from the columns, or export CSV"
             )
-        with readable("Excel"), path.open("rb") as stream:
+        with reading_errors("Excel"), path.open("rb") as stream:
             book = python_calamine.CalamineWorkbook.from_filelike(stream)
             heights = {name: book.get_sheet_by_name(name).height for name in book.sheet_names}
             rows = book.get_sheet_by_name(_sheet(heights, layout.sheet)).to_python(skip_empty_area=False)

@@ -28,18 +28,18 @@ def clock_seconds(text: str) -> float | None:
     match = _CLOCK.fullmatch(text.strip())
     if match is None:
         return None
-    parts = match.groupdict(default="0")
-    hours = int(parts["hours"])
+    groups = match.groupdict(default="0")
+    hours = int(groups["hours"])
     if match["half"]:
         if not 1 <= hours <= 12:
             return None
         hours = hours % 12 + 12 * (match["half"][0] in "Pp")
-    seconds = 3600.0 * hours + 60.0 * int(parts["minutes"]) + float(parts["seconds"])
-    offset = 3600.0 * abs(int(parts["zone"])) + 60.0 * int(parts["past"])
-    seconds += offset if parts["zone"].startswith("-") else -offset
-    seconds += float("0." + parts["fraction"][1:] + "0")
+    seconds = 3600.0 * hours + 60.0 * int(groups["minutes"]) + float(groups["seconds"])
+    offset = 3600.0 * abs(int(groups["zone"])) + 60.0 * int(groups["past"])
+    seconds += offset if groups["zone"].startswith("-") else -offset
+    seconds += float("0." + groups["fraction"][1:] + "0")
     year, month, day = (
-        int(parts[long]) or int(parts[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))
+        int(groups[long]) or int(groups[short]) for long, short in (("year", "y"), ("month", "m"), ("day", "d"))
     )
     if year:
         try:

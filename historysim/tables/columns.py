@@ -1,4 +1,4 @@
-"""What is wanted of a file of numbers, how the file is written, and the units of its columns."""
+"""Requested columns of a file of numbers, the format of the file, and the units of its columns."""
 
 import math
 import re
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from historysim.basics.arguments import Floats, Integers
 
 
-def _is_whole(value: object, least: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= least
+def _is_whole(value: object, minimum: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and value >= minimum
 
 
 def _is_string(text: object) -> bool:
@@ -26,7 +26,7 @@ def _is_string(text: object) -> bool:
 
 _A_NAME = Key(lambda name: _is_string(name) or _is_whole(name, 1), "a name, or a position counted from 1")
 _A_COUNT = Key(lambda count: _is_whole(count, 1), "an integer of 1 or more")
-# Validator of what becomes of samples that cannot be used.
+# Validator of keys that decide what happens to unusable samples.
 REFUSE_OR_DROP = Key(lambda word: word in {"refuse", "drop"}, "'refuse' or 'drop'")
 
 
@@ -44,7 +44,7 @@ class Column:
     index: int | None = attrs.field(default=None, validator=_A_COUNT)  #: which column of a matrix, counted from 1
 
     def __attrs_post_init__(self) -> None:
-        """Check that it is one column."""
+        """Check that the keys select one column."""
         if isinstance(self.column, int) and (self.occurrence, self.index) != (None, None):
             raise misfit("a position is one column already; expected it alone", "column")
 
@@ -57,7 +57,7 @@ def _check_decimal(layout: "Format", attribute: "attrs.Attribute[str]", value: s
     if not isinstance(value, str) or value not in {".", ","}:
         raise misfit(f'{shown(value)}; expected "." or ","', attribute.name)
     if value == layout.delimiter:
-        raise misfit(f"{value!r}, as the delimiter; expected another sign", attribute.name)
+        raise misfit(f"{value!r} is also the delimiter; expected another character", attribute.name)
 
 
 def _is_encoding(name: object) -> bool:
@@ -73,42 +73,41 @@ def _is_comment(text: object) -> bool:
     return text == "" or (_is_string(text) and not str(text)[0].isalnum() and str(text)[0] not in "+-.,")
 
 
-# whoever adds the name of the file to this inherits it beside other bases, and two with slots do not mix
+# without slots: subclasses that add the file name have a second base class, and two bases with slots do not combine
 @attrs.frozen(kw_only=True, slots=False)
 class Format:
-    """How the numbers are written in a file.
+    """Format of a file of numbers.
 
     Attributes
     ----------
     delimiter : str, optional
-        What stands between two values of a text; ``" "`` is any white space. Found when not given.
+        The character between two values of a text; ``" "`` is any white space. Detected by default.
     decimal : str
         The decimal sign of a text, ``"."`` or ``","``.
     header : int, optional
-        The line of a text that names the columns, counted from 1; 0 where there is none. When not given, it is the
-        first line that holds all names asked for. When given, it may have fewer names than there are columns: they
-        are those of the first ones.
+        The line of a text that names the columns, counted from 1; 0 if there is no header. By default the first line
+        that holds all requested names. A header given by its line may have fewer names than there are columns; they
+        name the first columns.
     encoding : str, optional
-        The encoding of a text or of JSON. When not given, UTF-8, or UTF-16 where a mark at the beginning of a text
-        says so; a text that is neither is read as one of Windows, cp1252.
+        The encoding of a text or of JSON. By default UTF-8, or UTF-16 if the byte order mark of a text indicates it;
+        other texts are read as Windows text (cp1252).
     comment : str
-        What a line of comment in a text starts with; empty where there are none.
+        The characters that start a comment line in a text; empty if there are no comments.
     transposed : bool, optional
-        Whether the rows of a matrix are what is recorded, and its columns the samples. When not given, a matrix with
-        more rows than columns has a sample in each row; any other is refused.
+        True if each row of a matrix is a channel and each column a sample. By default a matrix with more rows than
+        columns has one sample per row, and other matrices are refused.
     block : int, optional
-        The table to read from a text with several tables, counted from 1. When not given, exactly one of them must
-        have the columns.
+        The table to read from a text with several tables, counted from 1. By default the only one that has the
+        columns.
     broken : str
-        ``"drop"`` leaves out rows of a text that are broken; ``"refuse"`` makes them errors.
+        ``"drop"`` leaves out broken rows of a text; ``"refuse"`` makes them errors.
     sheet : str or int, optional
-        Which sheet of an Excel file, by its name or its number from 1. When not given, there must be one alone that
-        is not empty.
+        The sheet of an Excel file, by its name or its number from 1. By default the only sheet that is not empty.
 
     Raises
     ------
     InputError
-        Anything else.
+        Any other value.
     """
 
     delimiter: str | None = attrs.field(
@@ -117,13 +116,14 @@ class Format:
     decimal: str = attrs.field(default=".", validator=_check_decimal)
     header: int | None = attrs.field(
         default=None,
-        validator=Key(lambda line: _is_whole(line, 0), "the number of a line, or 0 where there is no header"),
+        validator=Key(lambda line: _is_whole(line, 0), "the number of a line, or 0 if there is no header"),
     )
     encoding: str | None = attrs.field(
         default=None, validator=Key(_is_encoding, 'an encoding such as "utf-8", "utf-16" or "latin-1"')
     )
     comment: str = attrs.field(
-        default="#", validator=Key(_is_comment, 'what a comment starts with, such as "#", or "" where there are none')
+        default="#",
+        validator=Key(_is_comment, 'the characters that start a comment, such as "#", or "" without comments'),
     )
     transposed: bool | None = attrs.field(
         default=None, validator=Key(lambda value: isinstance(value, bool), "true or false")
@@ -140,7 +140,7 @@ class Format:
 
 
 class MissingValueError(InputError):
-    """A value that is missing where none may be."""
+    """A missing value in a column that must not have any."""
 
 
 @attrs.frozen(eq=False)
@@ -148,60 +148,60 @@ class Table:
     """Columns of SI numbers."""
 
     columns: "dict[str, Floats]"  #: (rows,) The values in SI, NaN where missing
-    units: dict[str, str]  #: the SI unit of each
-    lines: "Integers | None" = None  #: (rows,) The line that each row stands on, counted from 1, in a text
+    units: dict[str, str]  #: the SI unit of each column
+    lines: "Integers | None" = None  #: (rows,) The line number of each row in a text, counted from 1
     file_rows: tuple[int, ...] = ()  #: the number of rows of each file
-    notices: tuple[str, ...] = ()  #: what a user has to know of how the file was read
+    notices: tuple[str, ...] = ()  #: remarks on the reading of the file, for the user
 
     def place(self, row: int) -> str:
-        """Return where in the file a row, counted from 0, stands."""
+        """Return the location of a row (index from 0) in the file: ``"row 3"`` or ``"line 7"``."""
         return f"row {row + 1}" if self.lines is None else f"line {self.lines[row]}"
 
 
 @attrs.frozen
 class Listing:
-    """One column as texts: how TOML asks for it, the unit that the file names, how many values, and the first."""
+    """Description of a column as strings: reference in TOML, unit in the file, number of values, first value."""
 
     column: str
     unit: str
     values: str
-    first: str
+    first_value: str
 
 
 @attrs.frozen(eq=False)
 class FileColumn:
-    """A column as it stands in the file."""
+    """A column in the unit of the file."""
 
-    name: str  #: what a message calls it
-    values: "Floats"  #: (rows,) Its values in the unit of the file, finite, or NaN where missing
-    units: tuple[str, ...] = ()  #: what the file says that its unit is: nothing, once, or in several places
+    name: str  #: label in messages
+    values: "Floats"  #: (rows,) Values in the unit of the file, finite, or NaN where missing
+    units: tuple[str, ...] = ()  #: units that the file states: none, one, or one in each of several positions
 
 
 # ---- units ----
 
-# "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets counts something, and is no unit
+# "Force.(kN)", "Force [kN] filtered", "Force / kN"; a number in brackets is an index, not a unit
 _BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)|\[([^\[\]]*)\]")
 _FULL_WIDTH = str.maketrans("（）［］【】／", "()[][]/")  # brackets of Chinese and Japanese headers
-_MARKS = frozenset("([/（［【／")  # one of them stands in a name that has a unit
+_MARKS = frozenset("([/（［【／")  # a name with a unit contains one of them
 _SLASH = re.compile(r"\s/\s+([^\s/]+)\s*$")
-# factors of one unit, reached in different ways
+# tolerance between factors of one unit that are calculated from different definitions
 _ROUNDING = 1e-12
 
 
 def field_unit(name: str) -> str | None:
-    """Return the unit in a name: in the last brackets, or at its end after a slash between spaces."""
+    """Return the unit in a name: in its last brackets, or after a slash between spaces at its end; None without one."""
     return split_unit(name)[1]
 
 
 def unit_in_name(label: str, si: str) -> str | None:
-    """Return the unit that a name such as ``Fx_mN`` ends with, other than an SI unit; None where it does not."""
+    """Return the non-SI unit at the end of a name such as ``Fx_mN``; None without one."""
     unit = label.strip("'").rpartition("_")[2]
     return unit if is_common(unit) and factor_or_none(unit, si) not in {None, 1.0} else None
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
     """Return a name without its unit, and the unit: ``("Force", "kN")`` for ``"Force [kN]"``; None without one."""
-    # the header is looked for in all values of many lines
+    # shortcut, since all values of many lines are searched for the header
     if _MARKS.isdisjoint(name):
         return name, None
     half_width = name.translate(_FULL_WIDTH)
@@ -209,56 +209,56 @@ def split_unit(name: str) -> tuple[str, str | None]:
     unit = next(filter(None, matches[-1].groups()), "").strip() if matches else ""
     if not re.search(r"[^\W\d_]|[%°]", unit):
         return name, None
-    start, end = matches[-1].span()
-    return (name[:start] + name[end:]).strip(), unit
+    start, stop = matches[-1].span()
+    return (name[:start] + name[stop:]).strip(), unit
 
 
-def fitting(unit: str, wanted: Sequence[str]) -> tuple[str, float]:
-    """Return the first of some SI units that a unit converts to, and the factor; an InputError where there is none."""
+def fit_unit(unit: str, si_units: Sequence[str]) -> tuple[str, float]:
+    """Return the first compatible SI unit and its conversion factor; InputError if no unit is compatible."""
     problems = []
-    for si in wanted:
+    for si in si_units:
         try:
             return si, conversion_factor(unit, si)
         except InputError as error:
             problems.append(error)
     if len(problems) == 1:
         raise problems[0]
-    raise InputError(f"{unit!r} converts to none of {', '.join(wanted)}; expected a unit that does")
+    raise InputError(f"{unit!r} converts to none of {', '.join(si_units)}; expected a unit that does")
 
 
-def settled(explicit: str | None, units: Sequence[str], wanted: Sequence[str], column: str) -> tuple[str, float]:
-    """Return the SI unit of a column, one of those wanted, and the factor that takes its values there.
+def resolve_unit(explicit: str | None, units: Sequence[str], si_units: Sequence[str], column: str) -> tuple[str, float]:
+    """Return the SI unit of a column, one of ``si_units``, and its conversion factor.
 
-    An explicit unit holds whatever the file says; without a unit from either, values are in the first that is wanted.
+    An explicit unit takes precedence over the file. Without any unit, values are in the first of ``si_units``.
 
-    Raises InputError: a unit that does not fit; from the file alone, also units that are not the same, or unknown.
+    Raises InputError: an incompatible unit; in the file also different or unknown units.
     """
     if explicit is not None:
-        return fitting(explicit, wanted)
+        return fit_unit(explicit, si_units)
     if not units:
-        return wanted[0], 1.0
+        return si_units[0], 1.0
     if unknown := [unit for unit in units if not is_unit(unit)]:
-        raise InputError(f'{column}: {unknown[0]!r} is not a known unit; give it one, as in unit = "{wanted[0]}"')
-    first, *others = units
+        raise InputError(f'{column}: {unknown[0]!r} is not a known unit; set one, as in unit = "{si_units[0]}"')
+    file_unit, *other_units = units
     try:
-        si, factor = fitting(first, wanted)
+        si, factor = fit_unit(file_unit, si_units)
     except InputError as error:
-        weight = f'; the reading of a balance in {first} is a force in {first}f: say unit = "{first}f"'
-        hint = weight if "N" in wanted and factor_or_none(first, "kg") else ""
+        weight = f'; the reading of a balance in {file_unit} is a force in {file_unit}f: set unit = "{file_unit}f"'
+        hint = weight if "N" in si_units and factor_or_none(file_unit, "kg") else ""
         raise InputError(f"{column}: {error}{hint}") from error
-    if other := next((unit for unit in others if not _is_same(unit, si, factor)), None):
-        raise InputError(f"{column} has two units in the file, {first!r} and {other!r}; expected one")
+    if conflict := next((unit for unit in other_units if not _is_same(unit, si, factor)), None):
+        raise InputError(f"{column} has two units in the file, {file_unit!r} and {conflict!r}; expected one")
     return si, factor
 
 
-def overridden(explicit: str, units: Sequence[str], wanted: Sequence[str]) -> str | None:
-    """Return the first unit in a file that says something else than the one that is given, or None."""
-    si, factor = fitting(explicit, wanted)
+def conflicting_unit(explicit: str, units: Sequence[str], si_units: Sequence[str]) -> str | None:
+    """Return the first unit in a file that differs from the explicit one, or None."""
+    si, factor = fit_unit(explicit, si_units)
     return next((unit for unit in units if is_unit(unit) and not _is_same(unit, si, factor)), None)
 
 
 def factor_or_none(unit: str, si: str) -> float | None:
-    """Return the factor that takes numbers in a unit to SI; None where there is none."""
+    """Return the factor from a unit to an SI unit; None if they are incompatible."""
     try:
         return conversion_factor(unit, si)
     except InputError:
@@ -266,5 +266,5 @@ def factor_or_none(unit: str, si: str) -> float | None:
 
 
 def _is_same(unit: str, si: str, factor: float) -> bool:
-    own = factor_or_none(unit, si)
-    return own is not None and math.isclose(own, factor, rel_tol=_ROUNDING)
+    own_factor = factor_or_none(unit, si)
+    return own_factor is not None and math.isclose(own_factor, factor, rel_tol=_ROUNDING)

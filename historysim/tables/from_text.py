@@ -1,4 +1,4 @@
-"""Texts: one row of values on each line, between commas, semicolons, tabs, bars or white space."""
+"""Read text tables: one row per line, values separated by commas, semicolons, tabs, bars or white space."""
 
 import codecs
 import csv
@@ -19,9 +19,9 @@ from historysim.errors import InputError
 from historysim.tables.blocks import Block, survey
 from historysim.tables.clock import clock_seconds, seconds_since_first
 from historysim.tables.columns import Column, FileColumn, Format, Listing, MissingValueError
-from historysim.tables.head import SEARCHED, Head, Heading, ragged
+from historysim.tables.head import SEARCHED, Head, Heading, ragged_row_message
 from historysim.tables.lines import (
-    AT_ONCE,
+    BATCH_LINES,
     brief,
     decimal_hint,
     fault_hint,
@@ -34,10 +34,10 @@ from historysim.tables.lines import (
     split_quantity,
 )
 
-# where the rows begin with numbers, no row begins with a word
+# the start of a line that is not a row, in a table whose rows begin with numbers
 _WORD = re.compile(r"\s*(?!nan\b|null\b)[^\W\d_]{3}", re.IGNORECASE)
 _LIKE_A_CLOCK = re.compile(r"\d+(?=.*[/:])[\d/:. -]+\s*(?:[AaPp][Mm])?")
-_MOST_NAMED = 5  # blocks, or broken rows, that a message names
+_MOST_NAMED = 5  # number of blocks, or broken rows, that a message lists
 
 WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 
@@ -45,14 +45,14 @@ WINDOWS = "cp1252"  # the encoding of most texts that are not UTF-8
 # -- lines -----------------------------------------------------------------------------------------
 
 
-def lines_of(path: Path, encoding: str, most_rows: int) -> list[str]:
-    """Return the lines of a text; another encoding is an InputError that names the byte."""
+def read_lines(path: Path, encoding: str, most_rows: int) -> list[str]:
+    """Return the lines of a text; InputError with the byte if the encoding does not fit."""
     _check_lines(path)
     try:
         with path.open(encoding=encoding) as stream:
             lines = list(islice(stream, most_rows + SEARCHED + 1))
     except UnicodeError as error:
-        # what is taken for a text of Windows is none of UTF-8
+        # cp1252 is the fallback for texts that are not UTF-8
         expected = "utf-8" if encoding == WINDOWS else encoding
         raise InputError(_undecodable(path.read_bytes(), expected)) from error
     if len(lines) > most_rows + SEARCHED:
@@ -61,16 +61,16 @@ def lines_of(path: Path, encoding: str, most_rows: int) -> list[str]:
     return lines
 
 
-def encoding_of(path: Path) -> str:
-    """Return the encoding of a text: what a mark at its beginning says, else UTF-8, else that of Windows."""
+def detect_encoding(path: Path) -> str:
+    """Detect the encoding of a text: by its byte order mark, else UTF-8 if it is valid, else cp1252."""
     decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as stream:
-        first = stream.peek(64)[:64]
-        if first[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
+        head = stream.peek(64)[:64]
+        if head[:2] in {codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE}:
             return "utf-16"
-        # no text holds zeros but one of two bytes a letter, without its mark
-        for encoding, zeros in (("utf-16-le", first[1::2]), ("utf-16-be", first[::2])):
-            if 2 * zeros.count(0) > len(zeros) and zeros.count(0) == first.count(0):
+        # zero bytes occur only in UTF-16 without a byte order mark
+        for encoding, zeros in (("utf-16-le", head[1::2]), ("utf-16-be", head[::2])):
+            if 2 * zeros.count(0) > len(zeros) and zeros.count(0) == head.count(0):
                 return encoding
         try:
             while piece := stream.read(1 << 20):
@@ -81,8 +81,8 @@ def encoding_of(path: Path) -> str:
     return "utf-8"
 
 
-def decoded(path: Path, encoding: str) -> str:
-    """Return a whole text, without the mark at its beginning; another encoding is an InputError with the byte."""
+def decode_file(path: Path, encoding: str) -> str:
+    """Return the text of a file without its byte order mark; InputError with the byte if the encoding does not fit."""
     content = path.read_bytes()
     try:
         return content.decode(encoding).removeprefix("\ufeff")
@@ -91,7 +91,7 @@ def decoded(path: Path, encoding: str) -> str:
 
 
 def _check_lines(path: Path) -> None:
-    """Check that a text has lines, before one of them fills the memory."""
+    """Refuse a text with a very long line before it is read into memory."""
     longest, line, length = most("LINE_BYTES"), 1, 0
     if path.stat().st_size <= longest:
         return
@@ -114,7 +114,7 @@ def _undecodable(content: bytes, encoding: str) -> str:
     except UnicodeError as error:
         where = f" ({error})"
     name = "UTF-8" if encoding.lower() in {"utf-8", "utf8"} else encoding
-    return f'is not {name} text{where}; save it as UTF-8, or say which encoding it has, such as encoding = "utf-16"'
+    return f'is not {name} text{where}; save it as UTF-8, or set its encoding, such as encoding = "utf-16"'
 
 
 # -- tables ----------------------------------------------------------------------------------------
@@ -125,92 +125,94 @@ def read(
 ) -> tuple[dict[str, FileColumn], Integers, list[str]]:
     """Return columns of one table of a text, the line numbers of its rows, and notices.
 
-    Errors as in `historysim.tables.read_table`.
+    Errors as for `historysim.tables.read_table`.
     """
-    bad = None
+    row_error = None
     if layout.block is None and layout.broken == "refuse":
         try:
-            head = Head.of(text, layout)
-            return _Rows.of(text, head, columns, missing=missing).read(most_rows)
+            head = Head.from_lines(text, layout)
+            return _RowParser.from_head(text, head, columns, missing=missing).read(most_rows)
         except _BadRowError as error:
-            # either there is more than one table, or the row is broken
-            bad = error
+            # either the text has several tables, or the row is broken
+            row_error = error
     try:
         blocks, footer = survey(text, layout)
     except InputError as error:
-        raise bad or error from None
-    index, header = _choose_block(blocks, columns, layout, bad)
+        raise row_error or error from None
+    index, header = _choose_block(blocks, columns, layout, row_error)
     block = blocks[index]
-    head = Head.of(text, evolve(layout, header=header), block.begin, block.last)
-    rows = _Rows.of(text, head, columns, missing=missing, end=block.last)
+    head = Head.from_lines(text, evolve(layout, header=header), block.start, block.last_line)
+    rows = _RowParser.from_head(text, head, columns, missing=missing, stop=block.last_line)
     file_columns, lines, notices = rows.read_or_advise(most_rows)
-    return file_columns, lines, [*_left_out(blocks, footer, index), *notices]
+    return file_columns, lines, [*_notices_of_rest(blocks, footer, index), *notices]
 
 
 def _choose_block(
-    blocks: Sequence[Block], columns: Mapping[str, Column], layout: Format, bad: InputError | None
+    blocks: Sequence[Block], columns: Mapping[str, Column], layout: Format, row_error: InputError | None
 ) -> tuple[int, int | None]:
     """Return the index of the block to read, and the line of its header if given.
 
     InputError if several blocks have the columns, or the block does not exist.
     """
-    count, none = len(blocks), 0 if layout.header == 0 else None
+    count, no_header = len(blocks), 0 if layout.header == 0 else None
     if layout.header and (layout.block is None or count == 1):
-        # whoever gives the header has chosen the table below it
-        below = [index for index, block in enumerate(blocks) if block.first > layout.header]
+        # the line of the header selects the table below it
+        below = [index for index, block in enumerate(blocks) if block.first_line > layout.header]
         return below[0] if below else count - 1, layout.header
     if layout.block is not None:
         if layout.block > count:
-            raise InputError(f"there is no block {layout.block}; {_seen(blocks)}")
-        return layout.block - 1, none
-    fitting = [index for index, block in enumerate(blocks) if _has(block.heading, columns)]
+            raise InputError(f"there is no block {layout.block}; {_blocks_text(blocks)}")
+        return layout.block - 1, no_header
+    fitting = [index for index, block in enumerate(blocks) if _has_columns(block.heading, columns)]
     if count > 1 and len(fitting) != 1:
-        raise InputError(f"has {count} blocks; choose one, as in block = 2; {_seen(blocks)}") from bad
-    return (fitting or [0])[0], none
+        raise InputError(f"has {count} blocks; choose one, as in block = 2; {_blocks_text(blocks)}") from row_error
+    return (fitting or [0])[0], no_header
 
 
-def _has(heading: Heading, columns: Mapping[str, Column]) -> bool:
+def _has_columns(heading: Heading, columns: Mapping[str, Column]) -> bool:
     try:
         for column in columns.values():
-            heading.place(column)
+            heading.find(column)
     except InputError:
         return False
     return True
 
 
-def _left_out(blocks: Sequence[Block], footer: Sequence[str], index: int) -> Iterator[str]:
+def _notices_of_rest(blocks: Sequence[Block], footer: Sequence[str], index: int) -> Iterator[str]:
     """Yield notices of the blocks and lines of a text that are not read."""
     if len(blocks) > 1:
         rows = counted(sum(block.rows for block in blocks) - blocks[index].rows, "row", "rows")
-        others = counted(len(blocks) - 1, "block", "blocks")
+        other_blocks = counted(len(blocks) - 1, "block", "blocks")
         yield (
-            f"block {index + 1} is read, {others} with {rows} left out: choose another with block = …, or remove the "
-            "lines between blocks to join them"
+            f"block {index + 1} is read, {other_blocks} with {rows} left out: choose another with block = …, or remove "
+            "the lines between blocks to join them"
         )
     if footer:
         yield f"the lines below the table are left out: {brief(footer[0])}"
 
 
-def _seen(blocks: Sequence[Block]) -> str:
-    """Return what blocks there are, with names, units and first rows."""
+def _blocks_text(blocks: Sequence[Block]) -> str:
+    """List the blocks of a text for a message: lines, names, units and first row."""
     texts = [
-        "block {} in lines {} to {}: {} (first row: {})".format(number, block.first, block.last, *block.described())
+        "block {} in lines {} to {}: {} (first row: {})".format(
+            number, block.first_line, block.last_line, *block.describe()
+        )
         for number, block in enumerate(blocks[:_MOST_NAMED], 1)
     ]
     more = [f"and {len(blocks) - _MOST_NAMED} more"] if len(blocks) > _MOST_NAMED else []
     return "seen: " + "; ".join([*texts, *more])
 
 
-def picture(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
-    """Return lines on what stands in a text, and its number of tables. Errors as in `historysim.tables.describe`."""
+def summarise(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
+    """Summarise the tables of a text in lines, and return their number. Errors as for `historysim.tables.describe`."""
     blocks, footer = survey(text, layout)
     lines = []
     for index, block in enumerate(blocks):
-        names, row = block.described()
-        above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
+        names, row = block.describe()
+        lines_above = "; ".join(brief(line)[1:-1] for line in block.preamble[:3])
         lines.append(
-            f"block {index + 1}: {counted(block.rows, 'row', 'rows')} in lines {block.first} to {block.last}"
-            + (f", below {above}" if above else "")
+            f"block {index + 1}: {counted(block.rows, 'row', 'rows')} in lines {block.first_line} to {block.last_line}"
+            + (f", below {lines_above}" if lines_above else "")
         )
         if not index or block.heading.names != blocks[index - 1].heading.names:
             lines.append(f"  names and units: {names}")
@@ -221,44 +223,42 @@ def picture(text: Sequence[str], layout: Format) -> tuple[list[str], int]:
 
 
 def describe(text: Sequence[str], layout: Format) -> list[Listing]:
-    """Return what columns there are in the lines of a text. Errors as in `historysim.tables.describe`."""
+    """List the columns of a table of a text. Errors as for `historysim.tables.describe`."""
     blocks, _ = survey(text, layout)
     block = blocks[min(layout.block or 1, len(blocks)) - 1]
     heading = block.heading
-    units = [
-        "s" if clock_seconds(first) is not None else ", ".join(dict.fromkeys([*heading.units(at), *in_cell]))
-        for at, (first, in_cell) in enumerate((each, (split_quantity(each) or ("",))[1:]) for each in block.row)
-    ]
-    return [
-        Listing(reference, unit, str(block.rows), first.strip())
-        for reference, unit, first in zip(heading.references(), units, block.row, strict=True)
-    ]
+    listings = []
+    for index, (reference, cell) in enumerate(zip(heading.references(), block.row, strict=True)):
+        _, *cell_unit = split_quantity(cell) or ("",)
+        units = ["s"] if clock_seconds(cell) is not None else dict.fromkeys([*heading.units(index), *cell_unit])
+        listings.append(Listing(reference, ", ".join(units), str(block.rows), cell.strip()))
+    return listings
 
 
 # -- rows ------------------------------------------------------------------------------------------
 
 
 class _BadRowError(InputError):
-    """A line that is no row."""
+    """A line that is not a valid row."""
 
     line = 0  #: counted from 1
-    cell = ""  #: the cell that is broken, empty if it is the whole line
+    cell = ""  #: the invalid cell, empty if the whole line is invalid
 
 
 class _MissingError(_BadRowError, MissingValueError):
-    """A row that misses a value."""
+    """A row with a missing value."""
 
 
-def _dropped_text(dropped: Sequence[_BadRowError], kept: int) -> str:
-    """Return how many rows are left out, of how many, where, and what they have in common."""
+def _dropped_text(dropped: Sequence[_BadRowError], rows_read: int) -> str:
+    """Return number, lines and common property of rows that are left out, for a message."""
     which = ", ".join(str(error.line) for error in dropped[:_MOST_NAMED]) + (", …" if dropped[_MOST_NAMED:] else "")
-    shared = _what_dropped_rows_share(dropped)
-    rows = f"{len(dropped):,} of {counted(len(dropped) + kept, 'row', 'rows')} (line {which})"
+    shared = _common_fault(dropped)
+    rows = f"{len(dropped):,} of {counted(len(dropped) + rows_read, 'row', 'rows')} (line {which})"
     return f"{rows}, {shared}" if shared else rows
 
 
-def _what_dropped_rows_share(dropped: Sequence[_BadRowError]) -> str:
-    """Return what several broken rows have in common, for a message; empty if nothing."""
+def _common_fault(dropped: Sequence[_BadRowError]) -> str:
+    """Return the common property of several broken rows, for a message; empty without one."""
     cells = {plain_notation(error.cell.strip()) for error in dropped}
     if len(dropped) < 2 or "" in cells:
         return ""
@@ -270,11 +270,11 @@ def _what_dropped_rows_share(dropped: Sequence[_BadRowError]) -> str:
 
 
 def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
-    """Return finite numbers as an array; None where anything else stands among them."""
-    whole = plain_notation("\n".join(texts))
-    if not is_plain(whole, decimal):
+    """Parse finite numbers; None if a text is anything else."""
+    joined = plain_notation("\n".join(texts))
+    if not is_plain(joined, decimal):
         return None
-    numbers = whole.replace(decimal, ".").split("\n")
+    numbers = joined.replace(decimal, ".").split("\n")
     if len(numbers) != len(texts):
         return None
     try:
@@ -285,100 +285,104 @@ def plain_numbers(texts: list[str], decimal: str) -> Floats | None:
 
 
 def _quantities(texts: Sequence[str], decimal: str, unit: str) -> Floats | None:
-    """Return values with their units in one unit; None where anything else stands among them."""
+    """Parse values with units, converted to one unit; None if a text is anything else."""
     values = [number_in_unit(text, decimal, unit) for text in texts]
     finite = [value for value in values if value is not None and math.isfinite(value)]
     return np.array(finite, dtype=np.float64) if len(finite) == len(texts) else None
 
 
 def _clock_times(texts: Sequence[str]) -> Floats | None:
-    """Return the times of a clock [s]; None where anything else stands among the times."""
+    """Parse clock times [s]; None if a text is anything else."""
     times = [clock_seconds(text) for text in texts]
     return None if None in times else np.array(times, dtype=np.float64)
 
 
 def _lines_of_rows(
-    text: Sequence[str], heading: Heading, layout: Format, end: int
+    text: Sequence[str], heading: Heading, layout: Format, stop: int
 ) -> Iterator[tuple[list[int], list[str]]]:
-    """Yield the numbers of the lines of rows, many at once, and the lines."""
-    # a line of nothing but tabs is a row, if they are the delimiters
+    """Yield rows in batches: line numbers and lines, without comments and blank lines."""
+    # a line of tabs alone is a row if tabs are the delimiter
     blank = None if heading.delimiter == " " else " \t\n".replace(heading.delimiter, "")
-    for begin in range(heading.above, end, AT_ONCE):
+    for start in range(heading.lines_above, stop, BATCH_LINES):
         numbers = [
             line_number
-            for line_number, line in enumerate(text[begin : min(begin + AT_ONCE, end)], begin + 1)
+            for line_number, line in enumerate(text[start : min(start + BATCH_LINES, stop)], start + 1)
             if line.strip(blank) and not (layout.comment and line.lstrip().startswith(layout.comment))
         ]
         if numbers:
             yield numbers, [text[line_number - 1] for line_number in numbers]
 
 
-def _row(line_number: int, text: str, heading: Heading) -> list[str]:
-    """Return the values of a line; a line that is no row is an error."""
+def _split_row(line_number: int, text: str, heading: Heading) -> list[str]:
+    """Split a line into values; an error if it is not a row of the table."""
     try:
         row = split([text], heading.delimiter)[0]
     except csv.Error as error:
-        reason = "a value in quotes does not end on it" if "end of data" in str(error) else error
+        reason = "a quoted value is not closed" if "end of data" in str(error) else error
         raise _BadRowError(f"line {line_number} is not a CSV table: {reason}") from error
-    if not _fits(row, heading):
+    if not _has_width(row, heading):
         named = heading.names and not heading.mismatch
         wide = f"the header names {heading.width} columns" if named else f"other lines have {heading.width}"
-        raise _BadRowError(ragged(line_number, len(row), wide))
+        raise _BadRowError(ragged_row_message(line_number, len(row), wide))
     return row
 
 
-def _fits(row: Sequence[str], heading: Heading) -> bool:
-    """Return whether a row has as many values as it shall, but for blank ones at its end."""
+def _has_width(row: Sequence[str], heading: Heading) -> bool:
+    """Return True if a row has the width of the table, or more with blank values at its end."""
     return len(row) >= heading.width and not any(field.strip() for field in row[heading.width :])
 
 
-def _unit_in_cells(lines: Sequence[str], heading: Heading, place: int, decimal: str) -> str:
-    """Return the unit in the first value of a column that is neither missing nor 0; empty without one."""
+def _unit_in_cells(lines: Sequence[str], heading: Heading, index: int, decimal: str) -> str:
+    """Return the unit in the first value of a column that is not missing or 0; empty without one."""
     for line in lines:
         row = fields(line, heading.delimiter)
-        value = number(row[place], decimal) if place < len(row) else 0.0
+        value = number(row[index], decimal) if index < len(row) else 0.0
         if value == 0 or (value is not None and math.isnan(value)):
             continue
-        quantity = split_quantity(row[place]) if value is None else None
+        quantity = split_quantity(row[index]) if value is None else None
         return quantity[1] if quantity else ""
     return ""
 
 
 @frozen
-class _Rows:
-    """The rows of a table, and the values that are wanted of them."""
+class _RowParser:
+    """Parser of the requested columns of a table."""
 
     text: Sequence[str]
-    end: int  #: how many lines of the text are up to the last row
+    stop: int  #: line number of the last row
     heading: Heading
     layout: Format
-    missing: bool
-    places: dict[str, int]  #: where the values stand, by the keys of the columns
-    clocks: set[int]  #: which of these places are of clocks
-    cell_units: dict[int, str]  #: the unit of the first value, by the places of columns whose values have units
-    #: The place of the first number in the first row: where a word stands there, is no row. -1 where it is wanted, or
-    #: there is none.
+    missing: bool  #: True if missing values are NaN, not errors
+    indices: dict[str, int]  #: indices of the columns by their keys
+    clocks: set[int]  #: indices of columns of clock times
+    cell_units: dict[int, str]  #: unit of the first value, by the indices of columns whose values have units
+    #: Index of the first number in the first row: a line with a word there is not a row. -1 if that column is requested
+    #: or does not exist.
     guard: int
 
     @classmethod
-    def of(
-        cls, text: Sequence[str], head: Head, columns: Mapping[str, Column], *, missing: bool, end: int | None = None
+    def from_head(
+        cls, text: Sequence[str], head: Head, columns: Mapping[str, Column], *, missing: bool, stop: int | None = None
     ) -> Self:
-        """Return the rows below a head that has these columns, up to a line."""
-        heading, end = head.heading(list(columns.values())), len(text) if end is None else end
-        places = {key: heading.place(column) for key, column in columns.items()}
-        _, lines = next(_lines_of_rows(text, heading, head.layout, end), ([], [""]))
-        first = fields(lines[0], heading.delimiter)
-        units = {place: _unit_in_cells(lines, heading, place, head.layout.decimal) for place in places.values()}
-        cell_units = {place: unit for place, unit in units.items() if unit}
-        values = [number((split_quantity(field) or [field])[0], head.layout.decimal) for field in first]
-        guard = next((place for place, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
-        clocks = {place for place in places.values() if place < len(first) and clock_seconds(first[place]) is not None}
-        guard = -1 if guard in places.values() else guard
-        return cls(text, end, heading, head.layout, missing, places, clocks, cell_units, guard)
+        """Make the parser of the rows below a head that has these columns, up to a line."""
+        heading, stop = head.heading(list(columns.values())), len(text) if stop is None else stop
+        indices = {key: heading.find(column) for key, column in columns.items()}
+        _, lines = next(_lines_of_rows(text, heading, head.layout, stop), ([], [""]))
+        first_row = fields(lines[0], heading.delimiter)
+        units = {index: _unit_in_cells(lines, heading, index, head.layout.decimal) for index in indices.values()}
+        cell_units = {index: unit for index, unit in units.items() if unit}
+        values = [number((split_quantity(field) or [field])[0], head.layout.decimal) for field in first_row]
+        guard = next((index for index, value in enumerate(values) if value is not None and math.isfinite(value)), -1)
+        clocks = {
+            index
+            for index in indices.values()
+            if index < len(first_row) and clock_seconds(first_row[index]) is not None
+        }
+        guard = -1 if guard in indices.values() else guard
+        return cls(text, stop, heading, head.layout, missing, indices, clocks, cell_units, guard)
 
     def read_or_advise(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
-        """Read the columns; the error of a broken row says how many rows ``broken = "drop"`` would leave out."""
+        """Read the columns; the error for a broken row states how many rows ``broken = "drop"`` would leave out."""
         try:
             return self.read(most_rows)
         except _MissingError:
@@ -387,69 +391,69 @@ class _Rows:
             raise _BadRowError(f"{error}; {self._drop_advice(most_rows)}") from error
 
     def _drop_advice(self, most_rows: int) -> str:
-        """Return the remedy of a broken row, with the rows that ``broken = "drop"`` would leave out."""
+        """Return the remedy for a broken row, with the rows that ``broken = "drop"`` would leave out."""
         dropping = evolve(self, layout=evolve(self.layout, broken="drop"))
         try:
-            _, kept, dropped = dropping._columns(most_rows)  # noqa: SLF001 - of its own class
+            _, lines, dropped = dropping._read_columns(most_rows)  # noqa: SLF001 - of its own class
         except InputError:
-            # other rows cannot be read either way
+            # other rows cannot be read even if broken ones are dropped
             return "mend it in the file"
-        text = _dropped_text(dropped, kept.size)
-        if _what_dropped_rows_share(dropped):
+        text = _dropped_text(dropped, lines.size)
+        if _common_fault(dropped):
             return f'mend it in the file; broken = "drop" would leave out {text}, and the rest is another record'
         return f'mend it in the file, or broken = "drop" leaves out {text}'
 
     def read(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[str]]:
         """Return the columns, the line numbers of the rows, and a notice of broken rows that are left out."""
-        columns, lines, dropped = self._columns(most_rows)
+        columns, lines, dropped = self._read_columns(most_rows)
         notices = [f"broken rows left out: {_dropped_text(dropped, lines.size)}"] if dropped else []
         return columns, lines, notices
 
-    def _columns(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
+    def _read_columns(self, most_rows: int) -> tuple[dict[str, FileColumn], Integers, list[_BadRowError]]:
         """Return the columns, the line numbers of the rows, and the errors of rows that are left out."""
-        parts: list[list[Floats]] = []
-        kept: list[Integers] = []
+        batches: list[list[Floats]] = []
+        line_numbers: list[Integers] = []
         count, dropped = 0, list[_BadRowError]()
-        for numbers, texts in _lines_of_rows(self.text, self.heading, self.layout, self.end):
-            values, rows = self._plain(texts), numbers
+        for numbers, texts in _lines_of_rows(self.text, self.heading, self.layout, self.stop):
+            values, rows = self._parse_block(texts), numbers
             if values is None:
-                # line by line, so that an error names the line and the column
-                values, rows = self._careful(numbers, texts, dropped)
-            parts.append(values)
-            kept.append(np.array(rows, dtype=np.int64))
+                # line by line, for the line and the column of an error
+                values, rows = self._parse_lines(numbers, texts, dropped)
+            batches.append(values)
+            line_numbers.append(np.array(rows, dtype=np.int64))
             count += len(rows)
             if count > most_rows:
                 raise InputError(f"has more than {most_rows:,} rows; thin or split it")
         if not count:
             raise InputError("has a header but no rows; expected one line for each sample")
         columns = {}
-        for (key, place), *values in zip(self.places.items(), *parts, strict=True):
-            column, units = np.concatenate(values), self.heading.units(place)
-            if place in self.clocks:
+        for (key, index), *values in zip(self.indices.items(), *batches, strict=True):
+            column, units = np.concatenate(values), self.heading.units(index)
+            if index in self.clocks:
                 column, units = seconds_since_first(column), ("s",)
-            elif place in self.cell_units:
-                units = (*units, self.cell_units[place])
-            columns[key] = FileColumn(self.heading.label(place), column, units)
-        return columns, np.concatenate(kept), dropped
+            elif index in self.cell_units:
+                units = (*units, self.cell_units[index])
+            columns[key] = FileColumn(self.heading.label(index), column, units)
+        return columns, np.concatenate(line_numbers), dropped
 
-    def _plain(self, lines: Sequence[str]) -> list[Floats] | None:
-        """Return the values of lines that are rows of finite numbers and times; None where anything else is there."""
+    def _parse_block(self, lines: Sequence[str]) -> list[Floats] | None:
+        """Parse a batch of rows of finite numbers and times; None if it has anything else."""
         try:
             rows = split(lines, self.heading.delimiter)
         except csv.Error:
             return None
         is_even = set(map(len, rows)) == {self.heading.width}
-        if len(rows) != len(lines) or not (is_even or all(_fits(row, self.heading) for row in rows)):
+        if len(rows) != len(lines) or not (is_even or all(_has_width(row, self.heading) for row in rows)):
             return None
         if self.guard >= 0 and any(_WORD.match(row[self.guard]) for row in rows):
             return None
         values = []
-        for place in self.places.values():
-            texts = [row[place] for row in rows]
-            if place in self.clocks:
+        for index in self.indices.values():
+            texts = [row[index] for row in rows]
+            if index in self.clocks:
                 column = _clock_times(texts)
-            elif place in self.cell_units:
-                column = _quantities(texts, self.layout.decimal, self.cell_units[place])
+            elif index in self.cell_units:
+                column = _quantities(texts, self.layout.decimal, self.cell_units[index])
             else:
                 column = plain_numbers(texts, self.layout.decimal)
             if column is None:
@@ -457,16 +461,16 @@ class _Rows:
             values.append(column)
         return values
 
-    def _careful(
+    def _parse_lines(
         self, numbers: Sequence[int], texts: Sequence[str], dropped: list[_BadRowError]
     ) -> tuple[list[Floats], list[int]]:
-        """Return the values of rows, line by line, and the numbers of their lines; broken ones may be left out."""
-        kept: list[int] = []
+        """Parse rows line by line; return columns and line numbers, and add the errors of dropped rows to a list."""
+        line_numbers: list[int] = []
         rows: list[list[float]] = []
         for line_number, text in zip(numbers, texts, strict=True):
             try:
-                rows.append(self._values(line_number, text))
-                kept.append(line_number)
+                rows.append(self._parse_row(line_number, text))
+                line_numbers.append(line_number)
             except _MissingError:
                 raise
             except _BadRowError as error:
@@ -474,38 +478,38 @@ class _Rows:
                     raise
                 error.line = line_number
                 dropped.append(error)
-        return [*np.array(rows, dtype=np.float64).reshape(len(kept), len(self.places)).T.copy()], kept
+        return [*np.array(rows, dtype=np.float64).reshape(len(line_numbers), len(self.indices)).T.copy()], line_numbers
 
-    def _values(self, line_number: int, text: str) -> list[float]:
-        """Return the values of a line."""
-        row = _row(line_number, text, self.heading)
+    def _parse_row(self, line_number: int, text: str) -> list[float]:
+        """Parse the requested values of a line."""
+        row = _split_row(line_number, text, self.heading)
         values = []
-        for place in self.places.values():
-            value, expected = number(row[place], self.layout.decimal), "a finite number"
-            if unit := self.cell_units.get(place):
-                value = number_in_unit(row[place], self.layout.decimal, unit)
+        for index in self.indices.values():
+            value, expected = number(row[index], self.layout.decimal), "a finite number"
+            if unit := self.cell_units.get(index):
+                value = number_in_unit(row[index], self.layout.decimal, unit)
                 expected = f"a value with its unit, as in the other rows ({unit})"
-            elif quantity := split_quantity(row[place]):
+            elif quantity := split_quantity(row[index]):
                 expected = f"a finite number, or a unit such as {quantity[1]} in all rows"
-            if place in self.clocks and not (value is not None and math.isnan(value)):
-                value, expected = clock_seconds(row[place]), "a time as in the rows above"
-            if value is None and _LIKE_A_CLOCK.fullmatch(row[place]):
+            if index in self.clocks and not (value is not None and math.isnan(value)):
+                value, expected = clock_seconds(row[index]), "a time as in the rows above"
+            if value is None and _LIKE_A_CLOCK.fullmatch(row[index]):
                 expected += ", or a clock: hh:mm:ss, with or without AM or PM, alone or behind yyyy-mm-dd or dd.mm.yyyy"
-            problem = f"{self._place(line_number, place, row)}; expected {expected}"
+            problem = f"{self._cell_text(line_number, index, row)}; expected {expected}"
             if value is None:
-                decimal = decimal_hint(row[place], self.layout.decimal)
-                # a decimal comma in some rows is no break in them: without those, the rest would be another record
+                decimal = decimal_hint(row[index], self.layout.decimal)
+                # not a broken row: dropping all rows with a decimal comma would leave another record
                 if decimal:
                     raise InputError(problem + decimal)
-                error = _BadRowError(problem + fault_hint(row[place]))
-                error.cell = row[place]
+                error = _BadRowError(problem + fault_hint(row[index]))
+                error.cell = row[index]
                 raise error
             if math.isnan(value) and not self.missing:
                 raise _MissingError(problem)
             values.append(value)
         if self.guard >= 0 and _WORD.match(row[self.guard]):
-            raise _BadRowError(f"{self._place(line_number, self.guard, row)} where the rows begin with numbers")
+            raise _BadRowError(f"{self._cell_text(line_number, self.guard, row)} where the rows begin with numbers")
         return values
 
-    def _place(self, line_number: int, place: int, row: Sequence[str]) -> str:
-        return f"line {line_number}, column {self.heading.label(place)}: {brief(row[place])}"
+    def _cell_text(self, line_number: int, index: int, row: Sequence[str]) -> str:
+        return f"line {line_number}, column {self.heading.label(index)}: {brief(row[index])}"

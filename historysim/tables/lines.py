@@ -1,4 +1,4 @@
-"""Lines of a text: the values in them, which number a value is, and what looks like rows, names and units."""
+"""Lines of a text: split values, parse numbers and units, recognise rows and names."""
 
 import csv
 import math
@@ -11,17 +11,17 @@ import attrs
 from historysim.basics.units import is_common
 from historysim.tables.columns import factor_or_none, split_unit
 
-MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}  # what stands for a missing value, in any case of letters
-AT_ONCE = 2000  # lines that are read at once: few enough for the cache
+MISSING = {"", "nan", "+nan", "-nan", "na", "null", "-"}  # notations of a missing value, in lower case
+BATCH_LINES = 2000  # lines that are parsed together: few enough for the processor cache
 
 _QUOTED = re.compile(r'"([^"]*)"|(\S+)')
 
 
 def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Return the values of lines that are not blank; the delimiter ``" "`` is any white space.
+    """Split lines that are not blank into values; the delimiter ``" "`` is any white space.
 
-    There are fewer rows than lines if a value in quotes runs over several. Quotes that do not end, or a value that is
-    far too long, are a csv.Error.
+    There are fewer rows than lines if a quoted value extends over several lines. Raises csv.Error: an open quote, or a
+    value beyond the size limit of the csv module.
     """
     if delimiter == " ":
         return [
@@ -32,7 +32,7 @@ def split(lines: Sequence[str], delimiter: str) -> list[list[str]]:
 
 
 def fields(line: str, delimiter: str) -> list[str]:
-    """Return the values of one line, without blanks around them; none if quotes in it do not end."""
+    """Return the values of one line without surrounding blanks; an empty list if a quote is not closed."""
     try:
         rows = split([line], delimiter)
     except csv.Error:
@@ -40,7 +40,7 @@ def fields(line: str, delimiter: str) -> list[str]:
     return [field.strip() for field in rows[0]] if len(rows) == 1 else []
 
 
-# Typographic minus signs, hyphens and dashes, in place of which other programs write "-".
+# Typographic minus signs, hyphens and dashes that some programs write instead of "-".
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\ufe63\uff0d", "-"))
 _FORTRAN_EXPONENT = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
 _QUANTITY = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_].*|[%°].*)", re.DOTALL)
@@ -65,9 +65,9 @@ def _is_unit(text: str) -> bool:
 
 
 def number_in_unit(text: str, decimal: str, unit: str) -> float | None:
-    """Return the number of a value with its unit, converted to a unit; NaN if missing, None for any other text.
+    """Return the number of a value with its unit, converted to another unit; NaN if missing, None for other texts.
 
-    A bare number has no unit, except 0.
+    A number without a unit gives None, except 0.
     """
     quantity = split_quantity(text)
     if quantity is None:
@@ -78,7 +78,7 @@ def number_in_unit(text: str, decimal: str, unit: str) -> float | None:
 
 
 def number(text: str, decimal: str) -> float | None:
-    """Return a finite number, NaN where it is missing, or None where there is something else."""
+    """Return a finite number; NaN if missing, None for other texts."""
     text = plain_notation(text.strip())
     if text.lower() in MISSING:
         return math.nan
@@ -92,19 +92,19 @@ def number(text: str, decimal: str) -> float | None:
 
 
 def is_plain(text: str, decimal: str) -> bool:
-    """Return whether a text is free of what Python reads as part of a number and other programs do not."""
+    """Return True if a text has none of the characters that only Python accepts in numbers, such as ``_``."""
     return "_" not in text and text.isascii() and (decimal == "." or "." not in text)
 
 
 def brief(text: str) -> str:
-    """Return a value as a message quotes it."""
+    """Quote a value for a message, cut after 40 characters."""
     return repr(text if len(text) <= 40 else text[:40] + "…")
 
 
 def decimal_hint(text: str, decimal: str) -> str:
-    """Return what to say of a text that is a number in another way of writing; nothing of any other."""
+    """Return the remedy for a number in an unsupported notation; empty for other texts."""
     if decimal == "." and "," in text and number(text, ",") is not None:
-        return '; if it has a decimal comma, say decimal = ","'
+        return '; if it has a decimal comma, set decimal = ","'
     if decimal == "," and "." in text and number(text, ".") is not None:
         return '; it has a decimal point, although decimal is ","'
     if re.fullmatch(r"[+-]?\d{1,3}(?:[,'\s]\d{3})+(?:\.\d*)?", text.strip()):
@@ -127,10 +127,10 @@ _OF_WORKSHEETS = re.compile(r"#.*[!?]|#N/A|#N/V")
 
 
 def fault_hint(text: str) -> str:
-    """Return what a word in place of a number means, for a message; empty for any other word."""
+    """Return the meaning of a word such as ``OVER`` or ``#N/A`` in place of a number; empty for other words."""
     if _OUT_OF_RANGE.fullmatch(text.strip()):
-        return ": the channel was out of its range there"
-    return ": a formula of the worksheet failed there" if _OF_WORKSHEETS.fullmatch(text.strip()) else ""
+        return ": the channel was out of range"
+    return ": a formula of the worksheet failed" if _OF_WORKSHEETS.fullmatch(text.strip()) else ""
 
 
 # -- rows ------------------------------------------------------------------------------------------
@@ -142,74 +142,74 @@ _LIKE_A_NUMBER = re.compile(r"[+-]?(?:\d[\d.,]*|[.,]\d+)(?:e[+-]?\d+)?|[+-]?nan|
 class Line:
     """A line that is not blank."""
 
-    number: int
-    text: str  #: without the mark of a comment
+    number: int  #: counted from 1
+    text: str  #: without the comment character
     is_comment: bool
 
     def fields(self, delimiter: str) -> list[str]:
-        """Return its values, as `lines.fields` does."""
+        """Split the line into values, see `fields`."""
         return fields(self.text, delimiter)
 
 
 def like_a_number(field: str) -> bool:
-    """Return whether a value looks like a number, with any decimal sign, or says that it is missing."""
+    """Return True for a number with any decimal sign, or a notation of a missing value."""
     return bool(_LIKE_A_NUMBER.fullmatch(plain_notation(field)))
 
 
 def like_a_value(field: str) -> bool:
-    """Return whether a value looks like a number with or without its unit, or says that it is missing."""
+    """Return True for a number with or without a unit, or a notation of a missing value."""
     return like_a_number(field) or split_quantity(field) is not None
 
 
-def longest_run(rows: Sequence[Line], delimiter: str, least: int = 2) -> list[Line]:
-    """Return the most lines in a row that have equally many values, so many at least, some of them numbers."""
+def longest_run(rows: Sequence[Line], delimiter: str, minimum_width: int = 2) -> list[Line]:
+    """Return the longest run of lines with equally many values, at least ``minimum_width``, some of them numbers."""
     longest = range(0)
-    begin = width = 0
+    start = width = 0
     for index, line in enumerate(rows):
         values = line.fields(delimiter)
-        if len(values) < least or not any(map(like_a_value, values)):
+        if len(values) < minimum_width or not any(map(like_a_value, values)):
             width = 0
             continue
         if len(values) != width:
-            begin, width = index, len(values)
-        if index + 1 - begin > len(longest):
-            longest = range(begin, index + 1)
+            start, width = index, len(values)
+        if index + 1 - start > len(longest):
+            longest = range(start, index + 1)
     return list(rows[longest.start : longest.stop])
 
 
-def runs(rows: Sequence[Line], delimiter: str, least: int) -> Iterable[tuple[int, int]]:
-    """Yield begin and end of lines in a row that have equally many values, and numbers at the same places."""
-    begin = 0
+def similar_rows(rows: Sequence[Line], delimiter: str, minimum_width: int) -> Iterable[tuple[int, int]]:
+    """Yield start and stop of runs of lines with equally many values and numbers at the same positions."""
+    start = 0
     previous: list[int | None] = []
     for index, line in enumerate(rows):
         values = line.fields(delimiter)
         looks = [_look(value) if value else None for value in values]
-        is_row = len(values) >= least and any(looks)
+        is_row = len(values) >= minimum_width and any(looks)
         is_alike = len(looks) == len(previous) and all(
             None in pair or pair[0] == pair[1] for pair in zip(looks, previous, strict=True)
         )
         if previous and not (is_row and is_alike):
-            yield begin, index
+            yield start, index
             previous = []
         if is_row and not previous:
-            begin, previous = index, looks
+            start, previous = index, looks
     if previous:
-        yield begin, len(rows)
+        yield start, len(rows)
 
 
 def _look(value: str) -> int:
-    """Return 0 for a text, 1 for a number, 2 for a number with its unit."""
+    """Return 0 for a word, 1 for a number, 2 for a number with a unit."""
     return 1 if like_a_number(value) else 2 * (split_quantity(value) is not None)
 
 
-def width_of(rows: Sequence[Line], delimiter: str, usual: int) -> int:
-    """Return the number of columns, without blank ones that delimiters at the ends of the lines make."""
+def table_width(rows: Sequence[Line], delimiter: str, usual: int) -> int:
+    """Return the number of columns, without blank ones caused by delimiters at the ends of lines."""
     values = [line.fields(delimiter) for line in rows]
     return max((len(without_blank_end(row)) for row in values if len(row) == usual), default=usual)
 
 
 def without_blank_end(values: list[str]) -> list[str]:
-    """Return values without blank ones at the end."""
+    """Remove blank values at the end."""
     while values and not values[-1]:
         values = values[:-1]
     return values
@@ -224,43 +224,46 @@ _WITH_UNIT = re.compile(r"\S+(?:\s+(?:\(\S*\)|\[\S*\])(?!\S))*")
 _UP_TO_UNIT = re.compile(r"\S.*?[)\]](?!\S)|\S.*\S|\S")
 
 
-def namings(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
-    """Return the ways to read the names of a line: its values, and where white space delimits them, names with blanks.
+def split_names(line: str, fields: Sequence[str], delimiter: str) -> list[list[str]]:
+    """Return possible splits of a header line into names: its values, and with white space also names with blanks.
 
-    These are what stands between tabs or two blanks, words with the unit behind them, and all words up to a unit.
+    These are separated by tabs or two blanks, are words with a unit, or are all words up to a unit.
     """
-    ways = [list(fields)]
+    splits = [list(fields)]
     if delimiter == " " and len(fields) > 1:
         patterns = _WIDE, _WITH_UNIT, _UP_TO_UNIT
-        ways += [[" ".join(name.split()) for name in pattern.findall(line)] for pattern in patterns]
-    return [way for index, way in enumerate(ways) if way not in ways[:index]]
+        splits += [[" ".join(name.split()) for name in pattern.findall(line)] for pattern in patterns]
+    return [names for index, names in enumerate(splits) if names not in splits[:index]]
 
 
-def places_of(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> list[int]:
-    """Return where a name stands: as a whole, or else without the unit behind it, which may be in a line below."""
-    exact = [place for place, known in enumerate(names) if known == name]
+def find_name(name: str, names: Sequence[str], brackets: Sequence[str] = ()) -> list[int]:
+    """Return the indices of a name: of exact matches, else of names that equal it without their unit.
+
+    The unit may be in a line below, ``brackets``.
+    """
+    exact = [index for index, candidate in enumerate(names) if candidate == name]
     if exact or not name:
         return exact
     stem, unit = split_unit(name)
-    places = []
-    for place, known in enumerate(names):
-        below = split_unit(brackets[place])[1] if place < len(brackets) else None
-        if split_unit(known)[0] == name or (unit is not None and (known, below) == (stem, unit)):
-            places.append(place)
-    return places
+    indices = []
+    for index, candidate in enumerate(names):
+        below = split_unit(brackets[index])[1] if index < len(brackets) else None
+        if split_unit(candidate)[0] == name or (unit is not None and (candidate, below) == (stem, unit)):
+            indices.append(index)
+    return indices
 
 
 _LETTER = re.compile(r"[^\W\d_]|[%°]")
 _NONE = {"-", "--"}
-# in a header these are names: time, height, distance, approach, displacement
+# in a header these letters are names: time, height, distance, approach, displacement
 _TOO_SHORT_FOR_A_UNIT = {"t", "h", "d", "a", "u"}
 
 
 def units_in_line(fields: Sequence[str]) -> list[str]:
-    """Return the units of a line, one for each value, in brackets; nothing where it is no line of units.
+    """Return the units of a line, one for each value, in brackets; an empty list if it is not a line of units.
 
-    In brackets, any text is a unit. Bare, at least half of the values must be units that instruments measure in, and
-    none a number: a line of names alone, such as ``t;F;x``, is no line of units.
+    Any text in brackets is a unit. Without brackets, at least half of the values must be units of measurement and none
+    a number, so that a line of names such as ``t;F;x`` is not a line of units.
     """
     filled = [field for field in fields if field]
     if filled and all(map(BRACKETED.fullmatch, filled)):

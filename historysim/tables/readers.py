@@ -1,4 +1,4 @@
-"""What reads a format of files: readers by the endings of names."""
+"""Registry of file readers, selected by the ending of a file name."""
 
 import abc
 from collections.abc import Collection
@@ -14,48 +14,48 @@ if TYPE_CHECKING:
     from historysim.tables.arrays import Contents
     from historysim.tables.columns import Format
 
-# Endings of texts, which are read line by line whatever readers there are.
+# Endings of text files, which are read line by line even if a reader is registered for them.
 TEXT_ENDINGS = (".txt", ".csv", ".tsv", ".dat", ".asc")
 
 
 class Reader(abc.ABC):
-    """What reads a format: a `TableReader`, a `LineReader`, or a `historysim.surfaces.map_files.MapReader`."""
+    """Base class of readers: `TableReader`, `LineReader`, or `historysim.surfaces.map_files.MapReader`."""
 
-    kind: ClassVar[str]  #: its name
-    #: Endings of the files that it reads, in lower case with their dot: ``(".tdms",)``.
+    kind: ClassVar[str]  #: name of the format
+    #: Endings of the file names, in lower case with their dot: ``(".tdms",)``.
     endings: ClassVar[Collection[str]]
 
 
 class TableReader(Reader):
-    """What reads a format of files that hold named arrays."""
+    """Base class of readers of files that hold named arrays."""
 
     @abc.abstractmethod
-    def opened(self, path: Path, layout: "Format") -> "AbstractContextManager[Contents]":
-        """Open a file, and close it when the block ends; ``layout`` is what the user says of it.
+    def open(self, path: Path, layout: "Format") -> "AbstractContextManager[Contents]":
+        """Open a file and close it at the end of the ``with`` block; ``layout`` holds the settings of the user.
 
         Raises
         ------
         InputError
-            A damaged file, or of another kind, or a library is missing.
+            The file is damaged or has another format, or a library is missing.
         """
 
 
 class LineReader(Reader):
-    """What reads a format of tables as lines of a text: names and units are found in them, as in any text."""
+    """Base class of readers that yield lines of text, in which names and units are found as in any text file."""
 
     @abc.abstractmethod
-    def opened(self, path: Path, layout: "Format") -> "AbstractContextManager[Iterator[str]]":
-        """Open the lines of a file, with tabs between values; arguments and errors as of a `TableReader`."""
+    def open(self, path: Path, layout: "Format") -> "AbstractContextManager[Iterator[str]]":
+        """Open the lines of a file, with tabs between values; arguments and errors as for `TableReader.open`."""
 
 
-# The readers by their names.
+# Readers by name.
 READERS: Registry[type[Reader]] = Registry(
     "historysim.readers", "historysim.tables.readers:Reader", "reader", "historysim.tables"
 )
 
 
-def reader_of(path: Path, *among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class
-    """Return what of some classes reads files of the ending of a path; None for a text, and where nothing is known."""
+def find_reader(path: Path, *among: type[Reader]) -> Any:  # noqa: ANN401 - type checkers take no abstract class
+    """Return the reader, of one of the classes, for the ending of a path; None for a text or an unknown ending."""
     ending = path.suffix.lower()
     for kind in READERS.values() if ending and ending not in TEXT_ENDINGS else ():
         if issubclass(kind, among) and ending in kind.endings:

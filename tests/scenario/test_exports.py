@@ -14,7 +14,7 @@ from historysim.cli import main
 from historysim.errors import InputError
 from historysim.scenario.scenario import load
 from historysim.scenario.suggestion import suggested_loading
-from historysim.tables import Format, describe, what_is_seen
+from historysim.tables import Format, describe, summarise_text
 
 HEAD = """
 [materials]
@@ -105,7 +105,7 @@ def test_files_follow_one_another(tmp_path):
 def test_a_loading_is_suggested_that_is_valid_once_it_is_filled_in(tmp_path):
     path = tmp_path / "a.txt"
     path.write_text(exports.step(1).replace("\t1", "\t-1") + exports.step(2), encoding="utf-8")
-    _, blocks = what_is_seen(path)
+    _, blocks = summarise_text(path)
     text = suggested_loading(path, describe(path), Format(), blocks)
     assert blocks == 2
     assert "block = 1  # of 2" in text

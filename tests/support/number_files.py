@@ -130,7 +130,9 @@ def read_or_refuse(path, columns, *, missing):
             assert (np.isfinite(values) | (missing & np.isnan(values))).all()
     try:
         for listing in describe(path):
-            assert all(isinstance(part, str) for part in (listing.column, listing.unit, listing.values, listing.first))
+            assert all(
+                isinstance(part, str) for part in (listing.column, listing.unit, listing.values, listing.first_value)
+            )
     except InputError as error:
         check_message(path, error)
 

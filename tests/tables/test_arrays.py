@@ -530,7 +530,7 @@ def test_the_friction_damper():
     for column, place, factor in (("time", 0, 1), ("displacement", 1, 0.0254), ("force", 2, 453.59237 * 9.80665)):
         np.testing.assert_allclose(table.columns[column], expected[:, place] * factor, rtol=1e-12)
     assert table.units["force"] == "N"
-    found = {column: (values, first) for column, _, values, first in listed(DAMPER)}
+    found = {column: (values, first_value) for column, _, values, first_value in listed(DAMPER)}
     assert found['{ column = "data", index = 6 }'] == ("14337", "5.33039")
     assert found['"friction force units"'] == ("a text", "kip")
 

@@ -19,7 +19,7 @@ from records_shared import SHARED
 from historysim import tables
 from historysim.errors import InputError
 from historysim.tables import Column, Format, describe, from_text, read_table
-from historysim.tables.columns import field_unit, settled
+from historysim.tables.columns import field_unit, resolve_unit
 
 DATA = SHARED
 TRIAXIAL = DATA / "triaxial" / "TM11_Pc130_Pp50_T100_loading.tsv"
@@ -349,7 +349,7 @@ def test_units_in_names(name, unit):
     ],
 )
 def test_the_unit_of_a_column(explicit, in_file, wanted, expected):
-    unit, factor = settled(explicit, in_file, wanted, "column 'F'")
+    unit, factor = resolve_unit(explicit, in_file, wanted, "column 'F'")
     assert (unit, factor) == (expected[0], pytest.approx(expected[1], rel=1e-12))
 
 
@@ -365,7 +365,7 @@ def test_the_unit_of_a_column(explicit, in_file, wanted, expected):
 )
 def test_units_that_do_not_fit(explicit, in_file, wanted, said):
     with pytest.raises(InputError) as refused:
-        settled(explicit, in_file, wanted, "column 'F'")
+        resolve_unit(explicit, in_file, wanted, "column 'F'")
     assert str(refused.value).startswith(said)
 
 

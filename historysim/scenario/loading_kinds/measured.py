@@ -29,7 +29,7 @@ from historysim.loads.events import ACROSS, LOAD_KINDS
 from historysim.measured import correction
 from historysim.scenario.schema import from_table, given
 from historysim.tables import Column
-from historysim.tables.columns import fitting
+from historysim.tables.columns import fit_unit
 
 # A larger swing is a turn of a channel and no hum: a share of the range of a displacement, or the greatest load.
 HUM_DEAD_BAND = 0.2
@@ -127,7 +127,7 @@ class Channel:
         for key, unit in units.items():
             if unit is not None:
                 with at(*key):
-                    fitting(unit, ("s" if key[0] == "time" else self.unit_in_si,))
+                    fit_unit(unit, ("s" if key[0] == "time" else self.unit_in_si,))
 
     @classmethod
     def from_toml(cls, value: object, converter: Converter) -> Self:
