@@ -79,10 +79,10 @@ def said(*words):
         ("validate m.toml --set loading.columns.x=3", "loading.columns.x: unknown key"),
         (
             "validate m.toml --set loading.file=bare.csv",
-            "say header = 0, and name columns by position",
+            "set header = 0, and give columns by position",
         ),
         ("validate m.toml --set loading.columns.normal_load.unit=V", "the value of 1 V, as '2.5 mN'"),
-        ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which stands in the header"),
+        ('validate m.toml --set loading.delimiter=";"', "expected the delimiter ',', which occurs in the header"),
         (
             'validate m.toml --set loading.columns.normal_load="50 mN"',
             "a value that does not change is { constant =",

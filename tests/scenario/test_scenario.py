@@ -180,7 +180,7 @@ def test_loads_of_many_kinds_of_files(folder, file, content, layout, time, norma
 @pytest.mark.parametrize(
     ("layout", "column", "said"),
     [
-        ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',', as the delimiter"),
+        ('delimiter = ","\ndecimal = ","', '"F"', "loading.decimal: ',' is also the delimiter"),
         ('delimitr = ";"', '"F"', "loading.delimitr: unknown key; did you mean 'delimiter'?"),
         ("", "{ column = 0 }", "loading.columns.normal_load.column: 0; expected a name, or a position counted from 1"),
     ],
