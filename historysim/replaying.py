@@ -22,7 +22,14 @@ from historysim.loads.events import Event
 from historysim.loads.holding import apply_hold
 from historysim.memory.paths import untimed
 from historysim.recording import provenance
-from historysim.recording.recorder import DatasetRecorder, Recorder, Selection, StateOnly, changes_of, chosen_asperities
+from historysim.recording.recorder import (
+    DatasetRecorder,
+    Recorder,
+    Selection,
+    StateOnly,
+    chosen_asperities,
+    find_changes,
+)
 from historysim.recording.variables import Changes
 
 if TYPE_CHECKING:
@@ -87,7 +94,7 @@ class Replay:
     @cached_property
     def changes(self) -> Changes:
         """What changes beside the loads, and is recorded at each step."""
-        return changes_of(self.ensemble, self.events, self.instrument)
+        return find_changes(self.ensemble, self.events, self.instrument)
 
     def steps(self, until: float = math.inf) -> int:
         """Return the number of rows that are recorded up to a time [s]."""

@@ -1,4 +1,4 @@
-"""Files that are there, what they are by their first bytes, and files that are on the disk whole or not at all."""
+"""Files: existence, type by their first bytes, locks, and atomic replacement."""
 
 import errno
 import os
@@ -13,7 +13,7 @@ from historysim.basics.system import sync_folder
 from historysim.basics.wording import brief
 from historysim.errors import HistorySimError, InputError
 
-# What is added to the name of a file while it is written: who writes it, and what nobody can guess.
+# Suffix of the name of a file while it is written: host and process of the writer, and a random number.
 UNFINISHED = re.compile(r"\.(?P<host>[0-9a-f]{8})-(?P<process>[0-9]+)-[0-9a-f]{16}\.part")
 
 
@@ -40,7 +40,7 @@ _CAUSES = {
 
 @contextmanager
 def write_errors(path: Path, partial: Path) -> Iterator[None]:
-    """Raise whatever a library raises when `partial` cannot be written as one OSError that names `path` and the reason.
+    """Turn any exception of a library that cannot write `partial` into one OSError with `path` and the reason.
 
     Libraries report a full disk as almost anything: "NetCDF: HDF error", "Permission denied", an AttributeError in
     their own clean-up. Errors with another cause, and those that name another file, are passed on.
@@ -80,7 +80,7 @@ def _refused_write(partial: Path) -> OSError | None:
 
 
 def _system_error(error: BaseException) -> OSError | None:
-    """Return the error of the system behind an exception, or that of a netCDF library, which does not pass it on."""
+    """Return the system error behind an exception, or behind an error of the netCDF library, which hides it."""
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, OSError) and (cause is error or cause.errno in _CAUSES):
@@ -93,35 +93,35 @@ def _system_error(error: BaseException) -> OSError | None:
 
 
 def write_reason(error: OSError) -> str:
-    """Reason of an error of the system in words, followed by those of the system."""
-    said, cause = error.strerror or str(error), _CAUSES.get(error.errno or 0, "")
-    if not cause or cause in said:
-        return said
-    return f"{cause} ({said})"
+    """Return the cause of a system error in words, followed by the message of the system."""
+    text, cause = error.strerror or str(error), _CAUSES.get(error.errno or 0, "")
+    if not cause or cause in text:
+        return text
+    return f"{cause} ({text})"
 
 
 @contextmanager
 def replacing(path: Path, ending: str = "") -> Iterator[Path]:
-    """Yield the name of an empty file that takes the place of another when the block ends without an error.
+    """Yield the path of an empty file that replaces another file when the block ends without an error.
 
-    It is hidden beside the other, and on the disk before it gets its name. What killed processes have left of the same
-    target is removed. A link, device or FIFO there is an InputError; an OSError names `path`, never the other name.
+    The file is hidden in the same folder, and on the disk before it is renamed. Files of killed processes for the same
+    target are removed. InputError if `path` is a link, device or FIFO; an OSError names `path`, never the hidden file.
     """
     check_replaceable(path)
     tidy(path)
     token = f"{system.host()}-{os.getpid()}-{os.urandom(8).hex()}"
-    beside = path.with_name(f".{path.name}.{token}.part{ending}")
+    temporary = path.with_name(f".{path.name}.{token}.part{ending}")
     try:
-        with write_errors(path, beside):
-            os.close(os.open(beside, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
-            yield beside
-            publish(beside, path)
+        with write_errors(path, temporary):
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY | system.NO_LINK, 0o666))
+            yield temporary
+            publish(temporary, path)
     finally:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def publish(hidden: Path, path: Path) -> None:
-    """Give a hidden file its name: first its bytes reach the disk, then its name. An OSError names `path`."""
+    """Rename a hidden file: first its bytes reach the disk, then its name. An OSError names `path`."""
     with write_errors(path, hidden):
         sync_file(hidden)
         hidden.replace(path)
@@ -129,19 +129,19 @@ def publish(hidden: Path, path: Path) -> None:
 
 
 def tidy(path: Path) -> None:
-    """Remove what processes of this machine that are gone have left unfinished of a target."""
+    """Remove unfinished files of a target that dead processes of this machine have left."""
     with suppress(OSError):
-        for other in os.scandir(path.parent):
-            found = UNFINISHED.match(other.name, len(path.name) + 1)
-            if found is None or not other.name.startswith(f".{path.name}.") or found["host"] != system.host():
+        for partial in os.scandir(path.parent):
+            match = UNFINISHED.match(partial.name, len(path.name) + 1)
+            if match is None or not partial.name.startswith(f".{path.name}.") or match["host"] != system.host():
                 continue
             with suppress(OSError):
-                if is_own(other.stat(follow_symlinks=False)) and not system.is_running(int(found["process"])):
-                    os.unlink(other.path)  # noqa: PTH108 - of an entry
+                if is_own(partial.stat(follow_symlinks=False)) and not system.is_running(int(match["process"])):
+                    os.unlink(partial.path)  # noqa: PTH108 - of an entry
 
 
 def check_replaceable(path: Path) -> None:
-    """Check that what stands under a name, if anything, is a regular file or a folder; else it is an InputError."""
+    """Check that a path is free, a regular file or a folder; otherwise InputError."""
     if path.is_symlink():
         raise InputError(f"{path}: is a link; expected the name of a file to write, such as that to which it leads")
     try:
@@ -153,10 +153,10 @@ def check_replaceable(path: Path) -> None:
 
 
 def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()) -> int:
-    """Open a file of a name that others can guess to read and write, made where there is none; return its handle.
+    """Open a file with a predictable name for reading and writing, created if missing; return its handle.
 
-    It is a regular file of one's own, with no other name, and begins as one of `begins` or is empty; what is `shared`
-    may be anybody's, and hold anything. Else it is an OSError.
+    OSError unless it is a regular file of this user, with no other name, that is empty or begins as one of `begins`; a
+    `shared` file may belong to any user and have any contents.
     """
     try:
         handle = os.open(path, os.O_RDWR | os.O_CREAT | system.NO_LINK | system.NO_WAIT, 0o666)
@@ -166,13 +166,13 @@ def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()
         if path.is_dir():
             raise OSError(error.errno, f"{path.name} is a folder; move it away", str(path)) from None
         raise
-    found, number, problem = os.fstat(handle), 0, ""
-    if not (is_own(found) or (shared and stat.S_ISREG(found.st_mode))):
+    status, number, problem = os.fstat(handle), 0, ""
+    if not (is_own(status) or (shared and stat.S_ISREG(status.st_mode))):
         number, problem = errno.EPERM, "is not a regular file of yours alone; remove it"
     elif not shared:
-        first = os.read(handle, 16)
+        signature = os.read(handle, 16)
         os.lseek(handle, 0, os.SEEK_SET)
-        if first and not first.startswith(begins):
+        if signature and not signature.startswith(begins):
             number, problem = errno.EEXIST, "holds something else than historysim; move it away"
     if problem:
         os.close(handle)
@@ -180,13 +180,13 @@ def own_file(path: Path, *, shared: bool = False, begins: tuple[bytes, ...] = ()
     return handle
 
 
-def is_own(found: os.stat_result) -> bool:
-    """Return whether a file is regular, one's own, and called by no other name."""
-    return stat.S_ISREG(found.st_mode) and found.st_nlink == 1 and found.st_uid == system.user(found)
+def is_own(status: os.stat_result) -> bool:
+    """Return True if a file is regular, belongs to this user, and has no other name."""
+    return stat.S_ISREG(status.st_mode) and status.st_nlink == 1 and status.st_uid == system.user(status)
 
 
 def as_path(path: "str | os.PathLike[str]") -> Path:
-    """Return the name of a file; anything else is an InputError."""
+    """Convert an argument to a path; otherwise InputError."""
     try:
         return Path(path)
     except TypeError:
@@ -194,7 +194,7 @@ def as_path(path: "str | os.PathLike[str]") -> Path:
 
 
 def path_of_numbers(path: "str | os.PathLike[str]") -> Path:
-    """Return the name of a file of numbers that is written; an InputError where it is that of a scenario or a log."""
+    """Return the path of a file of numbers to write; InputError for the ending of a scenario or a log."""
     path = as_path(path)
     if path.suffix.lower() in {".toml", ".history"}:
         raise InputError(f"{path}: {path.suffix} ending, of a scenario or a log; expected .nc or .csv")
@@ -209,8 +209,8 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def what_is_there(path: Path) -> str:
-    """Return why a name is none of a regular file, such as ``"is a folder"``; empty where it is one."""
+def path_state(path: Path) -> str:
+    """Return why a path is not a regular file, such as ``"is a folder"``; empty if it is one."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError):
@@ -224,7 +224,7 @@ def _type(mode: int) -> str:
 
 
 def sync_file(path: Path) -> None:
-    """Write what a file holds to the disk (fsync)."""
+    """Write the contents of a file to the disk (fsync)."""
     handle = os.open(path, os.O_RDWR | system.NO_LINK)
     try:
         os.fsync(handle)
@@ -248,18 +248,18 @@ def is_zarr(path: Path) -> bool:
 
 
 def kind_text(path: Path) -> str:
-    """Return what stands under a name, such as ``"is a folder"``; empty of a text, a damaged or an unreadable file."""
-    if problem := what_is_there(path):
+    """Describe the file type at a path, such as ``"is a folder"``; empty for a text, or an unreadable file."""
+    if problem := path_state(path):
         return problem
-    first = beginning(path)
-    for known, text in _KINDS.items():
-        if first.startswith(known):
+    signature = beginning(path)
+    for file_signature, text in _KINDS.items():
+        if signature.startswith(file_signature):
             return text
     return "is a scenario" if path.suffix == ".toml" else ""
 
 
 def beginning(path: Path, size: int = 16) -> bytes:
-    """Return the first bytes of a regular file; none of what is none, or cannot be read."""
+    """Return the first bytes of a regular file; empty for other or unreadable files."""
     if not is_file(path):
         # a FIFO would wait for somebody to write
         return b""
@@ -271,7 +271,7 @@ def beginning(path: Path, size: int = 16) -> bytes:
 
 
 class WriterLock:
-    """An advisory lock on the file itself, which stays with it when it is renamed; the system releases it in any case.
+    """Advisory lock on the file itself, which remains when it is renamed; the system releases it in any case.
 
     SQLite locks otherwise (POSIX record locks, not ``flock``), so readers do not meet it. With `make`, the file is made
     where there is none. OSError: another writer has it, or the file cannot be opened to write.
@@ -297,7 +297,7 @@ class WriterLock:
             raise OSError(errno.EAGAIN, busy, str(path))
 
     def moved(self, path: Path) -> "WriterLock":
-        """Give the locked file another name, in place of another file, and return its lock."""
+        """Rename the locked file, replacing another file, and return its lock."""
         if not system.REPLACES_OPEN_FILES:
             self.release()
         with write_errors(path, self._path):
@@ -305,7 +305,7 @@ class WriterLock:
         return self if system.REPLACES_OPEN_FILES else WriterLock(path)
 
     def remove(self) -> None:
-        """Remove the file, and give the lock back."""
+        """Remove the file and release the lock."""
         if system.REPLACES_OPEN_FILES:
             self._path.unlink(missing_ok=True)
         self.release()
@@ -315,7 +315,7 @@ class WriterLock:
                 self._path.unlink(missing_ok=True)
 
     def release(self) -> None:
-        """Give the lock back."""
+        """Release the lock."""
         if self._handle is not None:
             os.close(self._handle)
             self._handle = None

@@ -1,4 +1,4 @@
-"""Files of HDF5 and netCDF from anywhere: a process of its own reads them first, since damage may end it, or never end.
+"""Safe reading of foreign HDF5 and netCDF files: a separate process reads them first, since damage may end or block it.
 
 HDF5 ends the process at some damaged indices of chunks, and netCDF at groups that hold themselves; a damaged heap of
 attributes is read without end. What ends well in the other process is safe to open in this one.
@@ -33,11 +33,11 @@ def check_contained(path: Path, *, by_h5py: bool = False) -> None:
         return
     # here, so that a copy of this process has it
     importlib.import_module("h5py" if by_h5py else "netCDF4")
-    found = path.stat()
-    if not _ends_well(path.absolute(), by_h5py, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns):
+    status = path.stat()
+    if not _ends_well(path.absolute(), by_h5py, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns):
         raise InputError(
             "is damaged: a process that reads it ends by a signal, or not within "
-            f"{_seconds(found.st_size)} s ({describe_variable('HDF5_SECONDS')}); make it again, or restore it from a "
+            f"{_seconds(status.st_size)} s ({describe_variable('HDF5_SECONDS')}); make it again, or restore it from a "
             "copy"
         )
     visit = _visit_by_h5py if by_h5py else _visit_by_netcdf4
@@ -68,12 +68,12 @@ def _seconds(size: int) -> int:
 
 
 def read_by_netcdf4(path: Path) -> None:
-    """Read all that the netCDF library may trip over in a file; whatever it raises is passed on."""
+    """Read all parts of a file that may make the netCDF library fail; exceptions are passed on."""
     _visit_by_netcdf4(path, _read)
 
 
 def read_by_h5py(path: Path) -> None:
-    """Read all that h5py may trip over in a file; whatever it raises is passed on."""
+    """Read all parts of a file that may make h5py fail; exceptions are passed on."""
     _visit_by_h5py(path, _read)
 
 
@@ -99,11 +99,11 @@ def _visit_by_netcdf4(path: Path, read: Callable[..., None]) -> None:
             _check_depth(group.path)
             waiting.extend(group.groups.values())
             for name, variable in group.variables.items():
-                each, chunks = getattr(variable.dtype, "itemsize", 1), variable.chunking()
+                item_size, chunks = getattr(variable.dtype, "itemsize", 1), variable.chunking()
                 if isinstance(chunks, list) and any((variable.filters() or {}).values()):
                     # a chunk is unpacked whole
-                    check_unpacked(math.prod(chunks) * each, size)
-                claimed = math.prod(variable.shape) * each
+                    check_unpacked(math.prod(chunks) * item_size, size)
+                claimed = math.prod(variable.shape) * item_size
                 if claimed > MOST_EMPTY and claimed > MOST_RATIO * size:
                     raise InputError(
                         f"{name!r} claims {claimed:,} bytes in a file of {size:,}; expected what it claims: it is "
@@ -139,9 +139,9 @@ def _visit_by_h5py(path: Path, read: Callable[..., None]) -> None:
         file.visititems(visit)
 
 
-def _check_depth(place: str) -> None:
-    if place.count("/") > most("HDF5_DEPTH"):
-        raise InputError(f"has groups within groups, {place.count('/')} deep or more; {at_most('HDF5_DEPTH')}")
+def _check_depth(path: str) -> None:
+    if path.count("/") > most("HDF5_DEPTH"):
+        raise InputError(f"has groups within groups, {path.count('/')} deep or more; {at_most('HDF5_DEPTH')}")
 
 
 def _touch(variable: Any, chunks: Any) -> None:

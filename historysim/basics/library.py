@@ -37,8 +37,8 @@ class OneAtATime:
 
     __slots__ = ("_what", "free")
 
-    def __init__(self, what: str) -> None:
-        self._what = what
+    def __init__(self, resource: str) -> None:
+        self._what = resource
         self.free = [None]
 
     def lock_error(self) -> InputError:

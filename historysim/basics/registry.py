@@ -93,8 +93,8 @@ class Registry(Mapping[str, T], Generic[T]):
     def named(self, name: Any, among: type = object) -> T:
         """Look up a class by its name among the subclasses of a class; InputError for an unknown name."""
         is_known = name in self
-        if is_known and issubclass(found := self[name], among):
-            return found
+        if is_known and issubclass(member := self[name], among):
+            return member
         # a name of another subclass is not a misspelling
         word = "" if is_known or not isinstance(name, str) else name
         names = self.names(among)

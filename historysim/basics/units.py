@@ -174,11 +174,11 @@ def cubic_metres_per_joule(value: float | str | PhysicalQuantity) -> float:
     return as_float(in_si(value, "m3 J-1"))
 
 
-def warn_unlikely(what: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
+def warn_unlikely(statement: str, unit: str, *, sample: float = 50, stacklevel: int) -> None:
     """Warn that an implausible value in an SI unit may have been meant in another unit, such as ``sample``."""
     meant = f"did you mean a unit, as in '{sample:g} {_kind(unit)[1]}'?"
     warnings.warn(
-        f"{what}, which is implausible: numbers are in {unit}; {meant}",
+        f"{statement}, which is implausible: numbers are in {unit}; {meant}",
         UnlikelyValueWarning,
         stacklevel=stacklevel + 1,
     )

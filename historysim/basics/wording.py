@@ -13,17 +13,17 @@ from unicodedata import category
 import attrs
 
 
-def nearest(word: str, known: Collection[str]) -> str:
+def nearest(word: str, candidates: Collection[str]) -> str:
     """Suggest a replacement of an unknown word: the nearest known word, otherwise all known words."""
     import difflib
 
-    plain = {candidate.lower(): candidate for candidate in reversed([*known])}
+    plain = {candidate.lower(): candidate for candidate in reversed([*candidates])}
     match = difflib.get_close_matches(word.lower(), plain, n=1) if len(word) > 1 else []
     # part of a compound name, such as "stiffness" of "tangential-stiffness"
     match = match or [candidate for candidate in plain if len(word) > 3 and word.lower() in candidate]
     if match:
         return f"did you mean {' or '.join(repr(plain[candidate]) for candidate in match[:2])}?"
-    return f"expected one of {listed(known)}" if known else "none is expected here"
+    return f"expected one of {listed(candidates)}" if candidates else "none is expected here"
 
 
 def shell_word(path: object) -> str:
@@ -63,9 +63,9 @@ def brief(value: object) -> str:
     return text if len(text) <= 120 and "\n" not in text else f"of the type {type(value).__name__}"
 
 
-def counted(count: int, one: str, several: str) -> str:
+def counted(count: int, singular: str, plural: str) -> str:
     """Return a number with its noun: ``"1 asperity"``, ``"40,000 asperities"``."""
-    return f"{count:,} {one if count == 1 else several}"
+    return f"{count:,} {singular if count == 1 else plural}"
 
 
 def printable(text: str) -> str:

@@ -1,1 +1,1 @@
-"""What happens, and when: events, straight paths, and the schedule of rows."""
+"""Load events, their schedule, and the straight load paths between them."""

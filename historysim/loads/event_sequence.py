@@ -1,4 +1,4 @@
-"""A sequence of events, as objects or as arrays: whether it is in order, how long it lasts, and its digest."""
+"""Sequences of events, as objects or arrays: order, duration and digest."""
 
 import hashlib
 import itertools
@@ -34,19 +34,19 @@ _TANGENTIAL = [number for number, kind in enumerate(KINDS) if kind.channel == "t
 
 
 class Loads(NamedTuple):
-    """Events that are all of `KINDS`, as arrays (event): the number of the kind (int8), the time [s], the value."""
+    """Load events (of `KINDS`) as arrays (event): number of the kind (int8), time [s], value."""
 
     kind: Array
     time: Floats
     value: Floats
 
     def part(self, where: slice) -> Self:
-        """Return some of the events."""
+        """Return a slice of the events."""
         return type(self)(*(column[where] for column in self))
 
 
 class Events(Sequence[Event]):
-    """Events in the order given, as objects or, where all are loads, as arrays; either is made of the other once.
+    """Events in the given order, as objects, or as arrays if all are loads; each form is made from the other on demand.
 
     ``loads`` are numbers that are checked already, in place of events.
     """
@@ -59,7 +59,7 @@ class Events(Sequence[Event]):
 
     @cached_property
     def loads(self) -> Loads | None:
-        """All of them as arrays; None where one is something else, or moves in two directions."""
+        """All events as arrays; None if one is not a load, or has two tangential components."""
         try:
             kind = np.fromiter(map(_CODE.__getitem__, map(type, self._objects)), dtype=np.int8, count=len(self))
             time, value = (
@@ -75,7 +75,7 @@ class Events(Sequence[Event]):
     def _objects(self) -> tuple[Event, ...]:
         loads = self.loads
         assert loads is not None  # noqa: S101 - it has one or the other
-        return tuple(_made(loads))
+        return tuple(_make_events(loads))
 
     def __len__(self) -> int:
         """Return the number of events."""
@@ -93,7 +93,7 @@ class Events(Sequence[Event]):
     @overload
     def __getitem__(self, index: slice) -> "Events": ...
     def __getitem__(self, index: int | slice) -> "Event | Events":
-        """Return an event, or those of a slice."""
+        """Return an event, or the events of a slice."""
         # objects are not converted for a few of them
         loads = vars(self).get("loads") if "_objects" in vars(self) else self.loads
         if isinstance(index, slice):
@@ -101,19 +101,19 @@ class Events(Sequence[Event]):
         if "_objects" in vars(self) or loads is None:
             return self._objects[index]
         index = range(len(self))[index]
-        return _made(loads.part(slice(index, index + 1)))[0]
+        return _make_events(loads.part(slice(index, index + 1)))[0]
 
     @classmethod
-    def joined(cls, parts: Iterable[Self]) -> Self:
-        """Return the events of several sequences, one behind the other."""
-        parts = list(parts)
-        loads = [part.loads for part in parts if part.loads is not None]
-        if len(loads) == len(parts) > 0:
+    def join(cls, sequences: Iterable[Self]) -> Self:
+        """Concatenate several sequences of events."""
+        sequences = list(sequences)
+        loads = [sequence.loads for sequence in sequences if sequence.loads is not None]
+        if len(loads) == len(sequences) > 0:
             return cls(loads=Loads(*map(np.concatenate, zip(*loads, strict=True))))
-        return cls(itertools.chain.from_iterable(parts))
+        return cls(itertools.chain.from_iterable(sequences))
 
     def __eq__(self, other: object) -> bool:
-        """Return whether another sequence has the same events."""
+        """Return True if another sequence has the same events."""
         return isinstance(other, Sequence) and len(self) == len(other) and list(self) == list(other)
 
     __hash__ = None  # type: ignore[assignment] # as of any sequence that can be long
@@ -125,14 +125,14 @@ class Events(Sequence[Event]):
 class SampledLoads(Events):
     """Events of a record: at each sample a normal load and a tangential displacement, in this order.
 
-    A replay of them is that of the events one by one, but each sample has a step of its own, also where times repeat.
+    They are replayed like single events, but each sample is a separate step, even if times repeat.
     Arrays are (sample): times, which do not decrease [s], normal loads of 0 or more [N], and displacements [m], those
     of the drive where there is an instrument. A number beyond the sizes that are computed with is an InputError.
     """
 
     def __init__(self, time: Floats, normal_load: Floats, tangential_displacement: Floats) -> None:
-        given = {"time": time, "normal_load": normal_load, "tangential_displacement": tangential_displacement}
-        for name, values in given.items():
+        columns = {"time": time, "normal_load": normal_load, "tangential_displacement": tangential_displacement}
+        for name, values in columns.items():
             workable(name, values)
         self.time, self.normal_load, self.tangential_displacement = time, normal_load, tangential_displacement
 
@@ -148,55 +148,55 @@ class SampledLoads(Events):
         return 2 * self.time.size
 
 
-def loads_of(events: Sequence[Event]) -> Loads | None:
-    """Return events as arrays; None where one is something else than a load."""
+def to_loads(events: Sequence[Event]) -> Loads | None:
+    """Convert events to arrays; None if one is not a load in one direction."""
     if isinstance(events, Events):
         return events.loads
     return Events(events).loads if isinstance(events, list | tuple) else None
 
 
 def are_loads(events: Sequence[Event]) -> bool:
-    """Return whether all events are loads or displacements in one tangential direction."""
-    return isinstance(events, SampledLoads) or loads_of(events) is not None
+    """Return True if all events are loads or displacements in one tangential direction."""
+    return isinstance(events, SampledLoads) or to_loads(events) is not None
 
 
 def is_planar(events: Sequence[Event]) -> bool:
-    """Return whether events move the contact in two tangential directions."""
+    """Return True if events move the contact in two tangential directions."""
     return components(events) == {2}
 
 
 def components(events: Sequence[Event]) -> set[int]:
-    """Return how many numbers the tangential channel has at its waypoints: 1, 2, or there are both."""
+    """Return the numbers of components of tangential waypoints: 1, 2, both, or none."""
     if isinstance(events, SampledLoads):
         return {1}
-    loads = loads_of(events)
+    loads = to_loads(events)
     if loads is not None:
         return {1} if np.isin(loads.kind, _TANGENTIAL).any() else set()
     return {2 if event.planar else 1 for event in events if isinstance(event, TangentialEvent)}
 
 
-def values_of(events: Sequence[Event], kind: type[LoadEvent]) -> Floats:
+def channel_values(events: Sequence[Event], kind: type[LoadEvent]) -> Floats:
     """Return the values of all events of one type in SI units (event), or (event, 2) in two directions.
 
     An open component of a pair is NaN.
     """
-    loads = loads_of(events)
+    loads = to_loads(events)
     if loads is None:
         return np.array([event.value for event in events if isinstance(event, kind)], dtype=float)
     values: Floats = loads.value[loads.kind == _CODE[kind]]
     return values
 
 
-def _made(loads: Loads) -> list[Event]:
-    """Return events of checked numbers, without checking each again."""
+def _make_events(loads: Loads) -> list[Event]:
+    """Make events from validated numbers, without validating them again."""
     events = [object.__new__(KINDS[kind]) for kind in loads.kind.tolist()]
     # slots of a frozen class are set by their descriptors, which all kinds have of their own
     for code in np.unique(loads.kind).tolist():
         where = np.flatnonzero(loads.kind == code).tolist()
-        own = [events[place] for place in where]
+        events_of_kind = [events[index] for index in where]
         for name in ("time", "value"):
             setter: Any = getattr(KINDS[code], name)
-            deque(map(setter.__set__, own, getattr(loads, name)[where].tolist()), maxlen=0)
+            deque(map(setter.__set__, events_of_kind, getattr(loads, name)[where].tolist()), maxlen=0)
     return list(events)
 
 
@@ -205,21 +205,21 @@ def time_text(time: float) -> str:
     return f"{repr(float(time)).removesuffix('.0')} s"
 
 
-def as_events(given: Iterable[Event]) -> Sequence[Event]:
-    """Return an argument as a sequence of events, for `check_sequence` to check; anything else is an InputError."""
-    events: Any = given
+def as_events(argument: Iterable[Event]) -> Sequence[Event]:
+    """Convert an argument to a sequence of events, unchecked; InputError if it is not iterable."""
+    events: Any = argument
     if not isinstance(events, Iterable):
-        raise InputError(f"events is {given!r}; expected a list of load events")
+        raise InputError(f"events is {argument!r}; expected a list of load events")
     return events if isinstance(events, Events) else Events(events)
 
 
 def events_text(events: Sequence[Event]) -> str:
-    """Return how many events there are and how long they last: ``"2,000 events over 198 s"``."""
+    """Describe number and duration of events: ``"2,000 events over 198 s"``."""
     return f"{counted(len(events), 'event', 'events')}{over_text(events)}"
 
 
 def over_text(events: Sequence[Event]) -> str:
-    """Return how long events last, to stand behind their number: ``" over 198 s"``; empty where it is not known."""
+    """Describe the duration of events, to follow their number: ``" over 198 s"``; empty if unknown."""
     # a Replay shows itself before its events are checked
     if not events or not all(isinstance(event, Event) for event in (events[0], events[-1])):
         return ""
@@ -227,8 +227,8 @@ def over_text(events: Sequence[Event]) -> str:
 
 
 def check_sequence(events: Sequence[Event]) -> None:
-    """Check that all are events, none before the time of the one in front; else it is an InputError."""
-    loads = loads_of(events)
+    """Check that all items are events and times do not decrease; otherwise InputError."""
+    loads = to_loads(events)
     if loads is not None and (loads.time[1:] >= loads.time[:-1]).all():
         return
     previous = -math.inf
@@ -248,9 +248,9 @@ def check_sequence(events: Sequence[Event]) -> None:
     check_components(components(events))
 
 
-def check_components(found: set[int]) -> None:
-    """Check that tangential waypoints have one number each, or two each; else it is an InputError."""
-    if len(found) > 1:
+def check_components(counts: set[int]) -> None:
+    """Check that all tangential waypoints have one component, or all have two; otherwise InputError."""
+    if len(counts) > 1:
         raise InputError(
             "some tangential loads or displacements are one number and some are two; expected two in each, in x and y, "
             "such as (5e-9, 0.0)"
@@ -259,26 +259,28 @@ def check_components(found: set[int]) -> None:
 
 def _hex(value: object) -> object:
     if isinstance(value, tuple):
-        return [_hex(each) for each in value]
+        return [_hex(item) for item in value]
     return value.hex() if isinstance(value, float) else value
 
 
 def digest(events: Iterable[Event]) -> str:
-    """Return the SHA-256 of events, over a form that covers kind, order and every bit of the numbers."""
+    """Return the SHA-256 of events: of their types, order and every bit of their numbers."""
     total = hashlib.sha256()
-    loads = loads_of(events) if isinstance(events, Sequence) else None
+    loads = to_loads(events) if isinstance(events, Sequence) else None
     if loads is None:
         for event in events:
             line = json.dumps([type(event).__name__, event.time.hex(), *map(_hex, event.contents())])
             total.update(line.encode() + b"\n")
         return total.hexdigest()
     names = _characters(f'["{kind.__name__}", "' for kind in KINDS)
-    between, end = _characters(['", "']), _characters(['"]\n'])
-    for first in range(0, loads.time.size, LINES_AT_ONCE):
+    between, line_end = _characters(['", "']), _characters(['"]\n'])
+    for start in range(0, loads.time.size, LINES_AT_ONCE):
         # the same lines as from JSON, as arrays
-        part = loads.part(slice(first, first + LINES_AT_ONCE))
-        one = np.zeros(part.time.size, dtype=np.intp)
-        lines = np.hstack([names[part.kind], *_hexes(part.time), between[one], *_hexes(part.value), end[one]])
+        block = loads.part(slice(start, start + LINES_AT_ONCE))
+        zeros = np.zeros(block.time.size, dtype=np.intp)
+        lines = np.hstack(
+            [names[block.kind], *_hexes(block.time), between[zeros], *_hexes(block.value), line_end[zeros]]
+        )
         total.update(lines[lines != 0].tobytes())
     return total.hexdigest()
 

@@ -1,4 +1,4 @@
-"""Load events: what a channel has reached at a time (waypoints, as in an amplitude table), and what changes at once."""
+"""Load events: waypoints of load channels, and instantaneous changes of friction or geometry."""
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -59,60 +59,64 @@ def _not_negative(event: object, attribute: "attrs.Attribute[float]", value: flo
         )
 
 
-def _one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
+def _check_one_or_two(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
     if not isinstance(value, tuple):
         _finite(event, attribute, value)
-    elif len(value) != 2 or not all(each is None or _fits(each) for each in value) or value == (None, None):
+    elif (
+        len(value) != 2
+        or not all(component is None or _fits(component) for component in value)
+        or value == (None, None)
+    ):
         expected = "a finite number, or two, in x and y, in SI; None in one of them leaves that component open"
         raise _field_error(event, attribute.name, value, expected)
 
 
 def as_numbers(value: float | Iterable[float]) -> float | tuple[float, ...]:
-    """Return one number, or several, as floats; what is neither as it is, to be refused by the check."""
-    given: Any = value
-    single = isinstance(given, str | bytes | Mapping) or getattr(given, "ndim", 1) == 0
-    return tuple(map(as_float, given)) if isinstance(given, Iterable) and not single else as_float(given)
+    """Convert one number or several to floats; other values are returned unchanged, for the validator to refuse."""
+    argument: Any = value
+    single = isinstance(argument, str | bytes | Mapping) or getattr(argument, "ndim", 1) == 0
+    return tuple(map(as_float, argument)) if isinstance(argument, Iterable) and not single else as_float(argument)
 
 
 def _as_lengths(value: float | Iterable[float] | None) -> tuple[float, ...] | None:
-    """Return lengths with or without units [m]."""
+    """Convert lengths with or without units to metres."""
     lengths = None if value is None else as_numbers(in_si(value, "m"))
     return lengths if isinstance(lengths, tuple | None) else (lengths,)
 
 
 def _as_indices(value: int | Iterable[int] | None) -> tuple[int, ...] | None:
-    """Return indices of asperities; None stands for all of them."""
+    """Convert indices of asperities to a tuple; None means all asperities."""
     if value is None or isinstance(value, str | bytes | Mapping):
         return value  # type: ignore[return-value] # refused by the check
-    given = tuple(value) if isinstance(value, Iterable) else (value,)
-    whole = (is_number(index) and not isinstance(index, bool) and index == int(index) for index in given)
-    return tuple(map(int, given)) if all(whole) else given
+    indices = tuple(value) if isinstance(value, Iterable) else (value,)
+    are_integers = (is_number(index) and not isinstance(index, bool) and index == int(index) for index in indices)
+    return tuple(map(int, indices)) if all(are_integers) else indices
 
 
 def each_at_least(
-    noun: str, least: float, expected: str, *, most: float = math.inf
+    noun: str, minimum: float, expected: str, *, maximum: float = math.inf
 ) -> Callable[[object, "attrs.Attribute[Any]", Any], None]:
-    """Return a validator of one number or a tuple of them, each between two others."""
+    """Return a validator of one number or a tuple of them, each between a minimum and a maximum."""
 
     def check(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
         if value == ():
             raise InputError(f"{type(event).__name__}: {attribute.name} is empty; expected one {noun}, or one each")
         for number in value if isinstance(value, tuple) else (value,):
-            if not (_fits(number) and least <= number <= most):
-                raise _field_error(event, attribute.name, number, expected, is_limited=most < math.inf)
+            if not (_fits(number) and minimum <= number <= maximum):
+                raise _field_error(event, attribute.name, number, expected, is_limited=maximum < math.inf)
 
     return check
 
 
 def _indices(event: object, attribute: "attrs.Attribute[Any]", value: Any) -> None:
-    known = isinstance(value, tuple) and all(type(index) is int and index >= 0 for index in value)
-    if value is not None and not (known and value and len(set(value)) == len(value)):
+    are_indices = isinstance(value, tuple) and all(type(index) is int and index >= 0 for index in value)
+    if value is not None and not (are_indices and value and len(set(value)) == len(value)):
         expected = "indices of asperities, 0 or more, each once"
         raise InputError(f"{type(event).__name__}: {attribute.name} is {value!r}; expected {expected}")
 
 
 _COEFFICIENT = f"a finite number of 0 or more, {MOST_FRICTION:g} at most (the contact sticks as with any larger one)"
-coefficients_within = each_at_least("coefficient", 0.0, _COEFFICIENT, most=MOST_FRICTION)
+coefficients_within = each_at_least("coefficient", 0.0, _COEFFICIENT, maximum=MOST_FRICTION)
 _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finite number, in m"))
 
 
@@ -120,7 +124,7 @@ _lengths = attrs.validators.optional(each_at_least("length", -math.inf, "a finit
 
 
 class Event:
-    """A fact with a time: a waypoint of a channel, or a change that acts at once.
+    """Base class of events: a waypoint of a channel, or an instantaneous change, at a time.
 
     A kind is an attrs class with ``time`` as its first field. The others are numbers, tuples of them, or None, as a log
     stores them.
@@ -131,7 +135,7 @@ class Event:
     name: ClassVar[str]  #: its name in scenarios and logs
     unit: ClassVar[str] = "1"  #: of its numbers
     channel: ClassVar[str | None] = None  #: of a waypoint: "normal", "tangential" or "friction"
-    #: The fields beside the time in their order in a log; by default as they are declared.
+    #: The fields except time in their order in a log; by default the order of declaration.
     order: ClassVar[tuple[str, ...]] = ()
     noun: ClassVar[str] = "number"  #: what a message calls one of its numbers
     changes_friction: ClassVar[bool] = False
@@ -141,31 +145,31 @@ class Event:
 
     @property
     def differs(self) -> bool:
-        """Whether asperities have different friction after it, as far as it alone decides."""
+        """True if asperities have different friction after this event alone."""
         return self.changes_friction
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Channels of which it is a waypoint; in two tangential directions x and y are one each."""
+        """Channels of this waypoint; in two tangential directions x and y are separate channels."""
         return () if self.channel is None else (self.channel,)
 
     @classmethod
     def fields(cls) -> tuple[str, ...]:
-        """Return the names of its fields beside the time, in their order in a log."""
-        own: Any = cls
-        return cls.order or tuple(field.name for field in attrs.fields(own)[1:])
+        """Return the names of the fields except time, in their order in a log."""
+        event_class: Any = cls
+        return cls.order or tuple(field.name for field in attrs.fields(event_class)[1:])
 
     def contents(self) -> list[Any]:
-        """Return its fields beside the time: numbers, tuples of them, or None for what is left open."""
+        """Return the values of the fields except time: numbers, tuples of numbers, or None."""
         return [getattr(self, name) for name in self.fields()]
 
     @classmethod
     def of(cls, time: float, contents: Sequence[Any]) -> Self:
-        """Return the event at a time with these `contents`; fewer leave the last ones open."""
-        made: Any = cls
+        """Make an event at a time from `contents`; missing trailing values are left open."""
+        event_class: Any = cls
         if len(contents) > len(cls.fields()):
             raise InputError(f"{cls.name} has {len(contents)} lists of numbers; expected {len(cls.fields())} at most")
-        event: Self = made(time, **dict(zip(cls.fields(), contents, strict=False)))
+        event: Self = event_class(time, **dict(zip(cls.fields(), contents, strict=False)))
         return event
 
     @property
@@ -180,22 +184,22 @@ class Event:
         return [name for name in cls.fields() if name != "asperities"]
 
     def problem(self, count: int) -> str:
-        """Return what does not fit an ensemble of so many asperities, and what is expected; empty if it fits."""
+        """Return a message if the event does not fit an ensemble of ``count`` asperities; empty if it fits."""
         chosen: Any = getattr(self, "asperities", None)
         if chosen is not None and max(chosen) >= count:
             return f"asperity {max(chosen)} does not exist; expected indices from 0 to {count - 1}"
-        most = count if chosen is None else len(chosen)
+        expected = count if chosen is None else len(chosen)
         for name in self._lists():
             values = getattr(self, name)
-            if self.noun != "number" and isinstance(values, tuple) and len(values) not in {1, most}:
+            if self.noun != "number" and isinstance(values, tuple) and len(values) not in {1, expected}:
                 return (
                     f"{name} has shape ({len(values)},); expected one {self.noun}, or one for each of "
-                    f"{counted(most, 'asperity', 'asperities')}"
+                    f"{counted(expected, 'asperity', 'asperities')}"
                 )
         return ""
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
-        """Return the `State` of an `Ensemble` behind an `Instrument` after a change; of waypoints nothing acts.
+        """Return the `State` after an instantaneous change; not called for waypoints.
 
         Facts do not import what they act on, so that whoever reads a log or a result needs no engine.
         """
@@ -225,7 +229,7 @@ register = EVENTS.register
 
 @attrs.frozen
 class LoadEvent(Event):
-    """What one load channel has reached at a time [s]: a load [N] or a displacement [m], a finite number."""
+    """Waypoint of a load channel at a time [s]: a load [N] or a displacement [m]."""
 
     time: float = attrs.field(converter=seconds, validator=_finite)
     value: float = attrs.field(converter=as_float, validator=_finite)
@@ -234,15 +238,15 @@ class LoadEvent(Event):
 
     @property
     def planar(self) -> bool:
-        """Whether it has two components, in x and y."""
+        """True if the value has two components, in x and y."""
         return False
 
     def reached(self, channel: str) -> float:  # noqa: ARG002 - it has one
-        """Return what one of its `channels` has reached [N] or [m]."""
+        """Return the value of one of the `channels` [N] or [m]."""
         return float(self.value)
 
-    def of_channels(self, channels: Collection[str]) -> Self:  # noqa: ARG002 - it has one
-        """Return it as a waypoint of some of its `channels` alone."""
+    def restrict_to(self, channels: Collection[str]) -> Self:  # noqa: ARG002 - it has one
+        """Return the event as a waypoint of some of its `channels` only."""
         return self
 
 
@@ -287,24 +291,26 @@ ACROSS = "_y"  # ends the name of a channel, or of its column, that is the secon
 
 
 def _newtons(value: float | Sequence[float | None]) -> Any:
-    return convert_each(lambda each: None if each is None else newtons(each), value)
+    return convert_each(lambda component: None if component is None else newtons(component), value)
 
 
 def _metres(value: float | Sequence[float | None]) -> Any:
-    return convert_each(lambda each: None if each is None else metres(each), value)
+    return convert_each(lambda component: None if component is None else metres(component), value)
 
 
-def components_of(value: Any) -> tuple[str, ...]:
-    """Return the channels that the value of a tangential waypoint belongs to."""
+def tangential_channels(value: Any) -> tuple[str, ...]:
+    """Return the channels of the value of a tangential waypoint."""
     channel = TangentialEvent.channel
     if not isinstance(value, tuple):
         return (channel,)
-    return tuple(name for name, each in zip((channel, channel + ACROSS), value, strict=False) if each is not None)
+    return tuple(
+        name for name, component in zip((channel, channel + ACROSS), value, strict=False) if component is not None
+    )
 
 
 @attrs.frozen
 class TangentialEvent(LoadEvent):
-    """A waypoint of the tangential channel: one number, or two, in x and y.
+    """Waypoint of the tangential channel: one number, or two, in x and y.
 
     Each component is a channel by itself: None in a pair leaves one to other waypoints, of a load or a displacement.
     """
@@ -314,34 +320,36 @@ class TangentialEvent(LoadEvent):
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Channels of which it is a waypoint: "tangential" is that of x, or of one direction."""
-        return components_of(self.value)
+        """Channels of this waypoint: "tangential" is the channel of x, or of a single direction."""
+        return tangential_channels(self.value)
 
     def reached(self, channel: str) -> float:
-        """Return what one of its `channels` has reached [N] or [m]."""
+        """Return the value of one of the `channels` [N] or [m]."""
         return float(self.value[channel.endswith(ACROSS)] if self.planar else self.value)
 
-    def of_channels(self, channels: Collection[str]) -> Self:
-        """Return it as a waypoint of some of its `channels` alone."""
+    def restrict_to(self, channels: Collection[str]) -> Self:
+        """Return the event as a waypoint of some of its `channels` only."""
         if not self.planar:
             return self
-        x, y = (each if name in channels else None for name, each in zip(_COMPONENTS, self.value, strict=True))
+        x, y = (
+            component if name in channels else None for name, component in zip(_COMPONENTS, self.value, strict=True)
+        )
         return attrs.evolve(self, value=(x, y))
 
     def contents(self) -> list[Any]:
-        """Return its value, or each component by itself where one is open."""
+        """Return the value, or both components separately if one is open."""
         return [*self.value] if self.planar and None in self.value else [self.value]
 
     @classmethod
     def of(cls, time: float, contents: Sequence[Any]) -> Self:
-        """Return the event at a time with these `contents`."""
-        made: Any = cls
-        event: Self = made(time, tuple(contents)) if len(contents) == 2 else super().of(time, contents)
+        """Make an event at a time from `contents`."""
+        event_class: Any = cls
+        event: Self = event_class(time, tuple(contents)) if len(contents) == 2 else super().of(time, contents)
         return event
 
     @property
     def planar(self) -> bool:
-        """Whether it has two components, in x and y."""
+        """True if the value has two components, in x and y."""
         return isinstance(self.value, tuple)
 
     @property
@@ -350,7 +358,7 @@ class TangentialEvent(LoadEvent):
         return f"[{' '.join(map(repr, self.value))}]" if self.planar else repr(self.value)
 
 
-_COMPONENTS = components_of((0.0, 0.0))
+_COMPONENTS = tangential_channels((0.0, 0.0))
 
 
 @EVENTS.register
@@ -368,7 +376,7 @@ class TangentialLoad(TangentialEvent):
     TangentialLoad(time=1.0, value=(0.003, 0.004))
     """
 
-    value: ForceOrPair = attrs.field(converter=_newtons, validator=_one_or_two)
+    value: ForceOrPair = attrs.field(converter=_newtons, validator=_check_one_or_two)
     name = "tangential_load"
     unit = "N"
 
@@ -376,7 +384,7 @@ class TangentialLoad(TangentialEvent):
 @EVENTS.register
 @attrs.frozen
 class TangentialDisplacement(TangentialEvent):
-    """The rigid tangential displacement U [m] reached at a time, or with an `Instrument` that of its drive.
+    """Rigid tangential displacement U [m] at a time; with an `Instrument` the displacement of its drive.
 
     It is one number, or a pair, in x and y; None in a pair leaves that component to other waypoints.
 
@@ -393,7 +401,7 @@ class TangentialDisplacement(TangentialEvent):
     [TangentialLoad(time=1.0, value=(None, 0.005)), TangentialDisplacement(time=2.0, value=(1e-08, None))]
     """
 
-    value: LengthOrPair = attrs.field(converter=_metres, validator=_one_or_two)
+    value: LengthOrPair = attrs.field(converter=_metres, validator=_check_one_or_two)
     name = "tangential_displacement"
     unit = "m"
 
@@ -403,7 +411,7 @@ class TangentialDisplacement(TangentialEvent):
 class FrictionChange(Event):
     """A new friction coefficient from a time on.
 
-    It acts at once, after the load channels have arrived at that time. Springs that the new, lower
+    It acts immediately, after the load channels have arrived at that time. Springs that the new, lower
     limit cannot hold slip; under load control the tangential displacement then jumps to restore the
     load. A rise changes nothing until the next load. A negative coefficient is an InputError.
 
@@ -432,15 +440,15 @@ class FrictionChange(Event):
 
     @property
     def differs(self) -> bool:
-        """Whether asperities have different friction after it, as far as it alone decides."""
+        """True if asperities have different friction after this event alone."""
         return self.asperities is not None or _differ(self.friction)
 
     def contents(self) -> list[Any]:
-        """Return the coefficients, and for which asperities; for all of them the coefficients alone."""
+        """Return the coefficients, and the indices of asperities unless the event is for all of them."""
         return [self.friction] if self.asperities is None else [self.friction, self.asperities]
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
-        """Return the state after it; errors as for `Ensemble.with_friction`."""
+        """Return the state after the change; errors as for `Ensemble.with_friction`."""
         del saturate
         return ensemble.with_friction(state, self.friction, asperities=self.asperities, instrument=instrument)
 
@@ -448,9 +456,9 @@ class FrictionChange(Event):
 @EVENTS.register
 @attrs.frozen
 class FrictionRamp(Event):
-    """The friction coefficient reached at a time: a waypoint of friction, which runs straight between its waypoints.
+    """Waypoint of the friction coefficient, which is linear in time between its waypoints.
 
-    Friction goes there from where it stands at the waypoint before, or at the event time before where it is the first.
+    Friction ramps from its value at the previous waypoint, or for the first waypoint at the previous event time.
     Rows of a table μ(t) are such events. A negative coefficient is an InputError.
 
     Parameters
@@ -471,7 +479,7 @@ class FrictionRamp(Event):
 
     @property
     def differs(self) -> bool:
-        """Whether asperities have different friction after it."""
+        """True if asperities have different friction after this event."""
         return _differ(self.friction)
 
 
@@ -481,11 +489,11 @@ OneOrMore = Annotated[tuple[float, ...], Quantity("m", alone=True)]
 @EVENTS.register
 @attrs.frozen
 class GeometryChange(Event):
-    """Other summits from a time on: each that changes is a new contact, and what it remembered is erased.
+    """New summit heights or radii from a time on; each changed summit is a new contact without traction memory.
 
-    It acts at once, after the load channels have arrived at that time. Then each channel goes back to where it was:
-    controlled loads are restored. Asperities that get the height and radius that they have remember. Neither heights
-    nor radii are an InputError.
+    It acts immediately, after the load channels have arrived at that time. Then each channel returns to its value:
+    controlled loads are restored. Asperities whose height and radius do not change keep their traction memory.
+    InputError if neither heights nor radii are given.
     """
 
     time: float = attrs.field(converter=seconds, validator=_finite)  #: [s]
@@ -503,14 +511,14 @@ class GeometryChange(Event):
     changes_geometry = True
 
     def __attrs_post_init__(self) -> None:
-        """Check that something changes, to something that a summit can have."""
+        """Check that heights or radii are given, and radii are positive."""
         if self.summit_height is None and self.summit_radius is None:
             raise InputError("GeometryChange: neither summit_height nor summit_radius; expected one of them, or both")
         if self.summit_radius is not None and min(self.summit_radius) <= 0:
             raise InputError(f"GeometryChange: summit_radius is {min(self.summit_radius):g}; expected more than 0 m")
 
     def act(self, ensemble: Any, state: Any, *, saturate: bool, instrument: Any) -> Any:
-        """Return the state after it; errors as for `Ensemble.with_geometry`."""
+        """Return the state after the change; errors as for `Ensemble.with_geometry`."""
         return ensemble.with_geometry(
             state,
             summit_height=self.summit_height,
@@ -528,5 +536,5 @@ LOAD_KINDS: Mapping[str, type[LoadEvent]] = {
 
 
 def load_kind(channel: str) -> type[LoadEvent]:
-    """Return the kind of event that a column of a channel, or of its second component, is of."""
+    """Return the event class of a channel or of its second component."""
     return LOAD_KINDS[channel.removesuffix(ACROSS)]

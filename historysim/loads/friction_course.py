@@ -1,4 +1,4 @@
-"""A friction coefficient that changes with time or with the sliding distance: running-in, wear of a film."""
+"""Friction coefficient as a function of time or sliding distance: running-in, wear of a film."""
 
 import math
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ _OPTIONAL: dict[str, Any] = {
 
 @attrs.frozen(kw_only=True)
 class FrictionCourse:
-    """A coefficient over time or distance, straight between its points, and as at its ends beyond them.
+    """Friction coefficient over time or distance: piecewise linear, constant beyond its end points.
 
     Examples
     --------
@@ -56,29 +56,31 @@ class FrictionCourse:
     )
 
     def __attrs_post_init__(self) -> None:
-        """Check that the coefficients go with one thing, which rises."""
+        """Check that there are as many coefficients as times or distances, and that these rise."""
         check_one(time=self.time, distance=self.distance)
         over = "time" if self.distance is None else "distance"
-        places, coefficients = (len(each) if isinstance(each, tuple) else 1 for each in (self.place, self.coefficient))
-        if places != coefficients:
-            raise InputError(f"{places} of {over} and {coefficients} of coefficient; expected as many of each")
-        for before, after in pairwise(self.place):
-            if after <= before:
-                raise InputError(f"{over} {after:g} does not come after {before:g}; expected rising values")
+        n_points, n_coefficients = (
+            len(values) if isinstance(values, tuple) else 1 for values in (self.points, self.coefficient)
+        )
+        if n_points != n_coefficients:
+            raise InputError(f"{n_points} of {over} and {n_coefficients} of coefficient; expected as many of each")
+        for previous, following in pairwise(self.points):
+            if following <= previous:
+                raise InputError(f"{over} {following:g} does not come after {previous:g}; expected rising values")
 
     @property
-    def place(self) -> tuple[float, ...]:
+    def points(self) -> tuple[float, ...]:
         """Times [s] or distances [m]."""
         return (self.time if self.distance is None else self.distance) or ()
 
-    def at(self, place: "npt.ArrayLike") -> "Floats":
+    def at(self, points: "npt.ArrayLike") -> "Floats":
         """Return μ at times [s] or distances [m]."""
         import numpy as np
 
-        return np.asarray(np.interp(np.asarray(place, dtype=np.float64), self.place, self.coefficient))
+        return np.asarray(np.interp(np.asarray(points, dtype=np.float64), self.points, self.coefficient))
 
     def along(self, events: Sequence[Event]) -> list[Event]:
-        """Return the events in time order, with a change of friction behind each event time at which it changes.
+        """Return the events in time order, with friction changes after event times at which the coefficient changes.
 
         Raises InputError: events that change friction themselves, or friction over distance without a controlled
         tangential displacement.
@@ -89,22 +91,22 @@ class FrictionCourse:
             raise InputError("friction changes in the loading, too; expected one of the two")
         time = np.array([event.time for event in events])
         friction = self.at(time if self.distance is None else _distance(events, time))
-        together: list[Event] = []
+        combined: list[Event] = []
         present = np.nan
         for number, event in enumerate(events):
-            together.append(event)
-            last = number + 1 == len(events) or events[number + 1].time > event.time
-            if last and friction[number] != present:
+            combined.append(event)
+            is_last = number + 1 == len(events) or events[number + 1].time > event.time
+            if is_last and friction[number] != present:
                 present = friction[number]
-                together.append(FrictionChange(event.time, float(present)))
-        return together
+                combined.append(FrictionChange(event.time, float(present)))
+        return combined
 
 
 def check_one(**over: object) -> None:
-    """Check that one thing alone is given, with which the coefficient goes; else it is an InputError."""
-    given = [name for name, value in over.items() if value is not None]
-    if len(given) != 1:
-        problem = f"{' and '.join(given)} together" if given else f"neither {' nor '.join(over)}"
+    """Check that exactly one of several arguments is given; otherwise InputError."""
+    names = [name for name, value in over.items() if value is not None]
+    if len(names) != 1:
+        problem = f"{' and '.join(names)} together" if names else f"neither {' nor '.join(over)}"
         raise InputError(f"{problem}; expected one of them")
 
 
@@ -113,17 +115,17 @@ def _distance(events: Sequence[Event], time: "Floats") -> "Floats":
     import numpy as np
 
     moves = [event for event in events if isinstance(event, TangentialDisplacement)]
-    other = next((e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None)
-    if not moves or other is not None:
+    load = next((e for e in events if isinstance(e, LoadEvent) and e.name == "tangential_load"), None)
+    if not moves or load is not None:
         raise InputError(
             "friction over distance needs a controlled tangential displacement; control it, or give friction over time"
         )
-    way = np.array([event.value for event in moves])
+    displacement = np.array([event.value for event in moves])
     # what was moved before is not known where the record begins with it; else the contact comes from 0
-    begins = way[0] if moves[0].time <= time[0] else 0.0
-    total = np.cumsum(np.abs(np.diff(way, prepend=begins)))
+    start = displacement[0] if moves[0].time <= time[0] else 0.0
+    total = np.cumsum(np.abs(np.diff(displacement, prepend=start)))
     clock = np.array([event.time for event in moves])
-    if begins == 0.0 and clock[0] > time[0]:
+    if start == 0.0 and clock[0] > time[0]:
         clock, total = np.append(time[0], clock), np.append(0.0, total)
     # of several at one time the last one counts
     latest = np.append(np.diff(clock) > 0, True)

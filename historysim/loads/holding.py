@@ -34,7 +34,7 @@ class Timeline:
         for event in dict.fromkeys(self.last.values()):
             if event.time < time:
                 channels = [name for name in event.channels if self.last[name] == event]
-                self.append(attrs.evolve(event.of_channels(channels), time=time))
+                self.append(attrs.evolve(event.restrict_to(channels), time=time))
 
 
 @attrs.frozen
@@ -82,7 +82,7 @@ def find_ramp(events: Sequence[Event]) -> LoadRamp | None:
     assert isinstance(start, LoadEvent)  # noqa: S101 - a waypoint of a load channel
     assert isinstance(end, LoadEvent)  # noqa: S101
     others = sum(ramps[0].size for ramps in found) - 1
-    return LoadRamp(start.of_channels([name]), end.of_channels([name]), int(passed[0]), others)
+    return LoadRamp(start.restrict_to([name]), end.restrict_to([name]), int(passed[0]), others)
 
 
 def apply_hold(events: Sequence[Event], hold: bool | None, *, stacklevel: int) -> Sequence[Event]:

@@ -1,1 +1,1 @@
-"""The event log: what a history was made from, on disk, and the snapshots beside it."""
+"""The event log of a run: one file with all inputs, and snapshots of the state."""

@@ -1,4 +1,4 @@
-"""The canonical form of events: the arrays that stand in a log, and the digests over them."""
+"""Canonical form of events: arrays in a log, and their digests."""
 
 import hashlib
 import itertools
@@ -11,7 +11,7 @@ import numpy as np
 
 from historysim.basics.arguments import Floats, workable
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_sequence import KINDS, Events, Loads, loads_of
+from historysim.loads.event_sequence import KINDS, Events, Loads, to_loads
 from historysim.loads.events import (
     EVENTS,
     Event,
@@ -49,9 +49,9 @@ class Columns(NamedTuple):
     coefficients: bytes
 
 
-def columns_of(events: Sequence[Event]) -> Columns:
-    """Return events, which have been checked, in columns."""
-    loads = loads_of(events)
+def to_columns(events: Sequence[Event]) -> Columns:
+    """Convert validated events to columns."""
+    loads = to_loads(events)
     if loads is not None:
         return Columns(loads.kind.tobytes(), _floats(loads.time), _floats(loads.value), b"")
     kinds, values, numbers = zip(*map(_row, events), strict=True) if events else ((), (), ())
@@ -60,7 +60,7 @@ def columns_of(events: Sequence[Event]) -> Columns:
 
 
 def _row(event: Event) -> tuple[int, float, Sequence[float]]:
-    """Return the kind of an event, its value, and its further numbers."""
+    """Return kind, value and further numbers of an event."""
     if isinstance(event, LoadEvent) and not event.planar:
         return KINDS.index(type(event)), event.value, ()
     if type(event) is FrictionChange and event.asperities is None:
@@ -69,16 +69,16 @@ def _row(event: Event) -> tuple[int, float, Sequence[float]]:
         return ONE_COEFFICIENT, event.friction, ()
     code = next((code for code, kind in LISTED.items() if kind is type(event)), NAMED)
     numbers: list[float] = []
-    for each in event.contents() if code != NAMED else [_name(event), *event.contents()]:
+    for item in event.contents() if code != NAMED else [_name(event), *event.contents()]:
         # one coefficient for all is no list of one
-        alone = isinstance(each, float)
-        count = ABSENT if each is None else ALONE if alone else len(each)
-        numbers += [float(count), *([each] if alone else each or ())]
+        is_single = isinstance(item, float)
+        count = ABSENT if item is None else ALONE if is_single else len(item)
+        numbers += [float(count), *([item] if is_single else item or ())]
     return code, len(numbers), numbers
 
 
-def events_of(columns: Columns) -> Events:
-    """Return the events that stand in columns; columns that `columns_of` does not make are an InputError."""
+def from_columns(columns: Columns) -> Events:
+    """Convert columns to events; InputError if they are not in the form of `to_columns`."""
     kinds = np.frombuffer(columns.kind, dtype=np.int8)
     if any(len(column) != 8 * kinds.size for column in (columns.time, columns.value)) or len(columns.coefficients) % 8:
         raise InputError("holds columns of different lengths")
@@ -113,15 +113,15 @@ def events_of(columns: Columns) -> Events:
 
 
 def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
-    """Return the event of the numbers of `_row`; other numbers are an InputError."""
+    """Make an event from the numbers of `_row`; InputError for other numbers."""
     lists: list[Any] = []
-    place = 0
-    while place < len(numbers):
-        count, place = int(numbers[place]), place + 1
-        values = tuple(numbers[place : place + (1 if count == ALONE else max(count, 0))])
+    position = 0
+    while position < len(numbers):
+        count, position = int(numbers[position]), position + 1
+        values = tuple(numbers[position : position + (1 if count == ALONE else max(count, 0))])
         lists.append(None if count == ABSENT else values[0] if count == ALONE else values)
-        place += len(values)
-    kind = LISTED[code] if code != NAMED else _named(lists.pop(0) if lists else None)
+        position += len(values)
+    kind = LISTED[code] if code != NAMED else _kind_by_name(lists.pop(0) if lists else None)
     try:
         return kind.of(time, lists)
     except (TypeError, ValueError) as error:
@@ -129,7 +129,7 @@ def _from_lists(code: int, time: float, numbers: list[float]) -> Event:
 
 
 def _name(event: Event) -> tuple[float, ...]:
-    """Return the name of an event, and the package that it comes from, as numbers: their bytes.
+    """Return the name of an event and of its package as numbers (their bytes).
 
     Raises InputError: the name is not known, so that the event could not be read again.
     """
@@ -141,7 +141,7 @@ def _name(event: Event) -> tuple[float, ...]:
     return tuple(map(float, f"{event.name}\0{EVENTS.provider(type(event)) or ''}".encode()))
 
 
-def _named(numbers: float | tuple[float, ...] | None) -> type[Event]:
+def _kind_by_name(numbers: float | tuple[float, ...] | None) -> type[Event]:
     if not isinstance(numbers, tuple):
         raise InputError("holds an event without a name")
     try:
@@ -160,16 +160,16 @@ def _floats(values: Sequence[float] | Floats) -> bytes:
     return np.array(values, dtype="<f8").tobytes()
 
 
-def link(before: bytes, first: int, columns: Columns) -> bytes:
-    """Return the SHA-256 of a batch behind so many events, chained to the link before it, first that of the head."""
-    total = hashlib.sha256(before + LINK.pack(first, len(columns.kind), len(columns.coefficients)))
+def link(previous: bytes, start: int, columns: Columns) -> bytes:
+    """Return the SHA-256 of a batch after ``start`` events, chained to the previous link (first that in the head)."""
+    total = hashlib.sha256(previous + LINK.pack(start, len(columns.kind), len(columns.coefficients)))
     for column in columns:
         total.update(column)
     return total.digest()
 
 
 def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
-    """SHA-256 of a text, and of named arrays with their shapes, as little-endian float64."""
+    """Return the SHA-256 of a string, and of named arrays with their shapes, as little-endian float64."""
     total = hashlib.sha256(hashlib.sha256(text.encode()).digest())
     for name, array in arrays:
         total.update(json.dumps([name, array.shape]).encode())
@@ -177,12 +177,12 @@ def array_digest(arrays: Iterable[tuple[str, Floats]], text: str) -> bytes:
     return total.digest()
 
 
-def chain(before: bytes, events: Sequence[Event], ends: Sequence[int]) -> Iterator[tuple[int, int, Columns, bytes]]:
-    """Yield batches of events: the numbers of events before and up to each, its columns and its link.
+def chain(previous: bytes, events: Sequence[Event], ends: Sequence[int]) -> Iterator[tuple[int, int, Columns, bytes]]:
+    """Yield batches of events: number of events before and after each, its columns and its link.
 
     The first of the ``ends`` is the number of events before all of them, behind the link ``before``.
     """
-    for first, last in itertools.pairwise(ends):
-        columns = columns_of(events[first - ends[0] : last - ends[0]])
-        before = link(before, first, columns)
-        yield first, last, columns, before
+    for start, stop in itertools.pairwise(ends):
+        columns = to_columns(events[start - ends[0] : stop - ends[0]])
+        previous = link(previous, start, columns)
+        yield start, stop, columns, previous

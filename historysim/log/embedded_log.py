@@ -1,6 +1,6 @@
-"""The log of a result as a group of the same file, so that the file alone can be run again.
+"""The log of a result as a group of the same file, so that the file alone is reproducible.
 
-What stands in the group of the surface is not repeated; the digest over all of it is the ``log_digest`` of the result.
+Arrays in the group of the surface are not repeated; the digest of all of them is the ``log_digest`` of the result.
 """
 
 import errno
@@ -15,7 +15,7 @@ from historysim.basics.hdf5 import check_named
 from historysim.errors import InputError
 from historysim.log import canonical
 from historysim.log.file import Content
-from historysim.log.header import SURFACE, LogHeader, head_from
+from historysim.log.header import SURFACE, LogHeader, parse_head
 from historysim.recording import surface_group
 from historysim.recording.netcdf import put_attributes, put_variable
 
@@ -35,7 +35,7 @@ BATCH = "batch_end"
 
 
 def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
-    """Write head and events of a log into the group ``log`` of a file, within that of the surface if it has one.
+    """Write head and events of a log into the group ``log`` of a file, inside the group of the surface if there is one.
 
     Two groups side by side are more than compliance-checker bears (6.1 looks for a time in each).
     """
@@ -49,7 +49,7 @@ def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
             plain = f"ensemble_{name.replace('.', '_')}"
             put_variable(group, plain, tuple(f"{plain}_{axis}" for axis in range(array.ndim)), array, {"array": name})
     put_attributes(group, {"settings": head.text, ON_SURFACE: " ".join(shared)})
-    columns = canonical.columns_of(content.events)
+    columns = canonical.to_columns(content.events)
     for (name, (dimension, dtype, text)), column in zip(COLUMNS.items(), columns, strict=True):
         put_variable(group, name, (dimension,), np.frombuffer(column, dtype), {"long_name": text})
     ends = np.array(content.ends, dtype="<i8")
@@ -57,14 +57,14 @@ def write(file: "netCDF4.Dataset", head: LogHeader, content: Content) -> None:
 
 
 def read(path: Path) -> tuple[LogHeader, Content]:
-    """Return head and events of a result; a file that is none, is damaged, or has none in it is an InputError."""
+    """Return head and events of a result; InputError if the file is not a result, is damaged, or has no log."""
     import netCDF4
 
     check_named(path)
     try:
         with netCDF4.Dataset(path) as file:
             file.set_auto_mask(False)
-            group = group_of(file)
+            group = find_group(file)
             if group is None:
                 raise InputError(  # noqa: TRY301 - with what is open
                     f"{path}: is a netCDF or HDF5 file, and no result of historysim run with its log in it; expected a "
@@ -85,8 +85,8 @@ def read(path: Path) -> tuple[LogHeader, Content]:
     return head, content
 
 
-def group_of(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
-    """Return the group of an open result in which its log stands; None where it has none."""
+def find_group(file: "netCDF4.Dataset") -> "netCDF4.Group | None":
+    """Return the group of the log in an open result; None if there is none."""
     parent = file.groups.get(surface_group.GROUP, file)
     return parent.groups.get(GROUP)
 
@@ -98,15 +98,15 @@ def _read(file: "netCDF4.Dataset", group: "netCDF4.Group") -> tuple[LogHeader, C
     for variable in group.variables.values():
         if "array" in variable.ncattrs():
             arrays[variable.getncattr("array")] = _floats(variable[...])
-    head = head_from(group.settings, arrays)
+    head = parse_head(group.settings, arrays)
     columns = canonical.Columns(*(group[name][...].astype(dtype).tobytes() for name, (_, dtype, _) in COLUMNS.items()))
-    events, ends = canonical.events_of(columns), [int(end) for end in group[BATCH][...]]
+    events, ends = canonical.from_columns(columns), [int(stop) for stop in group[BATCH][...]]
     links = [head.link, *(link for *_, link in canonical.chain(head.link, events, ends))]
     return head, Content(events, links, ends)
 
 
 def _twin(name: str) -> str:
-    """Return the name under which a head has an array of the ensemble among those of the surface."""
+    """Return the name of the array of the surface that may equal an array of the ensemble."""
     return f"{SURFACE}{name}" if name.startswith("summit_") else f"{SURFACE}summit_{name}"
 
 

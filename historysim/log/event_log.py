@@ -1,4 +1,4 @@
-"""`EventLog`: the log of a run, which alone reproduces it, and can be asked about any moment."""
+"""`EventLog`: the log of a run, which alone reproduces it and can be queried at any time."""
 
 import math
 from collections.abc import Iterable
@@ -38,7 +38,7 @@ HOLD = paths_to(_HELD, _HELD)  # A path that leads nowhere and records a row
 
 @attrs.frozen
 class Verdict:
-    """How many events of a log are sound, from the beginning, its digest up to there, and what is wrong after them."""
+    """Result of checking a log: number of valid events from the start, their digest, and the problem after them."""
 
     events: int
     digest: str
@@ -46,12 +46,12 @@ class Verdict:
 
     @property
     def whole(self) -> bool:
-        """Whether nothing is wrong."""
+        """True if no problem was found."""
         return not self.problem
 
 
 class EventLog:
-    """The log of a run: what decides its result, in one file to which events are only ever appended.
+    """The log of a run: all inputs that determine its result, in one append-only file.
 
     Any number of programs may read a log while one writes it. The first `append` takes the writer's lock, which
     `close` gives back.
@@ -117,7 +117,7 @@ class EventLog:
         return len(self._file.sound().events)
 
     def close(self) -> None:
-        """Close the file, and give the writer's lock back."""
+        """Close the file and release the writer's lock."""
         self._file.close()
 
     def __repr__(self) -> str:
@@ -126,10 +126,10 @@ class EventLog:
         asperities = counted(len(self.ensemble), "asperity", "asperities")
         return f"<EventLog {self.path}: {events_text(content.events)}{damage}, {asperities}>"
 
-    # -- what stands in it -------------------------------------------------------------------------
+    # -- contents ----------------------------------------------------------------------------------
 
     def summary(self) -> list[tuple[str, str]]:
-        """Return what stands in it, in a few lines."""
+        """Summarise the log in a few lines of (label, text)."""
         settings = self.settings
         return [
             ("title", settings["title"] or self.path.stem),
@@ -142,17 +142,17 @@ class EventLog:
 
     @property
     def path(self) -> Path:
-        """Where it stands."""
+        """Path of the log."""
         return self._file.path
 
     @property
     def ensemble(self) -> Ensemble:
-        """The asperities, as they stand in the log."""
+        """The asperities stored in the log."""
         return self._file.head.ensemble
 
     @property
     def surface(self) -> dict[str, Any]:
-        """Arrays of the group ``surface`` of the result, by their names."""
+        """Arrays of the group ``surface`` of the result, by name."""
         return self._file.head.surface
 
     @property
@@ -162,24 +162,24 @@ class EventLog:
 
     @property
     def settings(self) -> dict[str, Any]:
-        """What stands in its head beside the arrays: versions, the text of the scenario, seed, moduli, options."""
+        """Settings in the head of the log: versions, scenario text, seeds, moduli, options."""
         return dict(self._file.head.settings)
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all of it: the last link of the chain."""
+        """SHA-256 of the whole log: the last link of the chain."""
         return self._file.sound().links[-1].hex()
 
     def events(self, start: int = 0, stop: int | None = None) -> list[Event]:
-        """Return events, by their numbers, as a slice does; a damaged log is an InputError."""
+        """Return events by index, as a slice does; InputError if the log is damaged."""
         return list(self._file.sound().events[start:stop])
 
     def job(self) -> Replay:
-        """Return the replay of its events, as its head says."""
+        """Return the replay of the events with the settings of the head."""
         return self._file.head.replay(self._file.sound().events)
 
     def verify(self) -> Verdict:
-        """Check the chain, and say how far the log is sound."""
+        """Check the chain of digests, and return the valid part of the log."""
         content = self._file.read()
         return Verdict(len(content.events), content.links[-1].hex(), content.problem)
 
@@ -284,8 +284,8 @@ class EventLog:
     def state_dataset(self, at: float = math.inf) -> "xr.Dataset":
         """Return the state at a time as a history of one step, with all asperities; parameters as for `state`."""
         content, job = self._file.sound(), self.job()
-        last = content.events[-1].time if content.events else 0.0
-        time, everyone = last if at == math.inf else _time("at", at), np.arange(len(self.ensemble))
+        end_time = content.events[-1].time if content.events else 0.0
+        time, everyone = end_time if at == math.inf else _time("at", at), np.arange(len(self.ensemble))
         target = DatasetRecorder(self.ensemble, everyone, 1, instrument=self.instrument, changes=job.changes)
         self.ensemble.walk(self._state(content, time), HOLD, rows=target.blank(1), asperities=everyone)
         target.record(np.array([time]))

@@ -1,4 +1,4 @@
-"""The file of a log: SQLite, in which events are only ever appended, batch by batch, each chained to the one before.
+"""The file of a log: an append-only SQLite database of batches of events, each chained to the previous one.
 
 The journal is SQLite's rollback journal, not its write-ahead log: between transactions a log is one file that can be
 copied, mailed and read from a read-only folder. The price, that a reader waits while a batch is committed, is small,
@@ -31,10 +31,10 @@ from historysim.basics.files import (
 )
 from historysim.basics.system import sync_folder
 from historysim.errors import InputError, MissingPackageError
-from historysim.loads.event_sequence import Events, check_components, check_sequence, components, loads_of, time_text
+from historysim.loads.event_sequence import Events, check_components, check_sequence, components, time_text, to_loads
 from historysim.loads.events import Event
 from historysim.log import canonical
-from historysim.log.header import LogHeader, head_from
+from historysim.log.header import LogHeader, parse_head
 
 ENDING = ".history"
 MOST_EVENTS_OF_A_BATCH = 1 << 16
@@ -75,7 +75,7 @@ _OBJECTS = "SELECT type || ' ' || name, coalesce(sql, '') FROM sqlite_master"
 
 @attrs.frozen
 class Content:
-    """What stands in a log, as far as the chain holds."""
+    """Contents of a log up to the first broken link of the chain."""
 
     events: Events = attrs.field(repr=False)
     links: list[bytes] = attrs.field(repr=False)  #: of the head, and after each batch
@@ -110,7 +110,7 @@ class LogFile:
         try:
             # a reader, too, has to be able to undo what a writer that died has left half done
             mode = "rw" if os.access(path, os.W_OK) and os.access(path.parent, os.W_OK) else "ro"
-            with reported(path):
+            with sqlite_errors(path):
                 self._connection = connect(path, mode)
             with self._reading() as connection:
                 _check_schema(connection, path)
@@ -138,7 +138,7 @@ class LogFile:
                 WriterLock(path).release()
             os.truncate(unfinished, 0)
             _check_journal(unfinished).unlink(missing_ok=True)
-            with write_errors(path, unfinished), reported(path), closing(connect(unfinished, "rw")) as connection:
+            with write_errors(path, unfinished), sqlite_errors(path), closing(connect(unfinished, "rw")) as connection:
                 # a crash before it has its name leaves nothing behind that anybody asks for
                 connection.execute("PRAGMA journal_mode = MEMORY")
                 connection.executescript(f"BEGIN IMMEDIATE; {SCHEMA}")
@@ -163,7 +163,7 @@ class LogFile:
         self.close()
 
     def close(self) -> None:
-        """Close the file, and give the writer's lock back."""
+        """Close the file and release the writer's lock."""
         # closing any handle of a file drops the record locks that SQLite has on it, so its own comes first
         if self._connection is not None:
             self._connection.close()
@@ -175,7 +175,7 @@ class LogFile:
     # -- reading -----------------------------------------------------------------------------------
 
     def read(self) -> Content:
-        """Read what stands in the log now, as far as the chain holds."""
+        """Read the current contents of the log, up to the first broken link of the chain."""
         with self._reading() as connection:
             # what this connection has written itself does not count
             version = _pragma(connection, "data_version")
@@ -183,14 +183,14 @@ class LogFile:
                 _check_schema(connection, self.path)
                 content = _read(connection, self.head)
                 # SQLite itself looks at what is asked for alone
-                whole = _pragma(connection, "page_count") * _pragma(connection, "page_size")
-                if not content.problem and self.path.stat().st_size < whole:
+                full_size = _pragma(connection, "page_count") * _pragma(connection, "page_size")
+                if not content.problem and self.path.stat().st_size < full_size:
                     content = attrs.evolve(content, problem="the file was cut")
                 self._content, self._version = content, version
         return self._content
 
     def sound(self) -> Content:
-        """Return all of the log; a chain that is broken somewhere is an InputError."""
+        """Return the contents of the log; InputError if the chain is broken."""
         content = self.read()
         if content.problem:
             count = len(content.events)
@@ -202,14 +202,14 @@ class LogFile:
         return content
 
     def rows(self, query: str, *values: int) -> list[tuple[Any, ...]]:
-        """Return what a query finds in the log; damage is an InputError."""
+        """Return the rows of a query on the log; InputError if it is damaged."""
         with self._reading() as connection:
             return connection.execute(query, values).fetchall()
 
     @contextmanager
     def _reading(self) -> Iterator[sqlite3.Connection]:
-        """One view of the file, whatever a writer does meanwhile."""
-        with reported(self.path):
+        """Open a read transaction: a consistent view of the file while another process writes."""
+        with sqlite_errors(self.path):
             self._open.execute("BEGIN")
             try:
                 yield self._open
@@ -234,14 +234,14 @@ class LogFile:
         content = self.sound()
         events = Events(events) if not isinstance(events, Events) else events
         checked_events(self.head, events, content.events)
-        with reported(self.path):
+        with sqlite_errors(self.path):
             for batch in _put_events(self._open, content.links, content.ends, events):
-                self._content = content = attrs.evolve(content, events=Events.joined([content.events, batch]))
+                self._content = content = attrs.evolve(content, events=Events.join([content.events, batch]))
 
     def insert(self, query: str, values: tuple[int | str | bytes, ...]) -> None:
-        """Put something beside the events into the log, in a transaction."""
+        """Insert an auxiliary record (a snapshot) in one transaction."""
         self._become_writer()
-        with reported(self.path), _transaction(self._open):
+        with sqlite_errors(self.path), _transaction(self._open):
             self._open.execute(query, values)
 
     def _become_writer(self) -> None:
@@ -249,31 +249,31 @@ class LogFile:
             self._lock = WriterLock(self.path)
 
 
-def checked_events(head: LogHeader, events: Sequence[Event], before: Sequence[Event] = ()) -> None:
-    """Check that events may follow others in a log; else it is an InputError."""
+def checked_events(head: LogHeader, events: Sequence[Event], earlier: Sequence[Event] = ()) -> None:
+    """Check that events may follow the earlier ones of a log; otherwise InputError."""
     check_sequence(events)
-    if events and before and events[0].time < before[-1].time:
+    if events and earlier and events[0].time < earlier[-1].time:
         raise InputError(
             f"event 0 at t = {time_text(events[0].time)}: comes before the last event of the log, at t = "
-            f"{time_text(before[-1].time)}; expected later ones: the events of a log do not change; EventLog.fork "
+            f"{time_text(earlier[-1].time)}; expected later ones: the events of a log do not change; EventLog.fork "
             "copies the events up to a time to a new log"
         )
-    check_components(components(before) | components(events))
+    check_components(components(earlier) | components(events))
     count = len(head.ensemble)
     # loads fit any number of asperities
-    for index, event in enumerate(events if loads_of(events) is None else ()):
+    for index, event in enumerate(events if to_loads(events) is None else ()):
         if problem := event.problem(count):
             raise InputError(f"event {index} at t = {time_text(event.time)}: {problem}")
 
 
-def links_of(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
-    """Return the links of the log that `LogFile.create` makes, without making it."""
+def chain_links(head: LogHeader, events: Sequence[Event]) -> list[bytes]:
+    """Return the links of the log that `LogFile.create` would write."""
     return [head.link, *(link for *_, link in canonical.chain(head.link, events, _ends(0, len(events))))]
 
 
-def _ends(first: int, count: int) -> list[int]:
-    """Return where the batches of so many events behind the first ones begin, and where the last one ends."""
-    return [*range(first, first + count, MOST_EVENTS_OF_A_BATCH), first + count]
+def _ends(start: int, count: int) -> list[int]:
+    """Return the bounds of the batches of ``count`` events after the first ``start`` ones."""
+    return [*range(start, start + count, MOST_EVENTS_OF_A_BATCH), start + count]
 
 
 # -- the tables ------------------------------------------------------------------------------------
@@ -294,7 +294,7 @@ def _read_head(connection: sqlite3.Connection, path: Path) -> LogHeader:
             name: np.frombuffer(content, dtype="<f8").reshape(json.loads(shape))
             for name, shape, content in connection.execute("SELECT name, shape, content FROM array")
         }
-        return head_from(settings, arrays, link=link)
+        return parse_head(settings, arrays, link=link)
     except InputError as error:
         raise type(error)(f"{path}: {error}") from error
     except (ValueError, TypeError, KeyError, OverflowError, AttributeError, RecursionError) as error:
@@ -311,41 +311,41 @@ def _same_head(connection: sqlite3.Connection, path: Path, head: LogHeader) -> L
 def _put_events(
     connection: sqlite3.Connection, links: list[bytes], ends: list[int], events: Sequence[Event]
 ) -> Iterator[Events]:
-    """Append events, and their links to those that are there; yield them batch by batch, when they stand."""
+    """Append events and their links; yield each batch when it is committed."""
     events = events if isinstance(events, Events) else Events(events)
-    start, bounds = ends[-1], _ends(ends[-1], len(events))
-    for first, last, columns, link in canonical.chain(links[-1], events, bounds):
+    offset, bounds = ends[-1], _ends(ends[-1], len(events))
+    for start, stop, columns, link in canonical.chain(links[-1], events, bounds):
         number = len(links)
         with _transaction(connection):
-            connection.execute("INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, first, *columns))
-            connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, last, link))
+            connection.execute("INSERT INTO batch VALUES (?, ?, ?, ?, ?, ?)", (number, start, *columns))
+            connection.execute("INSERT INTO chain VALUES (?, ?, ?)", (number, stop, link))
         links.append(link)
-        ends.append(last)
-        yield events[first - start : last - start]
+        ends.append(stop)
+        yield events[start - offset : stop - offset]
 
 
 def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
     links, ends, batches = [head.link], [0], [Events()]
 
     def content(problem: str = "") -> Content:
-        return Content(Events.joined(batches), links, ends, problem)
+        return Content(Events.join(batches), links, ends, problem)
 
     number = 0
     try:
         # both tables are read: each shows where the other has lost its end
         chain = connection.execute("SELECT number, events, link FROM chain ORDER BY number").fetchall()
         rows = connection.execute("SELECT number, first, kind, time, value, coefficients FROM batch ORDER BY number")
-        for number, (*place, kind, time, value, coefficients) in enumerate(rows, start=1):
+        for number, (*position, kind, time, value, coefficients) in enumerate(rows, start=1):
             columns = canonical.Columns(kind, time, value, coefficients)
-            end, link = ends[-1] + len(kind), canonical.link(links[-1], ends[-1], columns)
-            if place != [number, ends[-1]] or chain[number : number + 1] != [(number, end, link)]:
+            stop, link = ends[-1] + len(kind), canonical.link(links[-1], ends[-1], columns)
+            if position != [number, ends[-1]] or chain[number : number + 1] != [(number, stop, link)]:
                 return content(f"batch {number} does not match its digest")
-            events = canonical.events_of(columns)
+            events = canonical.from_columns(columns)
             if len(batches[-1]) and len(events) and events[0].time < batches[-1][-1].time:
                 return content(f"batch {number} begins before the end of the one in front")
             batches.append(events)
             links.append(link)
-            ends.append(end)
+            ends.append(stop)
     except MissingPackageError as error:
         raise MissingPackageError(f"batch {number + 1} {error}") from error
     except (sqlite3.Error, InputError, ValueError, TypeError, OverflowError) as error:
@@ -361,8 +361,8 @@ def _read(connection: sqlite3.Connection, head: LogHeader) -> Content:
 
 
 @contextmanager
-def reported(path: Path) -> Iterator[None]:
-    """Turn errors of SQLite into what they are: an OSError of the system, or an InputError of a damaged file."""
+def sqlite_errors(path: Path) -> Iterator[None]:
+    """Turn errors of SQLite into OSError (refused by the system) or InputError (damaged file)."""
     try:
         yield
     except (sqlite3.Error, UnicodeDecodeError) as error:
@@ -374,12 +374,12 @@ def reported(path: Path) -> Iterator[None]:
 
 
 def _refusal(error: Exception) -> int | None:
-    """Return the number of what the system has refused; None where the file itself is at fault."""
+    """Return the system error number behind an SQLite error; None if the file itself is damaged."""
     return _REFUSALS.get(getattr(error, "sqlite_errorcode", sqlite3.SQLITE_CORRUPT) & 0xFF)
 
 
 def connect(path: Path, mode: str) -> sqlite3.Connection:
-    """Open a log, as "ro" or "rw", so that nothing in it is carried out."""
+    """Open a log ("ro" or "rw") so that no code stored in it is executed."""
     _check_journal(path)
     address = f"file:{quote(str(path.absolute()))}?mode={mode}"
     connection = sqlite3.connect(address, uri=True, timeout=PATIENCE, isolation_level=None)
@@ -402,7 +402,7 @@ def _pragma(connection: sqlite3.Connection, name: str) -> int:
 
 @contextmanager
 def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """Commit what is executed inside, all or nothing."""
+    """Commit the statements executed in the block, all or none."""
     connection.execute("BEGIN IMMEDIATE")
     try:
         yield
@@ -415,9 +415,9 @@ def _transaction(connection: sqlite3.Connection) -> Iterator[None]:
 
 
 def _check_journal(path: Path) -> Path:
-    """Return the journal of a log; an InputError where it is no journal, since SQLite would remove it."""
+    """Return the path of the journal of a log; InputError if it is another file, which SQLite would delete."""
     journal = path.with_name(f"{path.name}-journal")
-    if (first := beginning(journal)) and not first.startswith(_JOURNAL):
+    if (signature := beginning(journal)) and not signature.startswith(_JOURNAL):
         raise InputError(f"{journal}: holds something else than a journal of SQLite; move it away")
     return journal
 
@@ -430,7 +430,7 @@ def _schema() -> frozenset[tuple[str, ...]]:
 
 
 def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
-    """Refuse a file that holds more than a log: SQLite would carry out a view, or a trigger, of somebody else's."""
+    """Refuse a file with other database objects: SQLite would execute foreign views and triggers."""
     objects = set(connection.execute(f"{_OBJECTS} LIMIT {len(_schema()) + 1}").fetchall())
     strange = [f"holds {name}" for name, _ in sorted(objects - _schema())]
     # a log that has lost a trigger is still a log
@@ -440,7 +440,7 @@ def _check_schema(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def settle(path: Path) -> None:
-    """Undo what a writer that died has left half done in a log that is about to be replaced.
+    """Roll back the incomplete transaction of a dead writer in a log that will be replaced.
 
     Otherwise SQLite would take its journal for one of the new file, and the old file would be damaged without it.
     """
@@ -448,7 +448,7 @@ def settle(path: Path) -> None:
     if not journal.exists():
         return
     if path.exists():
-        with suppress(InputError), reported(path), closing(connect(path, "rw")) as connection:
+        with suppress(InputError), sqlite_errors(path), closing(connect(path, "rw")) as connection:
             connection.execute("SELECT name FROM sqlite_master").fetchall()
     # it stays where the old file is no log, or gone
     journal.unlink(missing_ok=True)

@@ -1,4 +1,4 @@
-"""The head of a log: everything beside the events that decides what comes out, so that no other file is needed."""
+"""The head of a log: all inputs of a replay except the events, so that no other file is needed."""
 
 import functools
 import json
@@ -29,7 +29,7 @@ from historysim.recording.provenance import made_with
 from historysim.replaying import Replay
 
 # Forms of a log: plain; with asperities that evolve, patches of normal curves, summits that yield, or slopes.
-# A spring in parallel, of which earlier versions know nothing, makes a form of its own.
+# A spring in parallel, which earlier versions do not support, has a separate format.
 PLAIN, OF_LAWS, OF_CURVES, OF_YIELDING, OF_SLOPES, OF_PARALLEL = FORMATS = (1, 3, 4, 5, 7, 8)
 _OF_THE_ENSEMBLE = ("summit_height", "summit_radius", "friction", "x", "y", "slope")
 SURFACE, CURVES = "surface.", "curves."
@@ -58,7 +58,7 @@ LAWS: Mapping[str, tuple[str, type[Any]]] = {
 # slots would leave no room for what is computed once
 @attrs.frozen(eq=False, slots=False)
 class LogHeader:
-    """What a log begins with."""
+    """Head of a log: settings and arrays."""
 
     #: What can stand in JSON: versions, the scenario as TOML text with its title and seeds, the moduli [Pa], tolerance,
     #: the lateral stiffness of the instrument [N/m], substeps, saturate, what is recorded, and what makes asperities
@@ -78,7 +78,7 @@ class LogHeader:
         seeds: Sequence[int] = (),
         surface: tuple[Mapping[str, Array], Mapping[str, Any]] = ({}, {}),
     ) -> Self:
-        """Put the head of a replay together, with texts of its scenario and arrays and attributes of its surface."""
+        """Make the head of a replay, with the texts of its scenario and the arrays and attributes of its surface."""
         ensemble, instrument, record = job.ensemble, job.instrument, job.record
         heights, attributes = surface
         arrays = {name: getattr(ensemble, name) for name in _OF_THE_ENSEMBLE}
@@ -101,7 +101,7 @@ class LogHeader:
             "shear_modulus": ensemble.pair.shear_modulus,
             "tolerance": ensemble.tolerance,
             "lateral_stiffness": convert_each(
-                lambda each: None if each == math.inf else each, instrument.lateral_stiffness
+                lambda stiffness: None if stiffness == math.inf else stiffness, instrument.lateral_stiffness
             ),
             "substeps": job.substeps,
             "saturate": bool(job.saturate),
@@ -124,12 +124,12 @@ class LogHeader:
         }
         settings |= {name: value for name, value in further.items() if value is not None}
         settings["format"] = _form(ensemble, settings)
-        there = {name: values for name, values in arrays.items() if values is not None}
-        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in there.items()})
+        present = {name: values for name, values in arrays.items() if values is not None}
+        return cls(settings, {name: values.astype("<f8", order="C", copy=False) for name, values in present.items()})
 
     @property
     def text(self) -> str:
-        """The settings, as they stand in the file."""
+        """The settings as JSON text."""
         return json.dumps(self.settings, sort_keys=True, ensure_ascii=False, allow_nan=False)
 
     @functools.cached_property
@@ -138,14 +138,14 @@ class LogHeader:
         return array_digest(sorted(self.arrays.items()), self.text)
 
     def check(self) -> None:
-        """Check that settings are of their types, and make an ensemble and an instrument; else it is an InputError."""
+        """Check that settings have valid types, and make an ensemble and an instrument; otherwise InputError."""
         for name, kinds in _OF_SETTINGS.items():
             value = self.settings.get(name, {} if name == "metadata" else ...)
             if not isinstance(value, kinds) or (isinstance(value, bool) and kinds is not bool):
                 raise InputError(f"is damaged: its setting {name} is {shown(value)}, which is no value for it")
         record, metadata = self.settings["record"], self.settings.get("metadata", {})
-        indices = all(type(each) is int for each in record if not isinstance(record, str))
-        if not (indices and all(isinstance(each, str) for each in metadata.values())):
+        indices = all(type(item) is int for item in record if not isinstance(record, str))
+        if not (indices and all(isinstance(item, str) for item in metadata.values())):
             raise InputError("is damaged: what it records are no indices, or its metadata are no strings")
         if not 1 <= self.substeps <= most("STEPS"):
             raise InputError(f"says {shown(self.substeps)} as substeps; {at_most('STEPS')}")
@@ -159,22 +159,24 @@ class LogHeader:
 
     @functools.cached_property
     def ensemble(self) -> Ensemble:
-        """The ensemble, whole."""
+        """The ensemble with all asperities."""
         settings = self.settings
-        own: dict[str, Any] = {name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays}
+        properties: dict[str, Any] = {name: self.arrays[name] for name in _OF_THE_ENSEMBLE if name in self.arrays}
         pair = MaterialPair.from_moduli(**{name: settings[name] for name in _OF_THE_PAIR if name in settings})
         same: dict[str, Any] = {"tolerance": settings["tolerance"], "rings": Rings(**settings.get("rings", {}))}
-        if given := self._group(CURVES):
-            highest = float(own["summit_height"].max())
-            return Patches(pair, NormalCurves(**given), float(own["friction"][0]), highest_summit=highest, **same)
+        if curves := self._group(CURVES):
+            highest = float(properties["summit_height"].max())
+            return Patches(
+                pair, NormalCurves(**curves), float(properties["friction"][0]), highest_summit=highest, **same
+            )
         laws = {name: law.from_settings(settings[name]) for name, (_, law) in LAWS.items() if name in settings}
         if (law := laws.pop("friction_law", None)) is not None:
-            kept = own["friction"]
-            # another version of numpy draws otherwise; what stands in the log holds
-            drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(kept.size), kept)
-            own["friction"] = kept if drawn_anew else law
+            friction = properties["friction"]
+            # other versions of NumPy draw other numbers, so the values in the log are used
+            drawn_anew = law.depends_on == "nothing" and not np.array_equal(law.at_start(friction.size), friction)
+            properties["friction"] = friction if drawn_anew else law
         further = {name: settings[name] for name in ("nominal_area", "follow_sliding") if name in settings}
-        return (InclinedEnsemble if "slope" in own else Ensemble)(pair, **own, **laws, **further, **same)
+        return (InclinedEnsemble if "slope" in properties else Ensemble)(pair, **properties, **laws, **further, **same)
 
     @property
     def instrument(self) -> Instrument:
@@ -189,7 +191,7 @@ class LogHeader:
         return int(self.settings["substeps"])
 
     def replay(self, events: Sequence[Event], threads: int | None = None) -> Replay:
-        """Return the replay of events as this head says; more rows than are allowed are an InputError."""
+        """Return the replay of events with these settings; InputError if it has too many rows."""
         if (steps := len(events) * self.substeps) > most("STEPS"):
             raise InputError(f"the log makes {steps:,} steps; {at_most('STEPS')}")
         return Replay(
@@ -205,14 +207,14 @@ class LogHeader:
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """Attributes of a result that the scenario adds to those of its replay."""
+        """Attributes of the scenario, which are added to the attributes of the replay."""
         named = {name: self.settings[name] for name in ("scenario", "title", "seed")}
-        known = {name: value for name, value in named.items() if value not in (None, "")}
-        return {**known, **self.settings.get("metadata", {})}
+        present = {name: value for name, value in named.items() if value not in (None, "")}
+        return {**present, **self.settings.get("metadata", {})}
 
     @property
     def packages(self) -> tuple[str, ...]:
-        """Packages of others that have its laws, each with its version then."""
+        """External packages that define the laws, with their versions."""
         laws = [self.settings[name] for name in LAWS if name in self.settings]
         return tuple(dict.fromkeys(" ".join(map(str, law["package"])).rstrip() for law in laws if "package" in law))
 
@@ -226,7 +228,7 @@ class LogHeader:
 
 
 def _form(ensemble: Ensemble, settings: Mapping[str, Any]) -> int:
-    """Return the earliest form of a log that has what the ensemble has."""
+    """Return the lowest format number that supports the ensemble."""
     if "parallel_stiffness" in settings:
         return OF_PARALLEL
     if ensemble.curves is not None:
@@ -238,16 +240,18 @@ def _form(ensemble: Ensemble, settings: Mapping[str, Any]) -> int:
     return OF_LAWS if {*LAWS, "follow_sliding"} & {*settings} else PLAIN
 
 
-def head_from(text: str, arrays: Mapping[str, Array], link: bytes | None = None) -> LogHeader:
-    """Return the head of a file, which is checked where its link is given.
+def parse_head(text: str, arrays: Mapping[str, Array], link: bytes | None = None) -> LogHeader:
+    """Parse the head of a file, and check it if its link is given.
 
     Raises InputError: a form that this version does not know, or damage. ValueError: it does not match its link.
     """
     settings = json.loads(text)
     form = settings.get("format") if isinstance(settings, dict) else settings
     if form not in FORMATS:
-        known = ", ".join(map(str, FORMATS))
-        raise InputError(f"is a log of form {form!r}; expected one of {known}; a later version of historysim wrote it")
+        formats = ", ".join(map(str, FORMATS))
+        raise InputError(
+            f"is a log of form {form!r}; expected one of {formats}; a later version of historysim wrote it"
+        )
     head = LogHeader(settings, arrays)
     if link is not None:
         if head.link != link:

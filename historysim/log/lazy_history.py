@@ -34,7 +34,7 @@ from historysim.loads import schedule
 from historysim.log import embedded_log
 from historysim.log.file import Content, LogFile
 from historysim.log.header import LogHeader
-from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_beside, program, start_before
+from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_path_for, program, start_before
 from historysim.memory.paths import Rows
 from historysim.recording.provenance import MADE_BY
 from historysim.recording.recorder import Recorder, Selection, StateOnly, coordinates_of, labelled_dataset
@@ -347,7 +347,7 @@ def _read(path: Path, digest: str = "") -> tuple[LogHeader, Content, Path]:
             head, content, log = file.head, known or file.sound(), path
     elif is_netcdf(path):
         head, content = embedded_log.read(path)
-        log = log_beside(path)
+        log = log_path_for(path)
     else:
         problem = kind_text(path) or "is not a log"
         raise InputError(f"{path}: {problem}; expected the log of a run (NAME.history), or its result")

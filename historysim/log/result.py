@@ -1,6 +1,6 @@
-"""The result of a log: its rows go to their place in a netCDF file; snapshots in the log say which of them stand.
+"""Write the result of a log to a netCDF file; snapshots in the log record which rows are written.
 
-A snapshot is a state beside the events, from which a replay can begin: a shortcut, never a truth.
+A snapshot is a state from which a replay can start. It saves time, and is never needed.
 """
 
 import hashlib
@@ -26,7 +26,7 @@ from historysim.basics.system import resolve_threads
 from historysim.basics.wording import Notify, silent
 from historysim.errors import InputError, LoadError
 from historysim.loads.event_sequence import time_text
-from historysim.loads.schedule import Cursor, Start, cursor_at
+from historysim.loads.schedule import Cursor, Start, make_cursor
 from historysim.log import embedded_log
 from historysim.log.file import ENDING, Content, LogFile
 from historysim.recording import surface_group
@@ -46,14 +46,14 @@ SNAPSHOT_CELLS, MOST_SNAPSHOT_ROWS = 1 << 26, 1 << 16
 SNAPSHOT_BYTES = 1 << 30  # of all snapshots of a run by default; larger states are further apart
 
 
-def log_beside(output: Path) -> Path:
-    """Return the place of the log of a result; an InputError where that is the result itself, or there is no name."""
+def log_path_for(output: Path) -> Path:
+    """Return the log path of a result; InputError if both are the same, or the result has no file name."""
     if not output.name:
         raise InputError(f"{output}: is a folder; expected the name of a file to write")
-    beside = output.with_suffix(ENDING)
-    if beside == output:
+    log_path = output.with_suffix(ENDING)
+    if log_path == output:
         raise InputError(f"{output}: is the name of a log; expected another ending for the result, such as .nc")
-    return beside
+    return log_path
 
 
 def _check_interval(_: object, __: "attrs.Attribute[int | None]", value: int | None) -> None:
@@ -63,7 +63,7 @@ def _check_interval(_: object, __: "attrs.Attribute[int | None]", value: int | N
 
 @attrs.frozen
 class RunOptions:
-    """How a history is replayed and written: the options of `historysim.run`."""
+    """Options of `historysim.run` that control replay and output."""
 
     progress: bool = False
     resume: bool = False
@@ -102,9 +102,9 @@ class _Spacing:
 
 
 def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
-    """Replay a log, open to write, into a result, which appears under its name when it is complete.
+    """Replay a log, open for writing, into a result, which gets its name when it is complete.
 
-    Snapshots of the state are put beside the events of the log. An OSError and a KeyboardInterrupt say what is kept.
+    Snapshots of the state are inserted into the log. An OSError or a KeyboardInterrupt states the saved rows.
     """
     head, content = file.head, file.sound()
     if not content.events:
@@ -113,14 +113,14 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
     link = digest_attribute(content.links[-1])
     logger.info("%s: %r", file.path, job)
 
-    def write_beside(into: "netCDF4.Dataset") -> None:
+    def write_groups(into: "netCDF4.Dataset") -> None:
         if head.surface:
             surface_group.write(into, head.surface, head.settings["surface_attributes"])
         embedded_log.write(into, head, content)
 
     with (
         Unfinished(output) as unfinished,
-        _explained(file.path, unfinished, job.steps()),
+        _explain_interruption(file.path, unfinished, job.steps()),
         write_errors(output, unfinished.path),
     ):
         start, written = Start(head.ensemble.initial_state()), ""
@@ -131,10 +131,10 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             start = _last_snapshot(file, content, written, options.notify)
             if not start.rows:
                 unfinished.renew()
-        unfinished.kept = start.rows
+        unfinished.saved_rows = start.rows
         now = created()
         attributes = job.attributes() | head.attributes | link | {"date_created": now}
-        made = partial(job.recorder, FileRecorder, attributes=attributes, beside=write_beside)
+        made = partial(job.recorder, FileRecorder, attributes=attributes, write_groups=write_groups)
         with made(path=unfinished.path, go_on=start.rows) as target:
             if target.size > LARGE and options.compression == "none":
                 options.notify(_size_notice(output, target))
@@ -143,13 +143,13 @@ def write_result(file: LogFile, output: Path, options: RunOptions) -> None:
             rows = written if start.rows else f"{unfinished.path.name} {now}"
 
             def after(cursor: Cursor, state: "State") -> None:
-                if cursor.rows - unfinished.kept < spacing.rows or cursor.rows == target.steps:
+                if cursor.rows - unfinished.saved_rows < spacing.rows or cursor.rows == target.steps:
                     return
                 # first the rows, then the snapshot that says that they stand
                 target.flush()
                 spacing.widen(add_snapshot(file, content, cursor, state, rows))
                 logger.debug("%s: snapshot after %d of %d steps", file.path, cursor.rows, target.steps)
-                unfinished.kept = cursor.rows
+                unfinished.saved_rows = cursor.rows
 
             job.walk(target, start=start, most_rows=at_once, progress=options.progress, after=after)
             target.finish()
@@ -168,17 +168,17 @@ def created() -> str:
 
 
 @contextmanager
-def _explained(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
-    """Say of what ends a replay what is kept, and how to go on."""
+def _explain_interruption(log: Path, unfinished: Unfinished, steps: int) -> Iterator[None]:
+    """Add saved rows and the way to resume to the error that ends a replay."""
     try:
         yield
     except (LoadError, InputError):
         # going on would end in the same way
-        unfinished.kept = 0
+        unfinished.saved_rows = 0
         raise
     except KeyboardInterrupt as error:
-        kept = unfinished.kept
-        rows = f"the first {kept:,} of {steps:,} steps" if kept else f"none of {steps:,} steps yet"
+        saved = unfinished.saved_rows
+        rows = f"the first {saved:,} of {steps:,} steps" if saved else f"none of {steps:,} steps yet"
         raise KeyboardInterrupt(
             f"interrupted; {log} keeps the events and {rows}; the same run with --resume (resume=True) goes on there"
         ) from error
@@ -215,17 +215,17 @@ def _attribute_of(path: Path, link: Mapping[str, str], job: Replay, name: str) -
 
 
 def _size_notice(output: Path, target: FileRecorder) -> str:
-    """Return how large a result will be, and what makes it smaller."""
-    own = "" if target.asperities is None else f" and {target.columns:,} asperities"
+    """Return the notice on the size of a large result and the options that reduce it."""
+    asperity_text = "" if target.asperities is None else f" and {target.columns:,} asperities"
     fewer = "" if target.asperities is None else 'fewer asperities (record.asperities, "totals" for none), '
     return (
-        f"{output}: will take {target.size / 1e6:,.0f} MB, for {target.steps:,} steps{own}; {fewer}fewer substeps or "
-        "--compression make it smaller"
+        f"{output}: will take {target.size / 1e6:,.0f} MB, for {target.steps:,} steps{asperity_text}; {fewer}fewer "
+        "substeps or --compression make it smaller"
     )
 
 
 def digest_attribute(link: bytes) -> dict[str, str]:
-    """Return the attributes of a result that say which log it belongs to, by the last link of its chain."""
+    """Return the attributes of a result that identify its log by the last link of its chain."""
     digest = f"sha256:{link.hex()}"
     return {"log_digest": digest, "id": digest}
 
@@ -242,10 +242,10 @@ def add_snapshot(file: LogFile, content: Content, cursor: Cursor, state: "State"
     batches = bisect_left(content.ends, max(cursor.events, *(index + 1 for index in cursor.heading)))
     about = attrs.asdict(cursor) | {"batches": batches, "program": program(file.head.ensemble.packages)}
     text = json.dumps(about | ({"written": written} if written else {}))
-    link, kept = content.links[batches], state.to_bytes()
-    row = (cursor.events, text, link, kept, _digest(text, link, kept))
+    link, retained = content.links[batches], state.to_bytes()
+    row = (cursor.events, text, link, retained, _digest(text, link, retained))
     file.insert("INSERT INTO snapshot (events, about, link, state, digest) VALUES (?, ?, ?, ?, ?)", row)
-    return len(kept)
+    return len(retained)
 
 
 def snapshots(
@@ -256,7 +256,7 @@ def snapshots(
     written: str | None = None,
     events: range | None = None,
 ) -> Iterator[Start]:
-    """Yield where the snapshots of a log let a replay begin, the latest first.
+    """Yield the starts of a replay that snapshots of a log provide, latest first.
 
     With `written`, only those with their rows in the file of that name; with `events`, only those after such numbers of
     events. `notify` gets each reason to pass some over.
@@ -293,16 +293,16 @@ def _numbers(file: LogFile, notify: Notify, events: range | None) -> list[tuple[
 
 
 def _start(file: LogFile, content: Content, about: dict[str, Any] | None, link: bytes, state: bytes) -> Start | str:
-    """Return where a snapshot lets a replay begin, or why it does not."""
+    """Return the start of a replay from a snapshot, or the reason why it cannot be used."""
     if about is None:
         return "is damaged (it does not match its digest)"
-    here, ensemble = program(file.head.ensemble.packages), file.head.ensemble
+    this_program, ensemble = program(file.head.ensemble.packages), file.head.ensemble
     if not 0 < about["batches"] < len(content.links) or content.links[about["batches"]] != link:
         return "is of another log"
-    if about["program"] != here:
-        return f"was made by {about['program']}; this is {here}"
+    if about["program"] != this_program:
+        return f"was made by {about['program']}; this is {this_program}"
     cursor = Cursor(about["events"], about["rows"], about["time"], tuple(about["heading"]))
-    if cursor_at(content.events, cursor.events, file.head.substeps) != cursor:
+    if make_cursor(content.events, cursor.events, file.head.substeps) != cursor:
         return f"at t = {time_text(cursor.time)} was made before events were appended"
     return Start(ensemble.state_from(state), cursor)
 
@@ -329,7 +329,7 @@ def _last_snapshot(file: LogFile, content: Content, written: str, notify: Notify
 
 
 def program(packages: Iterable[str] = ()) -> str:
-    """Return what computes states here: another version may give other bits; another machine does not."""
+    """Return the versions that determine the bits of states; the machine has no influence."""
     return ", ".join((f"historysim {__version__}", *packages))
 
 

@@ -1,4 +1,4 @@
-"""Whether a result is what its log gives, and a log what it says it is."""
+"""Verify results against their logs, and logs against their digests and snapshots."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -19,9 +19,9 @@ from historysim.loads.schedule import Start
 from historysim.log import embedded_log
 from historysim.log.file import LogFile
 from historysim.log.header import LogHeader
-from historysim.log.result import log_beside, program, snapshots
+from historysim.log.result import log_path_for, program, snapshots
 from historysim.recording.provenance import made_with
-from historysim.recording.recorder import Recorder, coordinates_of
+from historysim.recording.recorder import Recorder, asperity_coordinates
 from historysim.recording.variables import SLIDE_TIME
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ ROUNDING = 1e-9  # largest difference, over the largest value of a variable, tha
 
 @attrs.define
 class Difference:
-    """Where a variable of a result differs from the replay in any bit."""
+    """Differences of a variable of a result from the replay."""
 
     name: str
     count: int = 0  #: values that differ
@@ -42,8 +42,8 @@ class Difference:
     scale: float = 0.0  #: largest value of the replay
     real: bool = True  #: whether the values are real numbers, not flags or counts
 
-    def add(self, names: Sequence[str], first: int, recorded: Array, replayed: Array) -> None:
-        """Compare values along dimensions of these names, of which the first begin at an index."""
+    def add(self, names: Sequence[str], start: int, recorded: Array, replayed: Array) -> None:
+        """Compare values along named dimensions, of which the first begins at an index."""
         self.real = replayed.dtype.kind == "f"
         self.scale = max(self.scale, float(np.abs(replayed).max(initial=0)))
         differs = np.ascontiguousarray(recorded).view(np.uint8) != np.ascontiguousarray(replayed).view(np.uint8)
@@ -52,16 +52,16 @@ class Difference:
             return
         if not self.count:
             where = tuple(np.argwhere(differs)[0])
-            indices = zip(names, (first + where[0], *where[1:]), strict=True)
-            place = ", ".join(f"{name} {index}" for name, index in indices)
-            self.first = f"{place} ({float(recorded[where])!r} for {float(replayed[where])!r})"
+            indices = zip(names, (start + where[0], *where[1:]), strict=True)
+            position = ", ".join(f"{name} {index}" for name, index in indices)
+            self.first = f"{position} ({float(recorded[where])!r} for {float(replayed[where])!r})"
         self.count += int(differs.sum())
         apart = np.abs(recorded[differs].astype(float) - replayed[differs])
         self.largest = max(self.largest, float(np.where(np.isnan(apart), np.inf, apart).max()))
 
     @property
     def rounding(self) -> bool:
-        """Whether it is rounding: of real numbers, and small beside the largest value."""
+        """True if the values are real numbers and differ by rounding only."""
         return self.real and self.largest <= ROUNDING * self.scale
 
     @property
@@ -75,7 +75,7 @@ class Difference:
 
 @attrs.frozen
 class Verification:
-    """What was found when the ``events`` of a result or a log were replayed; true where all is well.
+    """Outcome of the replay of the ``events`` of a result or a log; true if it agrees.
 
     ``digest`` is that of the log (SHA-256), ``snapshots`` how many of a log agree with the replay, and ``differences``
     are the variables of a result that differ in any bit. ``made_elsewhere`` is what made the result where that is not
@@ -104,7 +104,7 @@ def verify(
     path : path
         The result (netCDF), or a log (``NAME.history``).
     log : path, optional
-        The log of the result; by default the one beside it.
+        The log of the result; by default the log next to it.
     progress : bool
         Show a progress bar, as `historysim.run` does.
     notify : callable, optional
@@ -123,35 +123,38 @@ def verify(
     if not is_netcdf(path):
         kind = kind_text(path) or "is no result, and no log"
         raise InputError(f"{path}: {kind}; expected a result of historysim run (netCDF), or a log (NAME.history)")
-    beside = log_beside(path) if log is None else Path(log)
+    log_path = log_path_for(path) if log is None else Path(log)
     # what is no result has no log, so that it is opened in any case
-    with LogFile(beside) if log is not None or beside.is_file() else nullcontext() as file, _opened(path) as result:
+    with (
+        LogFile(log_path) if log is not None or log_path.is_file() else nullcontext() as file,
+        _open_result(path) as result,
+    ):
         if file is None:
             raise InputError(
-                f"{path}: its log {beside} is not there; put it there, or say where it is with --log, or make the "
+                f"{path}: its log {log_path} is not there; put it there, or say where it is with --log, or make the "
                 f"result again from the log inside it: historysim run {shell_word(path)} -o again.nc"
             )
-        return _compared(path, result, file, progress=progress, notify=notify)
+        return _compare_result(path, result, file, progress=progress, notify=notify)
 
 
-def _compared(
+def _compare_result(
     output: Path, result: "netCDF4.Dataset", file: LogFile, *, progress: bool, notify: Notify
 ) -> Verification:
-    # what it can be made again from has a checksum of its own
-    if embedded_log.group_of(result) is not None:
+    # the embedded log, from which it can be recomputed, has a separate checksum
+    if embedded_log.find_group(result) is not None:
         embedded_log.read(output)
-    events, digest = _events_of(file, output, result)
-    version, made = (str(getattr(result, name, "?")) for name in ("historysim_version", "made_with"))
-    if elsewhere := _elsewhere(file.head, version, made):
-        here = program(file.head.ensemble.packages)
-        notify(f"{output}: was made by {elsewhere}; this is {here}, so the last digits may differ")
+    events, digest = _events_of_result(file, output, result)
+    version, maker = (str(getattr(result, name, "?")) for name in ("historysim_version", "made_with"))
+    if elsewhere := _elsewhere(file.head, version, maker):
+        this_program = program(file.head.ensemble.packages)
+        notify(f"{output}: was made by {elsewhere}; this is {this_program}, so the last digits may differ")
     job = file.head.replay(events)
     if "asperity" not in result.dimensions:
         job = attrs.evolve(job, record="totals")
     if (found := len(result.dimensions["step"])) != (steps := job.steps()):
         raise InputError(f"{output}: has {found:,} steps; its log makes {steps:,}")
     target = job.recorder(_Comparer, file=result)
-    for variable, values in coordinates_of(job.ensemble, job.asperities):
+    for variable, values in asperity_coordinates(job.ensemble, job.asperities):
         target.compare(variable.name, values)
     job.walk(target, progress=progress)
     if target.slide_time is not None:
@@ -160,15 +163,15 @@ def _compared(
     return Verification(output, len(events), digest, differences=differences, made_elsewhere=elsewhere)
 
 
-def _elsewhere(head: LogHeader, version: str, made: str) -> str:
-    """Return what made a log, where that may have other bits than this: another version, or another machine's powers.
+def _elsewhere(head: LogHeader, version: str, maker: str) -> str:
+    """Return the software of a log if its last bits may differ here: another version, or other power functions.
 
     Everything else that computed it, such as the processor, Python and numpy, does not matter to the bits.
     """
     by, law = ", ".join((f"historysim {version}", *head.packages)), head.ensemble.law
     if by != program(head.ensemble.packages):
         return by
-    return "" if law is None or law.same_bits or made == made_with() else f"{by} with {made}"
+    return "" if law is None or law.same_bits or maker == made_with() else f"{by} with {maker}"
 
 
 def _verify_log(path: Path, *, notify: Notify) -> Verification:
@@ -176,36 +179,38 @@ def _verify_log(path: Path, *, notify: Notify) -> Verification:
         head, content = file.head, file.sound()
         elsewhere = _elsewhere(head, head.settings["historysim_version"], head.settings["made_with"])
         if content.events and elsewhere:
-            here = program(head.ensemble.packages)
-            notify(f"{path}: was made by {elsewhere}; this is {here}, so the last digits of its states may differ")
-        good, now, job = 0, None, head.replay(content.events)
-        for kept in reversed([*snapshots(file, content, notify)]):
-            if kept.cursor is None:
+            this_program = program(head.ensemble.packages)
+            notify(
+                f"{path}: was made by {elsewhere}; this is {this_program}, so the last digits of its states may differ"
+            )
+        good, start, job = 0, None, head.replay(content.events)
+        for snapshot in reversed([*snapshots(file, content, notify)]):
+            if snapshot.cursor is None:
                 continue
-            until = kept.cursor.time
-            now = Start(job.state(until, start=now), kept.cursor)
-            if now.state.to_bytes() == kept.state.to_bytes():
+            until = snapshot.cursor.time
+            start = Start(job.state(until, start=start), snapshot.cursor)
+            if start.state.to_bytes() == snapshot.state.to_bytes():
                 good += 1
             else:
                 notify(f"{path}: the snapshot at t = {time_text(until)} differs from the replay; run it again")
         if content.events:
-            job.state(start=now)
+            job.state(start=start)
         return Verification(path, len(content.events), content.links[-1].hex(), snapshots=good)
 
 
 @final
 @attrs.define
 class _Comparer(Recorder):
-    """Takes the rows of a replay, and compares them with those of a file."""
+    """Recorder that compares the rows of a replay with the rows of a file."""
 
     file: "netCDF4.Dataset"
     differences: dict[str, Difference] = attrs.field(factory=dict, init=False)
 
     def record(self, times: Array) -> None:
-        """Compare the rows that were given last, now filled, with those of the file."""
+        """Compare the filled rows with the rows of the file."""
         where = slice(self._filled, self._filled + times.size)
         self.compare("time", times, where)
-        for variable, values in self.projected(self.rows):
+        for variable, values in self.project(self.rows):
             self.compare(variable.name, values, where)
         self._filled += times.size
 
@@ -215,13 +220,13 @@ class _Comparer(Recorder):
             raise InputError(f"{self.file.filepath()}: has no variable {name}")
         names, recorded = self.file[name].dimensions, self.file[name][where]
         if recorded.dtype != values.dtype or recorded.shape != values.shape:
-            found, made = (f"{each.dtype} of shape {each.shape}" for each in (recorded, values))
-            raise InputError(f"{self.file.filepath()}: {name} is {found}; its log makes {made}")
+            recorded_type, replayed_type = (f"{array.dtype} of shape {array.shape}" for array in (recorded, values))
+            raise InputError(f"{self.file.filepath()}: {name} is {recorded_type}; its log makes {replayed_type}")
         self.differences.setdefault(name, Difference(name)).add(names, where.start or 0, recorded, values)
 
 
-def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
-    """Return the events of the log that a result was made from, which may have grown since, and its digest then."""
+def _events_of_result(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[Sequence[Event], str]:
+    """Return the events from which a result was made, and their digest; the log may have grown since."""
     content = file.sound()
     digest = str(getattr(result, "log_digest", "")).removeprefix("sha256:")
     if getattr(result, "scenario", "") != file.head.settings["scenario"]:
@@ -236,8 +241,8 @@ def _events_of(file: LogFile, output: Path, result: "netCDF4.Dataset") -> tuple[
 
 
 @contextmanager
-def _opened(output: Path) -> Iterator["netCDF4.Dataset"]:
-    """Open a finished result; what netCDF4 cannot read in the block is damage."""
+def _open_result(output: Path) -> Iterator["netCDF4.Dataset"]:
+    """Open a finished result; errors of netCDF4 in the block are reported as damage."""
     import netCDF4
 
     check_named(output)

@@ -1,1 +1,1 @@
-"""What is written down: the table of variables, recorders, netCDF, the surface beside the history."""
+"""Record histories: declared variables, recorders, netCDF files, and the group of the surface."""

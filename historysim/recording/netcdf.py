@@ -1,4 +1,4 @@
-"""Write a history to a netCDF file, which appears under its name only when all rows stand in it.
+"""Write a history to a netCDF file, which gets its name when all rows are written.
 
 Each variable is one contiguous piece, created before the first row. After the first `FileRecorder.flush` only rows
 change in the file until ``complete`` is set: however the process ends, the file opens and has the rows flushed so far.
@@ -20,7 +20,7 @@ from historysim.basics.arguments import DIRECTION, Array
 from historysim.basics.files import WriterLock, own_file, publish, sync_file, write_errors, write_reason
 from historysim.basics.system import sync_folder
 from historysim.memory.paths import Rows
-from historysim.recording.recorder import Recorder, coordinates_of
+from historysim.recording.recorder import Recorder, asperity_coordinates
 from historysim.recording.variables import COMPONENTS, COORDINATES, OF_DIRECTION, SLIDE_TIME, Variable
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ _unwritable: "list[netCDF4.Dataset]" = []
 
 
 def put_attributes(holder: "netCDF4.Dataset | netCDF4.Variable[Any]", attributes: Mapping[str, Any]) -> None:
-    """Give a group or a variable attributes; texts as arrays of characters, which is what CF asks for."""
+    """Set attributes of a group or a variable; strings as character arrays, as CF requires."""
     for name, value in attributes.items():
         # R and others know no integer attributes of 8 bytes
         small = isinstance(value, int) and abs(value) <= np.iinfo(np.int32).max
@@ -57,15 +57,15 @@ def put_variable(
     *,
     fill_value: float | bool = False,
 ) -> None:
-    """Write a whole variable, compressed and with checksums, and the dimensions that are not there yet."""
+    """Write a variable, compressed and with checksums, and create missing dimensions."""
     for dimension, size in zip(dimensions, values.shape, strict=True):
         if dimension not in group.dimensions:
             group.createDimension(dimension, size)
     packing: dict[str, Any] = {"compression": "zlib", "shuffle": True, "fletcher32": True} if values.size else {}
-    made = group.createVariable(name, values.dtype, dimensions, fill_value=fill_value, **packing)
-    put_attributes(made, attributes)
+    variable = group.createVariable(name, values.dtype, dimensions, fill_value=fill_value, **packing)
+    put_attributes(variable, attributes)
     if values.size:
-        made[...] = values
+        variable[...] = values
 
 
 @final
@@ -76,11 +76,11 @@ class FileRecorder(Recorder):
     Errors of the netCDF library are passed on; `write_errors` around the block explains them.
     """
 
-    path: Path  #: the file; what is there is replaced unless the recorder goes on
+    path: Path  #: the file; an existing file is replaced unless the recorder continues it
     attributes: Mapping[str, Any]  #: of the result
-    beside: "Callable[[netCDF4.Dataset], None] | None" = None  #: writes further groups into the file
-    go_on: int = 0  #: rows that stand in the file already
-    #: How rows are kept; where they are compressed, a file that is not finished cannot be gone on with.
+    write_groups: "Callable[[netCDF4.Dataset], None] | None" = None  #: writes further groups into the file
+    go_on: int = 0  #: number of rows in the file to continue
+    #: Compression of the rows; an unfinished compressed file cannot be continued.
     compression: str = "none"
     _file: "netCDF4.Dataset" = attrs.field(init=False)
     _times: Array = attrs.field(init=False)
@@ -91,8 +91,8 @@ class FileRecorder(Recorder):
 
         self.rows, self._filled, self._times = self.new_rows(0), self.go_on, np.empty(0)
         if self.compression == "none":
-            there = self.path.stat() if self.path.exists() else None
-            check_room(self.path.parent, self.size - 512 * getattr(there, "st_blocks", 0))
+            existing_steps = self.path.stat() if self.path.exists() else None
+            check_room(self.path.parent, self.size - 512 * getattr(existing_steps, "st_blocks", 0))
         self._file = netCDF4.Dataset(self.path, "a" if self.go_on else "w", format="NETCDF4")
         self._file.set_fill_off()
         if not self.go_on:
@@ -103,7 +103,7 @@ class FileRecorder(Recorder):
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Close the file, if it is not finished."""
+        """Close the file if it is not finished."""
         if self._file.isopen():
             # the error that ends the block is the one to report
             with contextlib.suppress(RuntimeError):
@@ -114,8 +114,8 @@ class FileRecorder(Recorder):
         """Bytes of all rows."""
         sizes = {"step": self.steps, "asperity": self.columns, DIRECTION: len(COMPONENTS)}
         return sum(
-            np.dtype(each.dtype).itemsize * math.prod(sizes[name] for name in each.dimensions)
-            for each in (TIME, *self.totals, *self.per_asperity)
+            np.dtype(variable.dtype).itemsize * math.prod(sizes[name] for name in variable.dimensions)
+            for variable in (TIME, *self.totals, *self.per_asperity)
         )
 
     def blank(self, count: int) -> Rows:
@@ -128,7 +128,7 @@ class FileRecorder(Recorder):
         return self.rows[self._held : self._held + count]
 
     def record(self, times: Array) -> None:
-        """Record the rows that were given last, now filled, as those at these times [s]."""
+        """Record the filled rows as the rows at these times [s]."""
         self._times[self._held : self._held + times.size] = times
         self._held += times.size
         self._filled += times.size
@@ -140,7 +140,7 @@ class FileRecorder(Recorder):
         sync_file(self.path)
 
     def finish(self) -> None:
-        """Make a result of the rows, which are all there."""
+        """Mark the file as complete and close it; all rows are recorded."""
         self._put_held()
         if self.slide_time is not None and self.slide_time.size:
             self._file[SLIDE_TIME.name][...] = self.slide_time
@@ -158,21 +158,21 @@ class FileRecorder(Recorder):
             raise
 
     def copy_rows(self, source: Path) -> None:
-        """Take all rows from a finished file of the same history."""
+        """Copy all rows from a finished file of the same history."""
         import netCDF4
 
-        with netCDF4.Dataset(source) as given:
-            given.set_auto_maskandscale(False)
+        with netCDF4.Dataset(source) as dataset:
+            dataset.set_auto_maskandscale(False)
             if self.columns:
-                self.slide_time = given[SLIDE_TIME.name][...]
-            for each in (TIME, *self.totals, *self.per_asperity):
-                made = self._file[each.name]
-                at_once = made.shape[0] if made.chunking() == "contiguous" else made.chunking()[0]
-                for first in range(0, self.steps, at_once):
-                    made[first : first + at_once] = given[each.name][first : first + at_once]
+                self.slide_time = dataset[SLIDE_TIME.name][...]
+            for variable in (TIME, *self.totals, *self.per_asperity):
+                target = self._file[variable.name]
+                at_once = target.shape[0] if target.chunking() == "contiguous" else target.chunking()[0]
+                for start in range(0, self.steps, at_once):
+                    target[start : start + at_once] = dataset[variable.name][start : start + at_once]
 
     def _declare(self) -> None:
-        """Make all variables, and write what has no rows."""
+        """Create all variables, and write those that do not vary along the rows."""
         file = self._file
         put_attributes(file, self.attributes)
         # there from the beginning, so that at the end one byte changes, at its place
@@ -184,54 +184,60 @@ class FileRecorder(Recorder):
             file.createDimension(DIRECTION, len(COMPONENTS))
             # CF has no strings of a length of their own
             file.createDimension(f"{DIRECTION}_length", 1)
-            made = file.createVariable(DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False)
-            put_attributes(made, {"long_name": OF_DIRECTION, "_Encoding": "utf-8"})
-            made[...] = np.array(COMPONENTS, "S1")
+            created = file.createVariable(DIRECTION, "S1", (DIRECTION, f"{DIRECTION}_length"), fill_value=False)
+            put_attributes(created, {"long_name": OF_DIRECTION, "_Encoding": "utf-8"})
+            created[...] = np.array(COMPONENTS, "S1")
         # what is known at the end alone gets its place now, so that only its bytes change then
         once = [] if self.asperities is None else [(SLIDE_TIME, np.full(self.columns, np.nan))]
-        fixed = coordinates_of(self.ensemble, self.asperities)
+        fixed = asperity_coordinates(self.ensemble, self.asperities)
         coordinates = [*(variable for variable, _ in fixed), TIME]
-        for each in (*coordinates, *self.totals, *self.per_asperity, *(variable for variable, _ in once)):
-            self._make(each, coordinates)
+        for variable_to_make in (*coordinates, *self.totals, *self.per_asperity, *(variable for variable, _ in once)):
+            self._make(variable_to_make, coordinates)
         for variable, values in [*fixed, *once]:
             if values.size:
                 file[variable.name][...] = values
-        if self.beside is not None:
-            self.beside(file)
+        if self.write_groups is not None:
+            self.write_groups(file)
 
     def _make(self, variable: Variable, coordinates: Sequence[Variable]) -> None:
         shape = [len(self._file.dimensions[name]) for name in variable.dimensions]
         stored: dict[str, Any] = {"contiguous": True} if math.prod(shape) else {}
-        if stored and (way := COMPRESSIONS[self.compression]):
+        if stored and (options := COMPRESSIONS[self.compression]):
             chunks = (*chunk_shape(shape[0], math.prod(shape[1:2])), *shape[2:])[: len(shape)]
             # by its checksums every reader finds out whether a chunk is still whole
-            stored = {"chunksizes": chunks, "fletcher32": True, **way}
-        made = self._file.createVariable(variable.name, variable.dtype, variable.dimensions, fill_value=False, **stored)
-        put_attributes(made, variable.attributes)
+            stored = {"chunksizes": chunks, "fletcher32": True, **options}
+        variable_in_file = self._file.createVariable(
+            variable.name, variable.dtype, variable.dimensions, fill_value=False, **stored
+        )
+        put_attributes(variable_in_file, variable.attributes)
         if variable not in coordinates:
-            auxiliary = [each.name for each in coordinates if each.dimensions[0] in variable.dimensions]
-            put_attributes(made, {"coordinates": " ".join(name for name in auxiliary if name != "asperity")})
+            auxiliary = [
+                coordinate.name for coordinate in coordinates if coordinate.dimensions[0] in variable.dimensions
+            ]
+            put_attributes(
+                variable_in_file, {"coordinates": " ".join(name for name in auxiliary if name != "asperity")}
+            )
 
     def _put_held(self) -> None:
         if not self._held:
             return
         where = slice(self._filled - self._held, self._filled)
         self._file["time"][where] = self._times[: self._held]
-        for variable, values in self.projected(self.rows[: self._held]):
+        for variable, values in self.project(self.rows[: self._held]):
             if values.size:
                 self._file[variable.name][where] = values
         self._held = 0
 
 
 class Unfinished:
-    """The file that a result is written to until it is complete: hidden, beside the result, and of one writer.
+    """Hidden file next to a result, written by a single writer until the result is complete.
 
-    When the block ends it is removed, unless an error ends it and rows are `kept`.
+    When the block ends it is removed, unless an error ends it and rows are `saved_rows`.
 
     Raises OSError: the file cannot be made, or another process uses it.
     """
 
-    kept = 0  #: rows with which a resume can go on
+    saved_rows = 0  #: rows with which a resume can go on
 
     def __init__(self, output: Path) -> None:
         self.path, self.output = output.with_name(f".{output.name}.unfinished"), output
@@ -245,14 +251,14 @@ class Unfinished:
                 raise
         except OSError as error:
             busy = isinstance(error, BlockingIOError)
-            why = "another process is writing this result" if busy else write_reason(error)
-            raise OSError(error.errno, why, str(output)) from error
+            reason = "another process is writing this result" if busy else write_reason(error)
+            raise OSError(error.errno, reason, str(output)) from error
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None or not self.kept:
+        if kind is None or not self.saved_rows:
             self.path.unlink(missing_ok=True)
         self._lock.remove()
 
@@ -263,7 +269,7 @@ class Unfinished:
             sync_folder(self.path.parent)
 
     def renew(self) -> None:
-        """Make it anew, and empty: a damaged file that HDF5 has failed to open is not closed, nor written again."""
+        """Replace it by an empty file: a damaged file that HDF5 failed to open is neither closed nor reused."""
         self.path.unlink()
         self._make()
 
@@ -273,7 +279,7 @@ class Unfinished:
 
 
 def check_room(folder: Path, needed: int) -> None:
-    """Check that a folder's disk has room for so many bytes; an OSError where it has not."""
+    """Check that the disk of a folder has enough free space [bytes]; otherwise OSError."""
     free = shutil.disk_usage(folder).free
     if free < needed:
         raise OSError(
@@ -284,13 +290,13 @@ def check_room(folder: Path, needed: int) -> None:
 
 
 def chunk_shape(steps: int, columns: int) -> tuple[int, int]:
-    """Return the rows and columns of a chunk: one row of all columns, or one column of all rows, is read with few."""
+    """Return rows and columns of a chunk, such that one row or one column of the file is read from few chunks."""
     rows = min(steps, max(1, min(ROWS_OF_A_CHUNK, MOST_CELLS_ACROSS // columns)))
     across = min(columns, CHUNK_CELLS // rows)
     return _even(steps, max(rows, CHUNK_CELLS // across)), _even(columns, across)
 
 
-def _even(count: int, most: int) -> int:
-    """Return the size of pieces of about the same size, so that little room is lost at the end."""
-    size = -(-count // -(-count // most))
+def _even(count: int, maximum: int) -> int:
+    """Return the size of nearly equal pieces, with little unused space in the last one."""
+    size = -(-count // -(-count // maximum))
     return min(range(max((size + 1) // 2, size - 16), size + 1), key=lambda size: (-count % size, -size))

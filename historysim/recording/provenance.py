@@ -1,4 +1,4 @@
-"""The attributes of a result: what made it, from what, where the model does not hold, and the names of its states."""
+"""Attributes of a result: software, laws, digest of the events, violated assumptions, and names of states."""
 
 import json
 import platform
@@ -16,7 +16,7 @@ from historysim.asperities.law import FrictionLaw
 from historysim.basics.arguments import NAMED_STATES
 from historysim.basics.units import quantity_text
 from historysim.basics.wording import Finding, counted, written_findings
-from historysim.loads.event_sequence import digest, values_of
+from historysim.loads.event_sequence import channel_values, digest
 from historysim.loads.events import Event, LoadEvent, TangentialDisplacement, TangentialLoad
 from historysim.loads.schedule import changes_geometry
 from historysim.recording.recorder import largest_approach
@@ -32,15 +32,17 @@ VALIDITY = "validity"
 
 
 def made_with() -> str:
-    """Return what computes: the last bits may differ between versions, compilers and processors."""
+    """Return Python, NumPy and processor, which may change the last bits."""
     return f"Python {platform.python_version()}, numpy {np.__version__}, {platform.machine()}"
 
 
 def _laws(ensemble: Ensemble) -> dict[str, str]:
-    """Return the laws in a line each, and those of packages of others, whole: name, package and version, numbers."""
-    least, most = ensemble.friction.min(), ensemble.friction.max()
+    """Describe the laws, one line each; laws of other packages also with their settings and versions."""
+    minimum, maximum = ensemble.friction.min(), ensemble.friction.max()
     texts = {
-        "friction_law": f"Coulomb, {least:g}" if least == most else f"Coulomb, of each, from {least:g} to {most:g}"
+        "friction_law": f"Coulomb, {minimum:g}"
+        if minimum == maximum
+        else f"Coulomb, of each, from {minimum:g} to {maximum:g}"
     }
     for name, law in (("friction_law", ensemble.law), ("wear_law", ensemble.wear), ("yielding_law", ensemble.yielding)):
         if law is not None:
@@ -54,7 +56,7 @@ def _laws(ensemble: Ensemble) -> dict[str, str]:
 def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> dict[str, Any]:
     """Return the attributes of a history of these events."""
     asperities, loads = counted(len(ensemble), "asperity", "asperities"), counted(len(events), "event", "events")
-    known = {
+    optional = {
         "lateral_stiffness": None if instrument.rigid else instrument.lateral_stiffness,
         "parallel_stiffness": instrument.parallel_stiffness or None,
         "nominal_area": ensemble.nominal_area,
@@ -72,7 +74,7 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
         "contact_modulus": ensemble.pair.contact_modulus,
         "shear_modulus": ensemble.pair.shear_modulus,
         **_laws(ensemble),
-        **{name: value for name, value in known.items() if value is not None},
+        **{name: value for name, value in optional.items() if value is not None},
         "number_of_asperities": len(ensemble),
         "number_of_events": len(events),
         "event_digest": f"sha256:{digest(events)}",
@@ -83,24 +85,28 @@ def attributes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
 def validity_findings(
     ensemble: Ensemble, events: Sequence[Event], instrument: Instrument = RIGID, approach: float | None = None
 ) -> tuple[Finding, ...]:
-    """Return which assumptions of the model do not hold where the asperities are pressed most.
+    """Return the assumptions of the model that are violated where asperities are loaded most.
 
     They are those of `asperities.validity.findings` and of the functions below. `approach` is the largest one of the
     history [m]; computed by default.
     """
     approach = largest_approach(ensemble, events) if approach is None else approach
     of_contact = validity.findings(ensemble, approach, instrument)
-    of_events = *_amplitudes(events, instrument), *_untouched(events, approach), *_turning(ensemble, events, approach)
+    of_events = (
+        *_amplitudes(events, instrument),
+        *_never_touches(events, approach),
+        *_turning(ensemble, events, approach),
+    )
     return of_contact + of_events
 
 
 def warn_of_no_contact(ensemble: Ensemble, events: Sequence[Event]) -> None:
-    """Warn, three calls up, of events that move tangentially what never touches."""
-    for finding in _untouched(events, largest_approach(ensemble, events)):
+    """Warn (three calls up) if tangential events move a contact that never touches."""
+    for finding in _never_touches(events, largest_approach(ensemble, events)):
         warnings.warn(finding.text, stacklevel=3)
 
 
-def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
+def _never_touches(events: Sequence[Event], approach: float) -> Iterator[Finding]:
     moves = any(_largest(events, kind) for kind in (TangentialDisplacement, TangentialLoad))
     if moves and not approach > 0 and not changes_geometry(events):
         yield Finding(
@@ -114,7 +120,7 @@ def _untouched(events: Sequence[Event], approach: float) -> Iterator[Finding]:
 
 def _largest(events: Sequence[Event], kind: type[LoadEvent]) -> float:
     """Return the largest magnitude of the values of tangential events of one type; 0 without such events."""
-    values = np.nan_to_num(values_of(events, kind))
+    values = np.nan_to_num(channel_values(events, kind))
     sizes = np.linalg.norm(values, axis=-1) if values.ndim > 1 else np.abs(values)
     return float(sizes.max(initial=0.0))
 
@@ -145,5 +151,5 @@ def _amplitudes(events: Sequence[Event], instrument: Instrument) -> Iterator[Fin
 
 
 def named_states_attribute(times: Mapping[str, float]) -> dict[str, str]:
-    """Return the attribute with names and times; nothing where there are none."""
+    """Return the attribute with names and times of states; empty without names."""
     return {NAMED_STATES: json.dumps(dict(times), ensure_ascii=False)} if times else {}

@@ -1,4 +1,4 @@
-"""Take the rows of a replay: which asperities, projected onto which variables, and where they go."""
+"""Recorders: select asperities, project rows of a replay onto variables, and store them."""
 
 import abc
 from collections.abc import Iterable, Mapping, Sequence
@@ -12,7 +12,7 @@ from historysim.asperities.inclined import InclinedEnsemble
 from historysim.asperities.instrument import RIGID, Instrument
 from historysim.basics.arguments import DIRECTION, Array, Floats, Integers
 from historysim.errors import InputError
-from historysim.loads.event_sequence import is_planar, values_of
+from historysim.loads.event_sequence import channel_values, is_planar
 from historysim.loads.events import (
     Event,
     FrictionRamp,
@@ -60,13 +60,13 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
             return np.arange(len(ensemble))
         if isinstance(ensemble, InclinedEnsemble):
             kinds = (NormalLoad, NormalDisplacement, TangentialDisplacement)
-            reached = (float(np.abs(values_of(events, kind)).max(initial=0.0)) for kind in kinds)
+            reached = (float(np.abs(channel_values(events, kind)).max(initial=0.0)) for kind in kinds)
             return np.flatnonzero(ensemble.may_touch(*reached))
         return np.flatnonzero(ensemble.first_touch < largest_approach(ensemble, events))
-    given = np.asarray(record if not isinstance(record, str) else ())
-    if given.ndim != 1 or given.dtype.kind not in "iu" or given.size == 0:
+    selection = np.asarray(record if not isinstance(record, str) else ())
+    if selection.ndim != 1 or selection.dtype.kind not in "iu" or selection.size == 0:
         raise InputError(f"record is {record!r}; expected 'touching', 'all', 'totals' or a list of asperity indices")
-    indices, counts = np.unique(given.astype(np.int64), return_counts=True)
+    indices, counts = np.unique(selection.astype(np.int64), return_counts=True)
     outside = indices[(indices < 0) | (indices >= len(ensemble))]
     if outside.size or counts.max() > 1:
         problem = f"names asperity {outside[0]}" if outside.size else "names an asperity twice"
@@ -74,20 +74,22 @@ def chosen_asperities(ensemble: Ensemble, events: Sequence[Event], record: Selec
     return indices
 
 
-def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
-    """Return what changes along the history of these events; InputError for two directions where one alone goes."""
+def find_changes(ensemble: Ensemble, events: Sequence[Event], instrument: Instrument) -> Changes:
+    """Return the optional physics of a history; InputError if it does not support two tangential directions."""
     planar = is_planar(events)
     # events of one direction may be arrays, of which no objects are made
     kinds = {type(event).name for event in events if isinstance(event, FrictionRamp | GeometryChange)} if planar else ()
-    if planar and (what := ensemble.confined or ", ".join(sorted(kinds))):
-        raise InputError(f"one tangential direction goes with {what}; expected one number in each load event, not two")
+    if planar and (problem := ensemble.confined or ", ".join(sorted(kinds))):
+        raise InputError(
+            f"one tangential direction goes with {problem}; expected one number in each load event, not two"
+        )
     law, wears, curves = ensemble.law, ensemble.wear is not None, ensemble.curves
     depends_on = "nothing" if law is None else law.depends_on
     changes = friction_changes(events)
     differs = (
         (depends_on not in {"nothing", "total"} and len(ensemble) > 1)
         or ensemble.friction.min() < ensemble.friction.max()
-        or any(one.differs for one in changes)
+        or any(bad_event.differs for bad_event in changes)
     )
     return Changes(
         friction=bool(changes) or depends_on != "nothing",
@@ -105,25 +107,25 @@ def changes_of(ensemble: Ensemble, events: Sequence[Event], instrument: Instrume
 
 
 def largest_approach(ensemble: Ensemble, events: Sequence[Event]) -> float:
-    """Return the largest approach of the highest summit that events reach [m], 0 where nothing touches."""
+    """Return the largest approach of the highest summit in the events [m], 0 if nothing touches."""
     # channels run straight between waypoints, so the extremes are waypoints
-    load, approach = (float(values_of(events, kind).max(initial=0.0)) for kind in (NormalLoad, NormalDisplacement))
+    load, approach = (float(channel_values(events, kind).max(initial=0.0)) for kind in (NormalLoad, NormalDisplacement))
     return max(approach, ensemble.approach_at(load))
 
 
 @attrs.define
 class Recorder(abc.ABC):
-    """Where the rows of one history go.
+    """Base class of recorders of the rows of one history.
 
-    A replay fills the rows that it gives, and then says at which times they stand.
+    A replay fills the rows that the recorder provides, and then states their times.
     """
 
     ensemble: Ensemble
     asperities: Integers | None  #: (asperity) Indices to record; None for totals alone
     steps: int  #: rows that the whole history records
     instrument: Instrument = attrs.field(default=RIGID, kw_only=True)  #: in series with the contact
-    changes: Changes = attrs.field(default=Changes(), kw_only=True)  #: what changes beside the loads
-    #: When each recorded asperity first slid [s], NaN for never; known at the end.
+    changes: Changes = attrs.field(default=Changes(), kw_only=True)  #: optional physics of the history
+    #: Time at which each recorded asperity first slid [s], NaN for never; known at the end.
     slide_time: Floats | None = attrs.field(default=None, init=False)
     _filled: int = attrs.field(default=0, init=False)
     rows: Rows = attrs.field(init=False)  #: those given last to be filled, or more, in SI units
@@ -135,10 +137,10 @@ class Recorder(abc.ABC):
 
     @property
     def rows_at_once(self) -> int:
-        """Rows that are walked before they are recorded, at most, and the progress bar moves on."""
-        return self._rows_of(CELLS_AT_ONCE)
+        """Largest number of rows that are replayed before they are recorded and progress is shown."""
+        return self._steps_in_memory(CELLS_AT_ONCE)
 
-    def _rows_of(self, cells: int) -> int:
+    def _steps_in_memory(self, cells: int) -> int:
         return max(1, min(ROWS_AT_ONCE, cells // max(self.columns, 1)))
 
     @property
@@ -152,9 +154,9 @@ class Recorder(abc.ABC):
         return () if self.asperities is None else recorded(self.changes)[1]
 
     def new_rows(self, count: int) -> Rows:
-        """Return rows with arrays for all that is recorded."""
+        """Return empty rows with arrays for all recorded variables."""
         always = (*PROJECTED, "dissipated_energy")
-        more = {each.source for each in self.per_asperity if each.derived is None} - set(always)
+        more = {variable.source for variable in self.per_asperity if variable.derived is None} - set(always)
         columns = None if self.asperities is None else self.columns
         return blank_rows(count, columns, *sorted(more), planar=self.changes.planar)
 
@@ -165,17 +167,17 @@ class Recorder(abc.ABC):
 
     @abc.abstractmethod
     def record(self, times: Array) -> None:
-        """Record the rows that were given last, now filled, as those at these times [s]."""
+        """Record the filled rows as the rows at these times [s]."""
 
     def conclude(self, state: "State") -> None:
-        """Record when asperities have slid, from the state after the last row."""
+        """Record the slide times of asperities from the state after the last row."""
         if self.asperities is not None:
             self.slide_time = self.ensemble.slide_time(state)[self.asperities]
 
-    def projected(self, rows: Rows) -> list[tuple[Variable, Array]]:
-        """Return the variables along ``step``, with their values in these rows."""
+    def project(self, rows: Rows) -> list[tuple[Variable, Array]]:
+        """Return the variables along ``step`` with their values in these rows."""
         variables = *self.totals, *self.per_asperity
-        return [(each, each.values(rows, self.ensemble, self.instrument)) for each in variables]
+        return [(variable, variable.values(rows, self.ensemble, self.instrument)) for variable in variables]
 
 
 @final
@@ -191,15 +193,15 @@ class DatasetRecorder(Recorder):
 
     @property
     def rows_at_once(self) -> int:
-        """See `Recorder`; rows of patches are made of those of many more elements."""
-        return self._rows_of(CELLS_IN_MEMORY) if self.ensemble.curves is None else super().rows_at_once
+        """As for `Recorder`; fewer for patches, since their rows are made from many more elements."""
+        return self._steps_in_memory(CELLS_IN_MEMORY) if self.ensemble.curves is None else super().rows_at_once
 
     def blank(self, count: int) -> Rows:
         """Return rows for the replay to fill next."""
         return self.rows[self._filled : self._filled + count]
 
     def record(self, times: Array) -> None:
-        """Record the rows that were given last, now filled, as those at these times [s]."""
+        """Record the filled rows as the rows at these times [s]."""
         self._times[self._filled : self._filled + times.size] = times
         self._filled += times.size
 
@@ -235,13 +237,13 @@ class TotalsRecorder(Recorder):
 @final
 @attrs.define
 class StateOnly(Recorder):
-    """Records nothing, where only the state at the end is asked for."""
+    """Recorder that discards rows, if only the final state is requested."""
 
     def __attrs_post_init__(self) -> None:
         self.asperities = None
 
     def record(self, times: Array) -> None:
-        """Leave the rows."""
+        """Discard the rows."""
 
 
 def labelled_dataset(

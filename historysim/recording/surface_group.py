@@ -1,4 +1,4 @@
-"""The surface beside the history: its summits, and its height map where there is one, as a group of a result."""
+"""Group ``surface`` of a result: summits, and the height map if there is one."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -53,61 +53,68 @@ def contents(
     interaction the points that touch and their pressures in place of summits.
     """
     values: list[Array | None] = [None] * len(VARIABLES)
-    first = len(SURFACE)
+    first_surface = len(SURFACE)
     attributes: dict[str, Any] = {}
     if summits is not None and summits.nominal_area:
         attributes["nominal_area"] = summits.nominal_area
     if summits is not None and solutions is None:
-        values[first : first + len(SUMMITS)] = summits.height, summits.radius, summits.x, summits.y
+        values[first_surface : first_surface + len(SUMMITS)] = summits.height, summits.radius, summits.x, summits.y
     if solutions is not None:
         points = (solutions.point, solutions.patch, solutions.first_touch)
         values[-len(SOLUTIONS) :] = *points, solutions.approach, solutions.pressure
         attributes |= {"shape": list(solutions.shape), "change_of_area_at_half_the_points": solutions.coarse[1]}
         attributes["periodic"] = int(surface is not None and surface.periodic)
     if surface is not None:
-        most = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
-        attributes["thinning"] = strides = [-(-size // most) for size in surface.shape]
+        maximum = MOST_POINTS**2 if 1 in surface.shape else MOST_POINTS
+        attributes["thinning"] = strides = [-(-size // maximum) for size in surface.shape]
         lines = zip(surface.shape, strides, surface.pixel_size, strict=True)
         x, y = (np.arange(0, size, stride) * pixel for size, stride, pixel in lines)
-        values[:first] = x, y, surface.heights[:: strides[0], :: strides[1]]
+        values[:first_surface] = x, y, surface.heights[:: strides[0], :: strides[1]]
     named = zip(VARIABLES, values, strict=True)
-    return {each.name: array.astype(np.float64, copy=False) for each, array in named if array is not None}, attributes
+    return {
+        variable.name: array.astype(np.float64, copy=False) for variable, array in named if array is not None
+    }, attributes
 
 
 def dataset(
     summits: "Summits | None", surface: "Surface | None" = None, solutions: "NormalSolutions | None" = None
 ) -> "xr.Dataset":
-    """Return what `contents` gives as a Dataset, with dimensions ``summit`` and, with a map, ``x`` and ``y``."""
+    """Return the group as a Dataset, with dimensions ``summit`` and, with a map, ``x`` and ``y``."""
     import xarray as xr
 
     arrays, attributes = contents(summits, surface, solutions)
     variables = {
-        each.name: xr.Variable(
-            each.dimensions, arrays[each.name], each.attributes, {"_FillValue": _missing(each) or None}
+        variable.name: xr.Variable(
+            variable.dimensions, arrays[variable.name], variable.attributes, {"_FillValue": _missing(variable) or None}
         )
-        for each in VARIABLES
-        if each.name in arrays
+        for variable in VARIABLES
+        if variable.name in arrays
     }
-    return xr.Dataset(variables, attrs=_kept(attributes))
+    return xr.Dataset(variables, attrs=_is_kept(attributes))
 
 
 def write(file: "netCDF4.Dataset", arrays: Mapping[str, Array], attributes: Mapping[str, Any]) -> None:
-    """Write what `contents` gives into the group ``surface`` of an open file, as ``to_netcdf`` of `dataset` does."""
+    """Write the arrays of `contents` into the group ``surface`` of an open file."""
     group = file.createGroup(GROUP)
-    put_attributes(group, _kept(attributes))
-    for each in VARIABLES:
-        if each.name in arrays:
+    put_attributes(group, _is_kept(attributes))
+    for variable in VARIABLES:
+        if variable.name in arrays:
             put_variable(
-                group, each.name, each.dimensions, arrays[each.name], each.attributes, fill_value=_missing(each)
+                group,
+                variable.name,
+                variable.dimensions,
+                arrays[variable.name],
+                variable.attributes,
+                fill_value=_missing(variable),
             )
 
 
-def _kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
+def _is_kept(attributes: Mapping[str, Any]) -> dict[str, Any]:
     return {
         key: np.array(value, dtype=np.int32) if isinstance(value, list) else value for key, value in attributes.items()
     }
 
 
 def _missing(variable: Variable) -> float | bool:
-    """Return what stands for a missing value: NaN for heights; nothing else is ever missing."""
+    """Return the fill value of a variable: NaN for heights, False for variables without missing values."""
     return np.nan if variable.name == "height" else False

@@ -1,4 +1,4 @@
-"""What is recorded: each variable's name, dimensions, units, text, and when it is there, declared once."""
+"""Declarations of all recorded variables: names, dimensions, units, descriptions and conditions."""
 
 import functools
 import importlib
@@ -25,7 +25,7 @@ OF_DIRECTION = "component of a vector"
 
 @attrs.frozen
 class Changes:
-    """What there is along a history beside loads and displacements, which decides what is recorded of it."""
+    """Optional physics of a history, which selects the recorded variables."""
 
     friction: bool = False  #: whether the friction of any asperity changes
     #: Whether asperities have different friction at any time; patches share one coefficient.
@@ -44,12 +44,12 @@ class Changes:
 
     @property
     def evolve(self) -> bool:
-        """Whether asperities evolve beside their friction."""
+        """True if asperities evolve otherwise than by their friction."""
         return self.sliding or self.wear or self.yielding or self.geometry
 
     @property
     def steady(self) -> bool:
-        """Whether nothing changes but loads and displacements."""
+        """True if only loads and displacements change."""
         return not (self.friction or self.evolve)
 
 
@@ -83,9 +83,9 @@ class Variable:
         return self.name.removeprefix("total_").removeprefix("present_")
 
     def along(self, changes: Changes) -> Self:
-        """Return it with the dimensions that it has in a history, of which the last may be ``direction``."""
-        there = self.directed and changes.planar
-        return attrs.evolve(self, dimensions=(*self.dimensions, DIRECTION)) if there else self
+        """Return the variable with its dimensions in a history; the last may be ``direction``."""
+        is_vector = self.directed and changes.planar
+        return attrs.evolve(self, dimensions=(*self.dimensions, DIRECTION)) if is_vector else self
 
     @property
     def attributes(self) -> dict[str, Any]:
@@ -97,7 +97,7 @@ class Variable:
         return {"long_name": self.long_name, **units, **content, **self.extra}
 
     def values(self, rows: "Rows", ensemble: "Ensemble", instrument: "Instrument") -> Array:
-        """Return its values in recorded rows (row) or (row, column)."""
+        """Return the values in recorded rows (row) or (row, column)."""
         if self.derived is not None:
             values = self.derived(rows, ensemble, instrument)
         else:
@@ -180,7 +180,7 @@ def _patch_areas(changes: Changes) -> bool:
     return changes.patches and changes.areas
 
 
-def _one_friction(changes: Changes) -> bool:
+def _has_one_friction(changes: Changes) -> bool:
     return changes.friction and not changes.friction_differs
 
 
@@ -188,7 +188,7 @@ def _own_friction(changes: Changes) -> bool:
     return changes.friction and changes.friction_differs
 
 
-def _strained(changes: Changes) -> bool:
+def _is_strained(changes: Changes) -> bool:
     return changes.friction and not changes.planar
 
 
@@ -228,11 +228,11 @@ VARIABLES = (
         "largest_traction_ratio",
         "1",
         "largest ratio of tangential traction to friction limit, |τ|/(μp), in the contact",
-        when=_strained,
+        when=_is_strained,
         source="traction_ratio",
         extra=_RATIO,
     ),
-    _total("present_friction", "1", "friction coefficient of all asperities at the step", when=_one_friction),
+    _total("present_friction", "1", "friction coefficient of all asperities at the step", when=_has_one_friction),
     _total(
         "total_slid_distance",
         "m",
@@ -286,23 +286,27 @@ VARIABLES = (
 )
 
 _added: list[Variable] = []
-# Modules of this folder that add no variables; who asks what is recorded need not import them.
+# Modules of this folder that add no variables, and need not be imported for the list of variables.
 _OWN = frozenset({"netcdf", "provenance", "recorder", "surface_group", "variables"})
 
 
 def register(variable: Variable) -> Variable:
-    """Record another variable from now on, in all histories that its ``when`` takes; returns it.
+    """Record another variable from now on, in all histories that meet its condition ``when``; return it.
 
-    In this package it stands in a file of its own in this folder. The name of an earlier one replaces that.
+    In this package it is declared in a separate file of this folder. It replaces an earlier variable of the same name.
     """
-    _added[:] = [one for one in _added if (one.name, one.dimensions) != (variable.name, variable.dimensions)]
+    _added[:] = [
+        declaration
+        for declaration in _added
+        if (declaration.name, declaration.dimensions) != (variable.name, variable.dimensions)
+    ]
     _added.append(variable)
     recorded.cache_clear()
     return variable
 
 
 def known() -> tuple[Variable, ...]:
-    """Return all variables along ``step``, with those of modules that were added to this folder."""
+    """Return all variables along ``step``, including variables of modules added to this folder."""
     room = importlib.import_module("historysim.recording")
     for module in pkgutil.iter_modules(room.__path__):
         if module.name not in _OWN:
@@ -312,7 +316,7 @@ def known() -> tuple[Variable, ...]:
 
 @functools.lru_cache(maxsize=64)
 def recorded(changes: Changes) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
-    """Return what is recorded of a history: totals, and what there is of each asperity."""
-    there = [variable for variable in known() if variable.when(changes)]
-    totals = tuple(variable.along(changes) for variable in there if variable.dimensions == _STEP)
-    return totals, tuple(variable.along(changes) for variable in there if variable.dimensions == _BOTH)
+    """Return the recorded variables of a history: totals, and variables of each asperity."""
+    present = [variable for variable in known() if variable.when(changes)]
+    totals = tuple(variable.along(changes) for variable in present if variable.dimensions == _STEP)
+    return totals, tuple(variable.along(changes) for variable in present if variable.dimensions == _BOTH)

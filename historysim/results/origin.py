@@ -14,7 +14,7 @@ from historysim.errors import InputError
 from historysim.log import embedded_log
 from historysim.log.event_log import EventLog
 from historysim.log.lazy_history import LogReference
-from historysim.log.result import digest_attribute, log_beside
+from historysim.log.result import digest_attribute, log_path_for
 from historysim.recording.provenance import MADE_BY
 from historysim.replaying import Replay
 
@@ -43,7 +43,7 @@ def ask_origin(history: xr.Dataset, question: Callable[[Origin], Answer]) -> Ans
             lazy = job.history
             return question(Origin(lazy.job, lazy.state, lazy.head.surface, lazy.head.settings))
     elif source:
-        with suppress(InputError), EventLog(log_beside(Path(source))) as log:
+        with suppress(InputError), EventLog(log_path_for(Path(source))) as log:
             if history.attrs.get("log_digest") == digest_attribute(bytes.fromhex(log.digest))["log_digest"]:
                 # with its snapshots, while it is open
                 return question(Origin(log.job(), lambda at: log.state(at=at), log.surface, log.settings))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from historysim.basics.arguments import DIRECTION
-from historysim.basics.files import is_log, is_netcdf, is_zarr, what_is_there
+from historysim.basics.files import is_log, is_netcdf, is_zarr, path_state
 from historysim.basics.hdf5 import check_named
 from historysim.basics.registry import Registry
 from historysim.errors import InputError
@@ -213,7 +213,7 @@ def read_table(path: Path) -> "xr.Dataset":
 
 
 def _check_exists(path: Path, expected: str) -> None:
-    if found := what_is_there(path):
+    if found := path_state(path):
         raise InputError(f"{path}: {found}; {expected}")
 
 

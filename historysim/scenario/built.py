@@ -12,7 +12,7 @@ from historysim.asperities.inclined import InclinedEnsemble
 from historysim.basics.wording import Notify
 from historysim.contact import hertz
 from historysim.errors import InputError, at, misfit
-from historysim.loads.event_sequence import as_events, loads_of, values_of
+from historysim.loads.event_sequence import as_events, channel_values, to_loads
 from historysim.loads.events import Event, NormalDisplacement, NormalLoad
 from historysim.recording.recorder import StateOnly, chosen_asperities, largest_approach
 from historysim.replaying import Replay
@@ -47,7 +47,7 @@ class BuiltScenario:
         with reported(self.name), at("record", "asperities"):
             if not isinstance(record, str):
                 chosen_asperities(self.ensemble, (), record)
-        for event in self.events if loads_of(self.events) is None else ():
+        for event in self.events if to_loads(self.events) is None else ():
             if problem := event.problem(len(self.ensemble)):
                 raise InputError(f"{self.name}: loading: {event.name} at t = {event.time:g} s: {problem}")
 
@@ -123,8 +123,8 @@ def _as_loaded(
     That is the normal contact of a map with interaction, and the nominal area of one that lies on a ball: that of the
     smooth ball under that load, after Hertz.
     """
-    load = float(values_of(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
-    approach = float(values_of(events, NormalDisplacement).max(initial=0.0))
+    load = float(channel_values(events, NormalLoad).max(initial=0.0)) / sections.pair().contact_modulus
+    approach = float(channel_values(events, NormalDisplacement).max(initial=0.0))
     if surface.ball_radius:
         pressed = float(hertz.approach(load, summit_radius=surface.ball_radius, contact_modulus=1.0))
         area = math.pi * surface.ball_radius * max(pressed, approach)

@@ -11,7 +11,7 @@ from typing import Any
 import attrs
 from cattrs import Converter
 
-from historysim.basics.files import kind_text, what_is_there
+from historysim.basics.files import kind_text, path_state
 from historysim.basics.limits import at_most, most
 from historysim.basics.units import is_unit
 from historysim.errors import InputError, misfit
@@ -188,7 +188,7 @@ def _pictures_from_toml(converter: Converter, value: object, kind: object) -> Pi
 
 def _source(path: Path) -> str:
     expected = "expected a scenario file (TOML)"
-    kind = what_is_there(path)
+    kind = path_state(path)
     if kind.startswith("is "):
         raise InputError(f"{kind}; {expected}")
     if not kind and (size := path.stat().st_size) > most("SCENARIO_BYTES"):

@@ -14,9 +14,9 @@ from historysim.basics.wording import Notify, shell_word, warn
 from historysim.errors import InputError
 from historysim.loads.events import Event
 from historysim.log import embedded_log
-from historysim.log.file import LogFile, links_of
+from historysim.log.file import LogFile, chain_links
 from historysim.log.header import LogHeader
-from historysim.log.result import RunOptions, digest_attribute, log_beside, write_result
+from historysim.log.result import RunOptions, digest_attribute, log_path_for, write_result
 from historysim.recording import surface_group
 from historysim.scenario.scenario import Scenario, load
 
@@ -120,7 +120,7 @@ def _of_records(_: str) -> None:
 
 def write(source: "Source", output: Path, options: RunOptions, *beside: Output) -> None:
     """Replay a source into a result, without opening it; first check that it, and files beside it, can be written."""
-    log = [Output(log_beside(output), (LOG,))] if source.makes_log else []
+    log = [Output(log_path_for(output), (LOG,))] if source.makes_log else []
     check_outputs([Output(output, (RESULT, STORE)), *log, *beside], source.files, force=options.force)
     in_store = is_store_name(output)
     if in_store:
@@ -129,7 +129,7 @@ def write(source: "Source", output: Path, options: RunOptions, *beside: Output) 
         check_options(output, options)
     elif options.cluster is not None:
         raise InputError(f"cluster: {output} is written by one process; expected a zarr store (.zarr) as output")
-    with source.log(log_beside(output), options) as file, source.placed():
+    with source.log(log_path_for(output), options) as file, source.placed():
         if in_store:
             write_zarr(file, output, options)
         else:
@@ -180,7 +180,7 @@ class _ScenarioSource(Source):
 
     def content(self, notify: Notify) -> tuple[LogHeader, Sequence[Event], bytes]:
         header, events = self._resolved(notify)
-        return header, events, links_of(header, events)[-1]
+        return header, events, chain_links(header, events)[-1]
 
     def log(self, beside: Path, options: RunOptions) -> LogFile:
         if not (options.resume and beside.exists()):

@@ -21,7 +21,7 @@ from cattrs.errors import (
 from cattrs.gen import make_dict_structure_fn, override
 
 from historysim.basics.fields import Key, Quantity, field_unit
-from historysim.basics.files import is_file, what_is_there
+from historysim.basics.files import is_file, path_state
 from historysim.basics.limits import SIZE, is_workable
 from historysim.basics.registry import Registry
 from historysim.basics.units import describe_expected
@@ -416,7 +416,7 @@ class NumbersFile(Format):
         tables = []
         for path in (folder / file for file in self.files):
             if not is_file(path):
-                problem = f"{what_is_there(path)} in {path.absolute().parent}; expected a path relative to the scenario"
+                problem = f"{path_state(path)} in {path.absolute().parent}; expected a path relative to the scenario"
                 if re.search(r"[\\\x00-\x1f]", str(path)):
                     problem += ", with / between folders"
                 raise misfit(f"{path.name}: {problem}", "file")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from historysim.basics.arguments import Floats, per_axis
-from historysim.basics.files import as_path, what_is_there
+from historysim.basics.files import as_path, path_state
 from historysim.basics.hdf5 import check_contained
 from historysim.basics.limits import check_archive, check_unpacked
 from historysim.basics.units import conversion_factor
@@ -140,7 +140,7 @@ def _without_missing(heights: Floats, missing: float | str | Sequence[float | st
 
 def _read(path: Path, channel: int | str | None, *, is_matrix: bool) -> RawMap:
     """Read a file by the reader selected by its ending and its first lines."""
-    if problem := what_is_there(path):
+    if problem := path_state(path):
         expected = "; expected a file with heights" if problem.startswith("is ") else f" in {path.absolute().parent}"
         raise InputError(f"{problem}{expected}")
     with path.open("rb") as stream:

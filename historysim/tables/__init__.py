@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import attrs
 
-from historysim.basics.files import is_file, is_netcdf, kind_text, what_is_there
+from historysim.basics.files import is_file, is_netcdf, kind_text, path_state
 from historysim.errors import InputError, at, misfit
 from historysim.tables.columns import (
     REFUSE_OR_DROP,
@@ -40,7 +40,7 @@ __all__ = [
     "describe",
     "join_tables",
     "read_table",
-    "what_is_seen",
+    "summarise_text",
 ]
 
 MOST_ROWS = 10_000_000
@@ -184,7 +184,7 @@ def _named_errors(path: Path) -> Iterator[None]:
     """Check that a file exists, and prefix errors raised in the block with its name."""
     if not is_file(path):
         folder = path.absolute()
-        problem = what_is_there(path)
+        problem = path_state(path)
         if not problem.startswith("is "):
             problem += f" in {folder.parent}"
         raise InputError(f"{folder.name}: {problem}; expected the path of a file of numbers")

@@ -4,7 +4,7 @@ import codecs
 import csv
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Self
@@ -394,7 +394,7 @@ class _RowParser:
         """Return the remedy for a broken row, with the rows that ``broken = "drop"`` would leave out."""
         dropping = evolve(self, layout=evolve(self.layout, broken="drop"))
         try:
-            _, lines, dropped = dropping._read_columns(most_rows)  # noqa: SLF001 - of its own class
+            _, lines, dropped = dropping._read_columns(most_rows)  # noqa: SLF001 - of the same class
         except InputError:
             # other rows cannot be read even if broken ones are dropped
             return "mend it in the file"

@@ -3,7 +3,7 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 
 import attrs
 
@@ -191,27 +191,6 @@ class Head:
                 self._check_unambiguous(heading)
         if columns and not self.layout.header:
             self._check_no_row_above(heading)
-        return heading
-
-    def find_heading(self, known_names: Collection[str]) -> Heading:
-        """Return the heading that has most of the known names, with any units.
-
-        InputError if no line has one of them, or names and columns may not correspond.
-        """
-        most_names, header = 0, None
-        for delimiter in self._delimiters if self.layout.header != 0 else ():
-            for line in self._candidates():
-                count = sum(split_unit(name)[0] in known_names for name in line.fields(delimiter))
-                if count > most_names:
-                    most_names, header = count, (line, delimiter)
-        if header is None:
-            raise InputError(
-                f"has no header line; expected one with {', '.join(known_names)}, or some of them; the first line is "
-                f"{brief(self.lines[0].text.strip())}"
-            )
-        heading = self._heading_below(*header)
-        if heading.mismatch:
-            raise InputError(_ragged_below(heading, self._rows(heading.lines_above)[0]))
         return heading
 
     @property

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.event_sequence import Events, digest, loads_of
+from historysim.loads.event_sequence import Events, digest, to_loads
 from historysim.loads.events import LOAD_KINDS
 
 
@@ -28,12 +28,12 @@ def test_the_digest_of_loads_is_over_their_json_line_by_line():
 
 def test_arrays_of_loads_say_what_the_events_say_and_others_have_none():
     events = [hs.NormalLoad(0.0, 1e-3), hs.TangentialDisplacement(0.0, -1e-9), hs.NormalDisplacement(1.0, -1e-9)]
-    loads = loads_of(events)
+    loads = to_loads(events)
     assert [list(LOAD_KINDS.values())[kind] for kind in loads.kind] == [type(event) for event in events]
     assert loads.time.tolist() == [0.0, 0.0, 1.0]
     assert loads.value.tolist() == [1e-3, -1e-9, -1e-9]
-    assert loads_of([*events, hs.FrictionChange(2.0, 0.1)]) is None
-    assert loads_of([*events, "event"]) is None
+    assert to_loads([*events, hs.FrictionChange(2.0, 0.1)]) is None
+    assert to_loads([*events, "event"]) is None
     assert pickle.loads(pickle.dumps(Events(events))) == tuple(events)  # noqa: S301 - our own
 
 
@@ -48,8 +48,8 @@ def test_events_of_arrays_are_those_of_objects():
         Events(loads=objects.loads)[3]
     assert pickle.loads(pickle.dumps(arrays)) == objects  # noqa: S301 - our own bytes
     change = Events([hs.FrictionChange(3.0, 0.1)])
-    joined = Events.joined([arrays, objects, change])
+    joined = Events.join([arrays, objects, change])
     assert joined == [*objects, *objects, *change]
-    assert (Events.joined([arrays, arrays]).loads.time == [0.0, 0.5, 2.0] * 2).all()
-    assert (joined.loads, Events.joined([])) == (None, [])
+    assert (Events.join([arrays, arrays]).loads.time == [0.0, 0.5, 2.0] * 2).all()
+    assert (joined.loads, Events.join([])) == (None, [])
     assert digest(arrays) == digest(list(objects))

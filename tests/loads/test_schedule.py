@@ -8,7 +8,7 @@ import pytest
 
 import historysim as hs
 from historysim.loads.events import FrictionChange, LoadEvent
-from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, cursor_at, fork_waypoints, row_count, segments
+from historysim.loads.schedule import AT_WAYPOINT, BEYOND_LAST, fork_waypoints, make_cursor, row_count, segments
 from historysim.memory.binding import DISPLACED, LOAD
 from historysim.memory.paths import blank_rows
 
@@ -345,7 +345,7 @@ def test_stretches_break_between_times_however_often_friction_changes():
     stood = [segment.cursor for segment in plan if segment.cursor]
     assert len(stood) > 10
     assert max(b.rows - a.rows for a, b in itertools.pairwise(stood)) < 10 + 2
-    assert [cursor_at(events, cursor.events, 2) for cursor in stood] == stood
+    assert [make_cursor(events, cursor.events, 2) for cursor in stood] == stood
 
 
 def test_a_schedule_is_taken_up_where_it_stood():
@@ -369,17 +369,17 @@ def test_a_schedule_is_taken_up_where_it_stood():
             for one, other in zip(again, plan[number + 1 :], strict=True):
                 assert np.array_equal(one.paths, other.paths)
                 assert (one.cursor, one.event) == (other.cursor, other.event)
-            assert cursor_at(events, segment.cursor.events, 3) == segment.cursor
+            assert make_cursor(events, segment.cursor.events, 3) == segment.cursor
             assert segment.cursor.rows == sum(map(len, rows)) == row_count(events, 3, segment.cursor.time)
 
 
 def test_there_is_no_standing_in_the_midst_of_a_time():
     events = [hs.NormalLoad(0.0, 0.01), hs.TangentialLoad(0.0, 0.0), hs.NormalLoad(1.0, 0.02)]
-    assert cursor_at(events, 1) is None
-    assert cursor_at(events, 0) is None
-    assert cursor_at(events, 4) is None
-    assert cursor_at(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
-    assert cursor_at(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)
+    assert make_cursor(events, 1) is None
+    assert make_cursor(events, 0) is None
+    assert make_cursor(events, 4) is None
+    assert make_cursor(events, 2).heading == (AT_WAYPOINT, AT_WAYPOINT, AT_WAYPOINT)
+    assert make_cursor(events, 3).heading == (AT_WAYPOINT, BEYOND_LAST, AT_WAYPOINT)
 
 
 # -- forks -----------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ import pytest
 import historysim as hs
 from historysim.basics.limits import MOST_FRICTION
 from historysim.loads.event_sequence import SampledLoads
-from historysim.log.canonical import columns_of, events_of
+from historysim.log.canonical import from_columns, to_columns
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 BALL = hs.Ensemble(PAIR, 0.0, 1e-3, 0.2)
@@ -69,10 +69,10 @@ def test_every_other_way_in(number):
     for name, way in ways.items():
         with pytest.raises(hs.InputError):
             pytest.fail(f"{name} gave {way()}")
-    columns = columns_of([hs.TangentialLoad(0.0, 0.1)])
+    columns = to_columns([hs.TangentialLoad(0.0, 0.1)])
     forged = type(columns)(columns.kind, columns.time, np.array([number]).tobytes(), columns.coefficients)
     with pytest.raises(hs.InputError, match="a value"):
-        events_of(forged)
+        from_columns(forged)
 
 
 def test_more_rows_than_are_allowed_are_refused_before_they_are_made():

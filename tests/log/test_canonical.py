@@ -12,7 +12,7 @@ import historysim as hs
 from historysim.basics.limits import MOST_FRICTION
 from historysim.loads.event_sequence import Events, digest
 from historysim.loads.events import LOAD_KINDS
-from historysim.log.canonical import columns_of
+from historysim.log.canonical import to_columns
 
 EVENTS = [
     hs.NormalLoad(0.0, 0.01),
@@ -78,7 +78,7 @@ def test_the_numbers_of_the_kinds_in_a_log_stay_as_they_are():
     events = [kind(0.0, 0.1) for kind in (*LOAD_KINDS.values(), hs.FrictionChange)]
     events += [hs.FrictionChange(0.0, [0.1, 0.2]), hs.FrictionChange(0.0, 0.1, [2]), hs.FrictionRamp(0.0, 0.1)]
     events += [hs.GeometryChange(0.0, 0.1)]
-    assert list(columns_of(events).kind) == [0, 1, 2, 3, 4, 5, 6, 7, 8]
+    assert list(to_columns(events).kind) == [0, 1, 2, 3, 4, 5, 6, 7, 8]
     assert [type(event) for event in events[:5]] == [
         hs.NormalLoad,
         hs.NormalDisplacement,

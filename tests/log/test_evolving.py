@@ -9,8 +9,8 @@ from historysim.asperities import laws
 from historysim.asperities.wear import ArchardWear, EnergyWear
 from historysim.asperities.yielding import KogutEtsion
 from historysim.log import result as result_writer
-from historysim.log.canonical import columns_of, events_of
-from historysim.log.header import LogHeader, head_from
+from historysim.log.canonical import from_columns, to_columns
+from historysim.log.header import LogHeader, parse_head
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
 HEIGHT, RADIUS = np.array([0.0, -0.012, -0.03]), np.array([1.0, 0.7, 0.9])
@@ -37,7 +37,7 @@ LAWS = [
 
 def test_other_events_come_back_from_columns():
     events = [hs.NormalLoad(0.0, 0.01), *OTHER, hs.FrictionChange(3.0, [0.1, 0.2, 0.3])]
-    assert events_of(columns_of(events)) == events
+    assert from_columns(to_columns(events)) == events
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: law.text)
@@ -45,7 +45,7 @@ def test_a_head_keeps_law_and_wear(law):
     for wear in (None, ArchardWear(coefficient=0.01, hardness=1.0), EnergyWear(volume_per_energy=0.1, shape="blunted")):
         ensemble = hs.Ensemble(PAIR, HEIGHT, RADIUS, law, wear=wear, follow_sliding=True)
         head = LogHeader.of(hs.Replay(ensemble, ()))
-        again = head_from(head.text, head.arrays).ensemble
+        again = parse_head(head.text, head.arrays).ensemble
         assert (again.law, again.wear, again.follow_sliding) == (law, wear, True)
         assert again.friction.tobytes() == ensemble.friction.tobytes()
 
@@ -169,7 +169,7 @@ def test_a_log_of_summits_that_yield_is_resumed_forked_and_verified(tmp_path):
     ensemble = hs.Ensemble(pair, [0.0, -10e-9, -25e-9], [1e-6, 0.8e-6, 2e-6], 0.2, yielding=law)
     head = LogHeader.of(hs.Replay(ensemble, ()))
     assert head.settings["format"] == 5
-    again = head_from(head.text, head.arrays).ensemble
+    again = parse_head(head.text, head.arrays).ensemble
     assert (again.yielding, again.pair.cracking_load) == (law, 0.04)
     loads = [hs.NormalLoad(float(k), n * 1e-3) for k, n in enumerate((0.5, 1.0, 0.3, 2.0, 1.5))]
     events = sorted([*loads, *(hs.TangentialLoad(k + 0.5, (-1) ** k * 4e-5) for k in range(4))], key=lambda e: e.time)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 import historysim as hs
-from historysim.loads.schedule import cursor_at
+from historysim.loads.schedule import make_cursor
 from historysim.log import file as log_file
-from historysim.log.canonical import columns_of, events_of
-from historysim.log.file import LogFile, links_of
-from historysim.log.header import LogHeader, head_from
+from historysim.log.canonical import from_columns, to_columns
+from historysim.log.file import LogFile, chain_links
+from historysim.log.header import LogHeader, parse_head
 from historysim.log.result import add_snapshot, snapshots
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=1.0, shear_modulus=0.25)
@@ -60,7 +60,7 @@ def test_events_come_back_as_they_went_in(made):
         assert content.events == EVENTS
         assert [type(event) for event in content.events] == [type(event) for event in EVENTS]
         assert content.ends == [0, 2, 4, 6]
-        assert content.links == links_of(file.head, EVENTS)
+        assert content.links == chain_links(file.head, EVENTS)
         assert len(set(content.links)) == 4
     assert names(made.parent) == ["run.history"]
 
@@ -68,7 +68,7 @@ def test_events_come_back_as_they_went_in(made):
 def test_every_bit_of_the_numbers_comes_back():
     numbers = [0.0, -0.0, 5e-324, -1e60, 0.1, float(np.nextafter(0.1, 1.0))]
     events = [hs.TangentialLoad(0.0, number) for number in numbers]
-    back = events_of(columns_of(events))
+    back = from_columns(to_columns(events))
     assert [event.value.hex() for event in back] == [number.hex() for number in numbers]
     # what was made without the checks is as good as what was made with them
     assert hash(back[0]) == hash(events[0])
@@ -88,7 +88,7 @@ def test_the_head_makes_the_ensemble_again_bit_for_bit(made):
         assert file.head.instrument.rigid
         assert file.head.settings["title"] == "three"
     soft = LogHeader.of(attrs.evolve(JOB, instrument=hs.Instrument(3.34e5)))
-    assert head_from(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
+    assert parse_head(soft.text, soft.arrays).instrument == hs.Instrument(3.34e5)
     assert soft.link != LogHeader.of(JOB).link
 
 
@@ -271,7 +271,7 @@ def with_snapshot(path):
     """A log with a snapshot after its first batch."""
     with LogFile(path, write=True) as file:
         state = ENSEMBLE.advance(ENSEMBLE.initial_state(), normal_load=0.03, tangential_load=0.006)
-        cursor = cursor_at(EVENTS, 2)
+        cursor = make_cursor(EVENTS, 2)
         add_snapshot(file, file.sound(), cursor, state)
     return cursor, state
 

@@ -68,7 +68,7 @@ def check(path, columns=COLUMNS):
     with netCDF4.Dataset(path) as result, made(path.with_name("blank.nc"), columns) as target:
         assert result.complete == 1
         assert result["time"][:].tolist() == (np.arange(STEPS) / 8).tolist()
-        for variable, expected in target.projected(values_of(target)):
+        for variable, expected in target.project(values_of(target)):
             found = np.asarray(result[variable.name][...])
             assert found.dtype == expected.dtype
             assert found.tobytes() == np.ascontiguousarray(expected).tobytes(), variable.name
@@ -180,7 +180,7 @@ def test_a_result_has_its_name_when_it_is_published_and_readers_are_not_kept_out
 def test_what_an_error_ends_is_there_for_the_next_one_where_rows_are_kept(tmp_path, kept, ends):
     with suppress(KeyboardInterrupt), Unfinished(tmp_path / "out.nc") as file:
         file.path.write_bytes(bytes(8) + b"rows")
-        file.kept = kept
+        file.saved_rows = kept
         if ends:
             raise ends
     keep = bool(kept and ends)

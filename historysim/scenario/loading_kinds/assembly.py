@@ -624,7 +624,7 @@ class MeasuredLoading(NumbersFile, Loading):
         before = self._events_before(measurement.time) if self.blocks else _events_of_start(measurement)
         if not len(before):
             return events
-        return Events.joined([before, events if isinstance(events, Events) else Events(events)])
+        return Events.join([before, events if isinstance(events, Events) else Events(events)])
 
     def _events_before(self, time: Floats) -> Events:
         """Return the events of the blocks, which end one sample before the record, with all channels held."""

@@ -11,7 +11,7 @@ from cattrs import Converter
 from historysim.basics.fields import NOT_NEGATIVE, Time
 from historysim.basics.wording import Notify, shown, silent
 from historysim.errors import InputError, at, misfit, path_text
-from historysim.loads.events import EVENTS, LOAD_KINDS, Event, TangentialEvent, components_of
+from historysim.loads.events import EVENTS, LOAD_KINDS, Event, TangentialEvent, tangential_channels
 from historysim.loads.holding import Timeline, find_ramp
 from historysim.scenario.loading_kinds import LOADINGS, Loading
 from historysim.scenario.schema import with_kinds
@@ -73,7 +73,7 @@ def _check_channels(changes: Mapping[str, Any]) -> None:
         if isinstance(change, Event):
             channels = change.channels
         elif issubclass(kind, TangentialEvent):
-            channels = components_of(change[0])
+            channels = tangential_channels(change[0])
         for channel in channels:
             if (before := controlled.setdefault(channel, key)) != key:
                 hint = (
