@@ -51,6 +51,7 @@ TEXTS = [
     ("t,F\n0,1\n1,OVER\n2,2\n3,OVER\n", ["t", "F"], {}),
     ("t,F\n0,1\n1,a\n2,b\n3,c\n4,2\n", ["t", "F"], {}),
     ("t,F\n0,1\n1\n2,3\n3,x\n4,5\n", ["t", "F"], {}),
+    ("t,F\n0,1\n1,2\nMean,5\n2,3\n", ["F"], {"header": 1}),
     ("t;F\ns;g\n0;1\n1;2\n", ["F"], {"unit": "N"}),
     (STEP.format(1) + STEP.format(2), ["Time"], {}),
     (STEP.format(1) + STEP.format(2), ["Time"], {"block": 3}),
@@ -93,6 +94,7 @@ FORMATS = [
 UNITS = [
     (None, ["V"], ["N", "Pa"]),
     (None, ["kN", "N"], ["N"]),
+    (None, ["kN", "1.1 kN"], ["N"]),
     (None, ["degC"], ["K"]),
     (None, ["qq"], ["N"]),
     ("mm", [], ["N"]),
