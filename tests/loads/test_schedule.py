@@ -34,7 +34,7 @@ def read(segment):
     return [
         Path(
             *(
-                tuple(path[f"{channel}_{name}"].item() for name in ("control", "target", "fraction"))
+                tuple(np.ravel(path[f"{channel}_{name}"])[0].item() for name in ("control", "target", "fraction"))
                 for channel in ("normal", "tangential")
             ),
             int(path["parts"]),
