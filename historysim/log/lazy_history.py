@@ -37,7 +37,7 @@ from historysim.log.header import LogHeader
 from historysim.log.result import SNAPSHOT_CELLS, digest_attribute, log_path_for, program, start_before
 from historysim.memory.paths import Rows
 from historysim.recording.provenance import MADE_BY
-from historysim.recording.recorder import Recorder, Selection, StateOnly, coordinates_of, labelled_dataset
+from historysim.recording.recorder import Recorder, Selection, StateOnly, asperity_coordinates, labelled_dataset
 from historysim.recording.variables import COMPONENTS, COORDINATES, SLIDE_TIME, Variable, recorded
 from historysim.replaying import Replay
 
@@ -87,7 +87,7 @@ class _SelectedRows(Recorder):
 
     def block(self) -> Block:
         """Return the values of all variables by name."""
-        return {variable.name: values for variable, values in self.projected(self.kept)}
+        return {variable.name: values for variable, values in self.project(self.kept)}
 
     def _selected(self, count: int) -> tuple[int, int]:
         low, high = np.searchsorted(self.wanted, (self._filled, self._filled + count))
@@ -449,7 +449,7 @@ def open_lazily(
     if chunks is not None:
         grid = _Grid.of(chunks, sizes["step"], sizes["asperity"])
         data = [*data, *_chunked(reference, computed, grid)]
-    coordinates = [*coordinates_of(job.ensemble, history.labels), (TIME, history.time)]
+    coordinates = [*asperity_coordinates(job.ensemble, history.labels), (TIME, history.time)]
     attributes = job.attributes() | history.head.attributes | digest_attribute(history.content.links[-1])
     dataset = labelled_dataset(data, coordinates, attributes, planar=job.changes.planar)
     dataset.encoding |= {"source": str(path), MADE_BY: reference}

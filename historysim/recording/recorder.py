@@ -208,10 +208,8 @@ class DatasetRecorder(Recorder):
     def dataset(self, attributes: Mapping[str, Any]) -> "xr.Dataset":
         """Return the recorded history, with these attributes."""
         once = [] if self.slide_time is None else [(SLIDE_TIME, self.slide_time)]
-        coordinates = [*coordinates_of(self.ensemble, self.asperities), (COORDINATES[0], self._times)]
-        return labelled_dataset(
-            [*self.projected(self.rows), *once], coordinates, attributes, planar=self.changes.planar
-        )
+        coordinates = [*asperity_coordinates(self.ensemble, self.asperities), (COORDINATES[0], self._times)]
+        return labelled_dataset([*self.project(self.rows), *once], coordinates, attributes, planar=self.changes.planar)
 
 
 @final
@@ -268,7 +266,7 @@ def labelled_dataset(
     return xr.Dataset(label(data), labels, {**attributes, "complete": np.int8(1)})
 
 
-def coordinates_of(ensemble: Ensemble, asperities: Integers | None) -> list[tuple[Variable, Array]]:
+def asperity_coordinates(ensemble: Ensemble, asperities: Integers | None) -> list[tuple[Variable, Array]]:
     """Coordinates along ``asperity``, with their values."""
     if asperities is None:
         return []
