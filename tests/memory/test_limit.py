@@ -61,11 +61,11 @@ def assert_sound(history):
 def test_a_request_beyond_the_limit_does_not_run_away():
     histories = [
         at_events(hs.replay(TWO, ramps(RUNAWAY), saturate=True, substeps=substeps, record="all"), substeps)
-        for substeps in (1, 2, 7)
+        for substeps in (1, 7)
     ]
     oracle = Polylines([0.0, -0.3], 1.0, [0.18, 0.8])
     for step, (normal, tangential) in enumerate(RUNAWAY):
-        oracle.to(("load", normal), ("load", tangential), steps=400)
+        oracle.to(("load", normal), ("load", tangential), steps=200)
         for row in (history.isel(step=step) for history in histories):
             assert row.tangential_displacement == pytest.approx(oracle.displacement, abs=1e-3)
             assert row.total_tangential_load == pytest.approx(oracle.tangential_load, abs=1e-9)
@@ -95,7 +95,7 @@ def test_a_request_beyond_the_limit_amid_a_ramp_is_refused_and_held():
 
 @pytest.mark.parametrize("friction", [[0.4], [0.4, 0.4], [0.4, 0.4 + 1e-12]])
 @pytest.mark.parametrize("share", [1.0, 2.0, 1.0 - 1e-15])
-@pytest.mark.parametrize("substeps", [1, 2, 10])
+@pytest.mark.parametrize("substeps", [1, 10])
 def test_with_the_approach_falling_while_everything_slides_the_displacement_stays(friction, share, substeps):
     count = len(friction)
     ensemble = hs.Ensemble(UNIT, np.zeros(count), 1.0, friction)
@@ -125,7 +125,7 @@ def test_a_rising_normal_load_carries_a_held_load_until_friction_holds_it():
     assert history.saturated.values.tolist() == [0, 1, 0, 1]
 
 
-def test_what_a_held_load_asks_for_is_remembered():
+def test_a_request_beyond_the_limit_stays_in_force():
     """A channel runs straight between its own waypoints, also while it is held at the limit."""
     ensemble = hs.Ensemble(UNIT, 0.0, 1.0, 0.4)
     whole = [
@@ -196,7 +196,7 @@ def ensemble_of(count):
     return hs.Ensemble(UNIT, -np.linspace(0.0, 0.3, count), 1.0, FRICTION[:count])
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.integers(1, 3).flatmap(lambda count: st.tuples(st.just(count), restless(count))))
 def test_histories_at_the_limit_agree_with_the_oracle(drawn):
     count, moves = drawn
@@ -214,7 +214,7 @@ def test_histories_at_the_limit_agree_with_the_oracle(drawn):
         assert row.total_dissipated_energy == pytest.approx(oracle.dissipated, abs=5e-3)
 
 
-@pytest.mark.parametrize(("count", "split"), list(itertools.product([1, 2, 3], [2, 5])))
+@pytest.mark.parametrize(("count", "split"), [(1, 5), (2, 2), (3, 5)])
 def test_ramps_that_are_split_are_the_same_ramps(count, split):
     rng = np.random.default_rng(count)
     ensemble = ensemble_of(count)
@@ -231,13 +231,13 @@ def test_ramps_that_are_split_are_the_same_ramps(count, split):
     assert more.total_dissipated_energy.values == pytest.approx(once.total_dissipated_energy.values, rel=1e-4)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     st.sampled_from([1, 2, FRICTION.size]).flatmap(lambda count: st.tuples(st.just(count), restless(count))),
     st.sampled_from([math.inf, 30.0, 1.0, 0.02]),
     st.floats(0.05, 0.95),
 )
-def test_substeps_states_between_events_and_logs_say_the_same_at_the_limit(tmp_path_factory, drawn, stiffness, share):
+def test_substeps_states_between_events_and_logs_agree_at_the_limit(tmp_path_factory, drawn, stiffness, share):
     count, moves = drawn
     ensemble, events = ensemble_of(count), events_of(moves)
     options = {"saturate": True, "instrument": hs.Instrument(stiffness)}

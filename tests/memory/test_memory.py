@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from histories import TABLE, follow, histories, random_contact, random_moves, to_events
+from histories import follow, histories, random_contact, random_moves, to_events
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from springs import Contact, SpringRow
@@ -22,10 +22,7 @@ LIMIT = MU * LOAD
 
 # θ and the largest radius differ from 1 here, so that a forgotten factor shows
 MODULI = {"contact_modulus": 2.0, "shear_modulus": 0.3}
-PAIR = hs.MaterialPair.from_moduli(**MODULI)
 THETA = 2.0 / (4 * 0.3)
-
-TOTALS = ("total_normal_load", "total_tangential_load", "tangential_displacement", "separation")
 
 
 def scattered(count, several=False, seed=0):
@@ -90,12 +87,9 @@ def polylines(state):
     return [*(np.stack([stack[name] for name in remembered], axis=1) for stack in stacks), now], made_at
 
 
-def assert_same_memory(state, other, rounding=0.0, made_alike=True):
+def assert_same_memory(state, other, rounding=0.0):
     (vertices, made_at), (other_vertices, other_made_at) = polylines(state), polylines(other)
-    pairs = list(zip(vertices, other_vertices, strict=True))
-    if made_alike:
-        pairs += zip(made_at, other_made_at, strict=True)
-    for one, two in pairs:
+    for one, two in zip([*vertices, *made_at], [*other_vertices, *other_made_at], strict=True):
         assert one.shape == two.shape
         assert np.abs(one - two).max(initial=0) <= rounding
 
@@ -111,19 +105,6 @@ def virgin(normal_load, tangential_load):
     return mindlin.tangential_displacement(tangential_load, **hertz_unit(normal_load), shear_modulus=0.25)
 
 
-# -- the worked history ----------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("substeps", [1, 10])
-def test_the_worked_history_of_both_loads(substeps):
-    events = ramps((0.01, 0.0), *(row[:2] for row in TABLE))
-    history = hs.replay(SPHERE, events, substeps=substeps).isel(step=slice(substeps, None, substeps))
-    # the table's last digits: displacements are rounded, energies cut off
-    assert history.tangential_displacement.values == pytest.approx([row[2] for row in TABLE], rel=3e-7)
-    assert history.total_dissipated_energy.values == pytest.approx([row[3] for row in TABLE], rel=1e-6)
-    assert history.dissipated_energy.values[:, 0] == pytest.approx([row[3] for row in TABLE], rel=1e-6)
-
-
 # -- identities ------------------------------------------------------------------------------------
 
 
@@ -134,26 +115,6 @@ def test_a_rising_normal_load_changes_neither_displacement_nor_energy(ensemble, 
     after = ramped(ensemble, (2 * LOAD, path[-1]), state=before)
     assert after.tangential_displacement == before.tangential_displacement
     assert after.dissipated_energy == before.dissipated_energy > 0
-
-
-def test_a_falling_normal_load_after_virgin_loading_leaves_the_virgin_state():
-    fallen = ramped(SPHERE, (2 * LOAD, 0.0), (2 * LOAD, 0.003), (LOAD, 0.003))
-    fresh = ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.003))
-    assert fallen.tangential_displacement == pytest.approx(virgin(LOAD, 0.003), rel=16 * EPS)
-    assert_same_memory(fallen, fresh, rounding=4 * EPS)
-
-
-def test_normal_load_and_then_friction_times_as_much_is_the_virgin_state():
-    before = ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.003))
-    raised = ramped(SPHERE, (1.5 * LOAD, 0.003), (1.5 * LOAD, 0.003 + 0.5 * LIMIT), state=before)
-    fresh = ramped(SPHERE, (1.5 * LOAD, 0.0), (1.5 * LOAD, 0.003 + 0.5 * LIMIT))
-    assert raised.tangential_displacement == pytest.approx(virgin(1.5 * LOAD, 0.003 + 0.5 * LIMIT), rel=16 * EPS)
-    # the stick radius of the raised contact is older than that of the fresh one
-    assert_same_memory(raised, fresh, 8 * EPS, made_alike=False)
-    made_at = raised.vertices()["made_at"] * raised.memory.line.contact.units.displacement
-    assert made_at[-2] == before.tangential_displacement
-    turned, turned_fresh = (ramped(SPHERE, (1.5 * LOAD, -0.002), state=state) for state in (raised, fresh))
-    assert_same_memory(turned, turned_fresh, 8 * EPS, made_alike=False)
 
 
 @pytest.mark.parametrize("several", [False, True])
@@ -219,8 +180,8 @@ def mirrored(moves):
 @pytest.mark.parametrize("friction_changes", [False, True])
 @pytest.mark.parametrize("several", [False, True])
 @pytest.mark.parametrize("count", [1, 12])
-def test_a_mirrored_history_is_mirrored_bit_for_bit(count, several, friction_changes):
-    for seed in range(15):
+def test_a_mirrored_history_is_mirrored_bit_for_bit_and_energies_add_up(count, several, friction_changes):
+    for seed in range(6):
         contact = scattered(count, several, seed)
         moves = random_moves(np.random.default_rng(seed), contact, 0.02 * count, friction_changes=friction_changes)
         history, mirror = (
@@ -231,22 +192,11 @@ def test_a_mirrored_history_is_mirrored_bit_for_bit(count, several, friction_cha
             odd = name in {"tangential_load", "total_tangential_load", "tangential_displacement"}
             expected = -history[name].values if odd else history[name].values
             assert np.array_equal(mirror[name].values, expected, equal_nan=name == "slide_time"), name
-
-
-@pytest.mark.parametrize("several", [False, True])
-@pytest.mark.parametrize("turns", [(0.2,), (0.6, -0.4), (0.9, -0.8, 0.7, -0.2)])
-def test_doubling_and_halving_the_normal_load_at_fixed_displacement_changes_nothing(turns, several):
-    contact = scattered(12, several)
-    ensemble = ensemble_of(contact)
-    slide = THETA * contact.friction.max() * contact.approach(0.1)
-    state = ensemble.advance(ensemble.initial_state(), normal_load=0.1)
-    for turn in turns:
-        state = ensemble.advance(state, normal_load=0.1, tangential_displacement=turn * slide)
-    doubled = ensemble.advance(state, normal_load=0.2)
-    halved = ensemble.advance(doubled, normal_load=0.1)
-    assert doubled.tangential_load == pytest.approx(state.tangential_load, rel=16 * EPS)
-    assert_same_memory(halved, state, rounding=4 * EPS)
-    assert halved.dissipated_energy == state.dissipated_energy
+        energies, total = history.dissipated_energy.values, history.total_dissipated_energy.values
+        assert np.all(np.diff(energies, axis=0) >= 0)
+        assert np.all(np.diff(total) >= 0)
+        # a rounding per addition
+        assert energies.sum(axis=1) == pytest.approx(total, rel=1e-11, abs=1e-18)
 
 
 # -- closed forms ----------------------------------------------------------------------------------
@@ -265,20 +215,6 @@ def ball_at(*shares):
     """The ball under its load after tangential loads that are shares of the limit, and its contact."""
     state = ramped(BALL, (BALL_LOAD, 0.0), *((BALL_LOAD, share * BALL_LIMIT) for share in shares))
     return state, BALL.asperity(0, state)
-
-
-@pytest.mark.parametrize("share", [-0.999, -0.4, 0.01, 0.5, 0.9, 1.0])
-def test_virgin_loading_is_cattaneo_mindlin(share):
-    state, ball = ball_at(share)
-    load = share * BALL_LIMIT
-    assert state.tangential_displacement == pytest.approx(
-        mindlin.tangential_displacement(load, **ELASTIC), rel=16 * EPS
-    )
-    # the cube root lifts the rounding of 1 - T/(μN)
-    assert ball.stick_radius == pytest.approx(mindlin.stick_radius(load, **SLIPPING), rel=1e-12)
-    r = np.linspace(0, 1.1 * BALL_RADIUS, 40)
-    peak = 0.2 * 1.5 * BALL_LOAD / (math.pi * BALL_RADIUS**2)
-    assert ball.traction(r) == pytest.approx(mindlin.traction(r, tangential_load=load, **SLIPPING), abs=1e-7 * peak)
 
 
 @pytest.mark.parametrize("turn", [0.3, 0.8, 0.99, -0.7])
@@ -315,12 +251,6 @@ def test_a_closed_loop_costs_the_closed_form_energy(share):
     assert BALL.asperity(0, last).dissipated_energy == last.dissipated_energy
 
 
-def test_after_gross_slip_a_quarter_of_the_displacement_remains():
-    state, _ = ball_at(1.0, 0.0)
-    full = mindlin.preliminary_displacement(**ELASTIC)
-    assert state.tangential_displacement == pytest.approx((2 ** (1 / 3) - 1) * full, rel=1e-12)
-
-
 # -- energy ----------------------------------------------------------------------------------------
 
 
@@ -352,21 +282,7 @@ def test_the_work_of_the_tangential_load_is_stored_or_dissipated(count, several)
         assert abs(missing[1]) < 10 / 800**2 * scale
 
 
-@pytest.mark.parametrize("friction_changes", [False, True])
-@pytest.mark.parametrize("several", [False, True])
-def test_dissipation_never_falls_and_the_asperities_share_it(several, friction_changes):
-    for seed in range(15):
-        contact = scattered(12, several, seed)
-        moves = random_moves(np.random.default_rng(seed), contact, 0.2, friction_changes=friction_changes)
-        history = hs.replay(ensemble_of(contact), to_events(moves), substeps=3, record="all")
-        assert np.all(np.diff(history.dissipated_energy.values, axis=0) >= 0)
-        total = history.total_dissipated_energy.values
-        assert np.all(np.diff(total) >= 0)
-        # a rounding per addition
-        assert history.dissipated_energy.values.sum(axis=1) == pytest.approx(total, rel=1e-11, abs=1e-18)
-
-
-@settings(max_examples=60, deadline=None)
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(1e-6, 1.0), st.floats(-0.999, 0.999)), min_size=1, max_size=12), st.booleans())
 def test_nothing_is_dissipated_while_everything_sticks(increments, by_load):
     ensemble = ensemble_of(scattered(8))
@@ -380,7 +296,7 @@ def test_nothing_is_dissipated_while_everything_sticks(increments, by_load):
     assert ensemble.asperity(0, state).stick_radius == ensemble.asperity(0, state).contact_radius
 
 
-def test_the_stored_energy_is_that_of_the_springs():
+def test_the_stored_energy_equals_that_of_the_springs():
     springs = 1000
     for seed in range(6):
         contact = scattered(5, several=True, seed=seed)
@@ -441,24 +357,6 @@ def test_substeps_of_ramps_change_nothing_beyond_the_tolerance(several, toleranc
     # one tolerance per ramp; with one coefficient it is that of the energy alone
     rounding = 5 * tolerance if several else 1e-12
     assert_same_history(once, often.isel(step=slice(None, None, 4)), rounding, energy=5 * tolerance)
-
-
-def test_splitting_mixed_control_along_approach_and_displacement_changes_nothing():
-    contact = scattered(6, several=True)
-    ensemble = ensemble_of(contact)
-    state = ramped(ensemble, (0.05, 0.0), (0.05, 0.01))
-    for normal_load, displacement in ((0.1, -0.003), (0.03, -0.004), (0.08, 0.002)):
-        whole = ensemble.advance(state, normal_load=normal_load, tangential_displacement=displacement)
-        middle = ensemble.advance(
-            state,
-            normal_displacement=(state.approach + whole.approach) / 2,
-            tangential_displacement=(state.tangential_displacement + displacement) / 2,
-        )
-        split = ensemble.advance(middle, normal_load=normal_load, tangential_displacement=displacement)
-        assert split.tangential_load == pytest.approx(whole.tangential_load, rel=1e-12)
-        assert split.stored_energy == pytest.approx(whole.stored_energy, rel=1e-12)
-        assert split.dissipated_energy == pytest.approx(whole.dissipated_energy, rel=1e-12)
-        state = whole
 
 
 @pytest.mark.parametrize("several", [False, True])
@@ -581,7 +479,7 @@ def test_a_fall_of_friction_under_a_tangential_load_moves_the_contact_to_hold_it
 
 
 @pytest.mark.parametrize("factor", [0.999999, 0.998, 0.9, 0.6, 0.31])
-def test_sliding_goes_on_when_friction_falls(factor):
+def test_sliding_continues_when_friction_falls(factor):
     rng = np.random.default_rng(4)
     for friction, approach in zip(rng.uniform(0.1, 0.9, 30), rng.uniform(0.001, 0.1, 30), strict=True):
         sphere = hs.Ensemble(UNIT_PAIR, 0.0, 1.0, friction)
@@ -662,14 +560,7 @@ def test_one_coefficient_per_asperity_splits_the_group(by_load):
         assert [a.dissipated_energy for a in asperities] == pytest.approx(spent, abs=6 / springs**2 * spent.sum())
 
 
-@pytest.mark.parametrize("several", [False, True])
-def test_new_coefficients_that_equal_the_old_ones_change_nothing(several):
-    ensemble = ensemble_of(scattered(9, several))
-    state = ramped(ensemble, (0.1, 0.0), (0.1, 0.02), (0.1, -0.01))
-    assert_same_memory(ensemble.advance(state, friction=ensemble.friction), state, 4 * EPS if several else 0.0)
-
-
-def test_partial_lift_off_erases_what_the_asperities_that_leave_remember():
+def test_partial_lift_off_erases_the_memory_of_separated_asperities():
     contact = Contact.build(2.0, 0.3, [0.0, -0.01, -0.02], [1.0, 0.5, 2.0], 0.4)
     ensemble = ensemble_of(contact)
     state = displaced(ensemble, (0.03, 0.0), (0.03, 0.005), (0.03, 0.003))
@@ -791,7 +682,7 @@ CASES = list(itertools.product([False, True], [False, True]))
 
 @pytest.mark.parametrize("friction_changes", [False, True])
 def test_random_histories_of_one_asperity(friction_changes):
-    for seed in range(30):
+    for seed in range(12):
         contact = scattered(1, seed=seed)
         moves = random_moves(np.random.default_rng(seed), contact, 0.02, friction_changes=friction_changes)
         assert_agrees_with_springs(contact, moves, 0.02, springs=400, substeps=60)
@@ -799,7 +690,7 @@ def test_random_histories_of_one_asperity(friction_changes):
 
 @pytest.mark.parametrize(("several", "friction_changes"), CASES)
 def test_random_histories_of_fifty_asperities(several, friction_changes):
-    for seed in range(6):
+    for seed in range(3):
         contact = scattered(50, several, seed)
         moves = random_moves(np.random.default_rng(seed), contact, 1.0, friction_changes=friction_changes)
         assert_agrees_with_springs(contact, moves, 1.0, springs=150, substeps=20)
@@ -826,7 +717,7 @@ def drawn_from(contact, load):
     return histories(contact, load, friction_changes=True).map(lambda moves: (contact, load, moves))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(drawn_from(ONE, 0.02) | drawn_from(THREE, 0.06))
 def test_drawn_histories(drawn):
     contact, load, moves = drawn
@@ -838,7 +729,7 @@ def test_drawn_histories(drawn):
 def test_the_disagreement_with_springs_falls_with_the_square_of_their_grid(count, several):
     springs = np.array([100, 200, 400, 800])
     errors = np.zeros((springs.size, 3))
-    for seed in range(50):
+    for seed in range(30):
         contact = scattered(count, several, seed)
         moves = by_displacement(contact, random_moves(np.random.default_rng(seed), contact, 0.02 * count))
         history = hs.replay(ensemble_of(contact), to_events(moves), record="all")
@@ -852,7 +743,7 @@ def test_the_disagreement_with_springs_falls_with_the_square_of_their_grid(count
     orders = -np.polyfit(np.log(springs), np.log(errors), 1)[0]
     # where each kink falls within its cell makes single errors jump about their order; their mean does not
     assert orders == pytest.approx([2.0, 2.0, 2.0], abs=0.2)
-    assert np.all(errors / 50 < 1 / springs[:, np.newaxis] ** 2)
+    assert np.all(errors / 30 < 1 / springs[:, np.newaxis] ** 2)
 
 
 # -- spirals ---------------------------------------------------------------------------------------
@@ -891,11 +782,3 @@ def test_the_memory_is_as_deep_as_the_reversals_that_are_open():
         depths.append(len(state.vertices()))
     # one vertex at the axis, one at the edge, one per open reversal
     assert depths == [*range(3, 63), *range(61, 2, -1)]
-
-
-def test_equal_loops_do_not_fill_the_memory():
-    state = ramped(SPHERE, (LOAD, 0.0), (LOAD, 0.8 * LIMIT))
-    for _ in range(200):
-        state = ramped(SPHERE, (LOAD, -0.8 * LIMIT), (LOAD, 0.8 * LIMIT), state=state)
-    assert len(state.vertices()) == 3
-    assert SPHERE.asperity(0, state).reversal_points.size == 0

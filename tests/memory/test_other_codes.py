@@ -24,8 +24,8 @@ def numbers(program, *words):
     return [[float(word) for word in line.split()] for line in done.stdout.splitlines()]
 
 
-def test_histories_of_fixed_size_are_off_by_no_more_than_they_tell(grains):
-    rooms = (3, 4, 6, 10, 16)
+def test_histories_of_fixed_size_err_by_no_more_than_their_bound(grains):
+    rooms = (3, 16)
     found = {room: numbers(grains, str(room))[0] for room in rooms}
     for largest, error, bound in found.values():
         assert 0 < error <= bound

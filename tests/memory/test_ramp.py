@@ -60,7 +60,7 @@ def test_a_little_change_of_the_normal_load_takes_its_share_of_the_energy(fricti
 def test_the_energy_of_large_ramps_is_within_the_tolerance():
     rng = np.random.default_rng(5)
     coarse, fine = (surface([0.5], tolerance=tolerance) for tolerance in (1e-4, 1e-8))
-    for _ in range(250):
+    for _ in range(60):
         state, _ = pressed(coarse, rng.uniform(-0.99, 0.99, rng.integers(1, 5)), 1.0)
         normal = 1.0 + rng.uniform(-0.8, 2.0)
         tangential = rng.uniform(-0.99, 0.99) * 0.5 * min(1.0, normal)
@@ -146,16 +146,16 @@ def test_a_ramp_from_full_stick_has_the_energy_of_its_closed_form(load, share):
 
 
 @pytest.mark.skipif(sys.platform != "linux" or not shutil.which("gcc"), reason="counts by an option of GNU's linker")
-def test_random_ramps_take_few_chords_and_end_where_thousands_of_parts_end(tmp_path):
+def test_random_ramps_take_few_chords_and_end_as_fine_ramps_do(tmp_path):
     program = compiled(["gcc"], SUPPORT / "ramps.c", tmp_path, "-O2", *WARNINGS, "-Wl,--wrap=hs_move")
     run = lambda *words: subprocess.run([program, *words], capture_output=True, text=True, check=True).stdout  # noqa: E731
-    chords = np.array([int(line.split()[2]) for line in run("0", "20", "10").splitlines()])
-    assert chords.size == 200
+    chords = np.array([int(line.split()[2]) for line in run("0", "8", "10").splitlines()])
+    assert chords.size == 80
     # one in ten took 29,525 while all chords were of one length
     assert np.median(chords) < 600
     assert np.quantile(chords, 0.99) < 4_000
     assert chords.max() < 9_000
-    distances = np.array([line.split()[3:] for line in run("0", "3", "5", "1000").splitlines()], dtype=float)
+    distances = np.array([line.split()[3:] for line in run("0", "2", "3", "1000").splitlines()], dtype=float)
     # one tolerance for the ramp, and one for those that it is compared with
     assert np.abs(distances).max() < 2e-6
 

@@ -8,8 +8,8 @@ from historysim.memory.paths import Goals, blank_rows, paths_to
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=5e10, shear_modulus=1e10)
 
 
-def walked_and_read(ensemble, targets):
-    """Rows that one walk records, and what the state after each path says by itself."""
+def recorded_and_read(ensemble, targets):
+    """Rows recorded along all paths, and rows read from the state after each path."""
     approach, displacement = np.array(targets).T
     paths = paths_to(Goals(lib.HS_DISPLACED, approach), Goals(lib.HS_DISPLACED, displacement))
     everyone = np.arange(ensemble.elements)
@@ -23,7 +23,7 @@ def walked_and_read(ensemble, targets):
 
 
 @pytest.mark.parametrize("friction", [0.3, [0.2, 0.4]])
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(2))
 def test_a_row_does_not_depend_on_the_rows_before(friction, seed):
     # deep loops, loops that are wiped out, the approach held and moved, lift-off and new touch
     random = np.random.default_rng(seed)
@@ -35,7 +35,7 @@ def test_a_row_does_not_depend_on_the_rows_before(friction, seed):
         approach = random.choice([place[0]] * 4 + [random.uniform(-5e-9, 60e-9)])
         targets += list(np.linspace(place, (approach, amplitude * (-1) ** turn), 4)[1:])
         place = targets[-1]
-    rows, read = walked_and_read(ensemble, targets)
+    rows, read = recorded_and_read(ensemble, targets)
     for name, recorded in rows.each.items():
         assert recorded.tobytes() == read.each[name].tobytes(), name
     assert rows.totals.tobytes() == read.totals.tobytes()

@@ -68,7 +68,7 @@ def test_an_asperity_that_touches_while_the_contact_slides_does_so_at_once():
     assert times[1:3] == pytest.approx([1.25, 1.625], rel=1e-12)
 
 
-def test_what_is_lifted_off_under_a_load_slides_before_and_what_was_not_strained_does_not():
+def test_a_loaded_asperity_slides_before_lift_off_and_an_unloaded_one_does_not():
     up = hs.NormalDisplacement(2.0, -1e-9)
     strained = [hs.NormalDisplacement(0.0, 50e-9), hs.TangentialDisplacement(1.0, 5e-9), up]
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-5, MU), [*strained, hs.TangentialDisplacement(2.0, 5e-9)], hold=False)
@@ -99,7 +99,7 @@ def test_after_a_fall_of_friction_the_slip_front_comes_to_the_middle_late():
     assert ((found <= seen) & (found >= seen - 1 / FINE)).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(deadline=None)
 @given(moments=moments, saturate=st.booleans(), alike=st.booleans(), stiffness=st.none() | st.floats(1e5, 1e7))
 def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, saturate, alike, stiffness):
     """Rows that are 200 times finer bracket each instant, whatever is controlled; their own answer is the same."""
@@ -132,7 +132,7 @@ def test_each_instant_lies_between_the_fine_rows_where_it_begins(moments, satura
             assert moment <= time[seen] + 1e-9
 
 
-def test_a_file_and_a_history_in_memory_say_the_same(tmp_path):
+def test_a_file_and_a_history_in_memory_agree(tmp_path):
     scenario = tmp_path / "s.toml"
     scenario.write_text(
         '[materials]\nfirst = "silicon"\nsecond = "float glass"\n[friction]\ncoefficient = 0.2\n'
@@ -150,15 +150,6 @@ def test_a_file_and_a_history_in_memory_say_the_same(tmp_path):
     assert dict(hs.show(tmp_path / "s.nc"))["first to slide"] == told
 
 
-def bisected(job, asperity, slid, waiting, turns=20):
-    """The instant at which an asperity begins to slide between two times, by states of replays that end there."""
-    for _ in range(turns):
-        middle = 0.5 * (slid + waiting)
-        state = job.ensemble.asperity(asperity, job.state(until=middle)).slip_state
-        slid, waiting = (middle, waiting) if state == GROSS else (slid, middle)
-    return slid
-
-
 EVOLVING = {
     "alike": ({}, MU),
     "one coefficient each": ({}, FRICTION),
@@ -172,7 +163,7 @@ DRIVEN = [hs.NormalDisplacement(0.0, 80e-9), hs.NormalDisplacement(1.0, DEPTH), 
 
 @pytest.mark.parametrize("events", [LOADED, DRIVEN], ids=["loads", "displacements"])
 @pytest.mark.parametrize("kind", EVOLVING)
-def test_states_at_times_between_rows_say_the_same(kind, events):
+def test_states_of_replays_that_end_just_before_and_after_agree(kind, events):
     more, friction = EVOLVING[kind]
     job = hs.Replay(hs.Ensemble(PAIR, HEIGHTS, RADII, friction, **more), events, saturate=True, record="all")
     found = job.dataset()["slide_time"].values
@@ -181,8 +172,14 @@ def test_states_at_times_between_rows_say_the_same(kind, events):
     assert np.isnan(found[rows == -1]).all()
     accuracy = 1e-5 if job.ensemble.evolves else 1e-6
     for one in np.flatnonzero(rows > 0):
-        expected = bisected(job, one, rows[one] / 20, (rows[one] - 1) / 20)
-        assert found[one] == pytest.approx(expected, abs=accuracy)
+        assert (rows[one] - 1) / 20 - accuracy <= found[one] <= rows[one] / 20 + accuracy
+        before, after = (
+            job.ensemble.asperity(one, job.state(until=found[one] + shift)).slip_state
+            for shift in (-accuracy, accuracy)
+        )
+        assert before != GROSS
+        # at the end of the record no state follows
+        assert after == GROSS or found[one] + accuracy > 1.0
 
 
 def test_patches_slide_where_the_stick_zone_ends_at_their_first_touch():
@@ -218,19 +215,9 @@ def test_a_change_of_friction_or_of_geometry_slides_at_its_time_and_a_state_keep
     assert np.isnan(ENSEMBLE.slide_time(moved)).all()
 
 
-def test_results_without_the_instants_say_so():
+def test_queries_of_results_without_instants_are_refused():
     history = hs.replay(ENSEMBLE, DRIVEN).drop_vars("slide_time")
     for question in (history.contact.slides_first, history.contact.slip_onset):
         with pytest.raises(hs.InputError, match="no slide_time"):
             question()
     assert "first to slide" not in dict(history.contact.summary())
-
-
-def test_what_slides_after_the_end_of_a_part_is_left_out():
-    events = [hs.NormalDisplacement(0.0, DEPTH), hs.TangentialDisplacement(2.0, 100e-9)]
-    history = hs.replay(ENSEMBLE, events, substeps=10, record="all")
-    times = history.contact.slip_onset()["slide_time"].values
-    part = history.isel(step=slice(0, 4)).contact.slip_onset()["slide_time"].values
-    np.testing.assert_array_equal(part, np.where(times <= history.time.values[3], times, np.nan))
-    with pytest.raises(hs.InputError, match="no slip_state"):
-        hs.replay(ENSEMBLE, events, record="totals").contact.slides_first()

@@ -67,7 +67,7 @@ def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
     contact = random_contact(rng, 4, several_coefficients=True)
     row = SpringRow(contact, 0.03, 300)
     work = 0.0
-    for _ in range(12):
+    for _ in range(6):
         approach, displacement = rng.uniform(-0.003, 0.03), rng.uniform(-0.012, 0.012)
         path = np.linspace((row.approach, row.tangential_displacement), (approach, displacement), 801)
         loads = [row.total_tangential_load]
@@ -78,7 +78,7 @@ def test_the_work_of_the_tangential_load_is_stored_or_dissipated():
     assert row.elastic_energy.sum() + row.dissipated_energy.sum() == pytest.approx(work, rel=1e-5)
 
 
-def test_a_straight_path_ends_at_the_tangential_load_that_was_asked_for():
+def test_a_straight_path_ends_at_the_requested_tangential_load():
     rng = np.random.default_rng(3)
     contact = random_contact(rng, 6, several_coefficients=True)
     row = SpringRow(contact, 0.03, 200)
@@ -89,17 +89,3 @@ def test_a_straight_path_ends_at_the_tangential_load_that_was_asked_for():
         assert row.total_tangential_load == pytest.approx(target, abs=1e-11 * contact.limit(0.03))
         before.apply(("displacement", approach), ("displacement", row.tangential_displacement), substeps=1)
         assert before.tangential_load == pytest.approx(row.tangential_load, abs=1e-11 * contact.limit(0.03))
-
-
-def test_a_ramp_of_loads_over_several_coefficients_converges_with_the_sub_steps():
-    contact = Contact.build(1.0, 0.25, [0.0, -0.005], [1.0, 0.5], [0.3, 0.6])
-    rows = {substeps: loaded(1000, 0.004, contact) for substeps in (10, 20, 40, 640)}
-    for substeps, row in rows.items():
-        row.apply(("load", 0.02), ("load", 0.006), substeps)
-    exact = rows.pop(640)
-    loads, energies = (
-        np.array([np.abs(getattr(row, name) - getattr(exact, name)).max() for row in rows.values()])
-        for name in ("tangential_load", "dissipated_energy")
-    )
-    assert loads[:-1] / loads[1:] == pytest.approx(4.0, rel=0.3)
-    assert energies[:-1] / energies[1:] == pytest.approx(4.0, rel=0.3)

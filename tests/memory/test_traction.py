@@ -52,7 +52,7 @@ def test_an_asperity_does_not_see_vertices_below_its_summit():
     assert weight == pytest.approx([MU])
 
 
-def test_what_is_asked_of_a_memory_is_a_copy():
+def test_the_superposition_is_a_copy():
     asperity = ENSEMBLE.asperity(0, state_after(0.5))
     before = [values.tobytes() for values in asperity.superposition]
     for values in asperity.superposition:
