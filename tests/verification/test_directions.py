@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import pytest
 from planar_half_space import PlanarHalfSpace
 from planar_paths import TABLES, way
 
@@ -84,6 +85,7 @@ def test_circle_and_square(page):
     page.picture(draw)
 
 
+@pytest.mark.slow
 def test_half_space(page):
     """A zigzag under a waving load, with Poisson's ratio 0.3
 

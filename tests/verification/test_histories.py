@@ -1,6 +1,7 @@
 """Any history of normal and tangential loads, beside springs, polylines and identities."""
 
 import numpy as np
+import pytest
 from histories import TABLE, follow, random_contact, random_moves, to_events
 from polylines import Polylines
 from springs import SpringRow
@@ -84,6 +85,7 @@ def test_theory_table(page):
     page.picture(draw)
 
 
+@pytest.mark.slow
 def test_at_the_limit(page):
     """Loads at and beyond the limit of friction
 

@@ -9,6 +9,7 @@ from dense_contact import DenseContact
 import historysim as hs
 
 
+@pytest.mark.slow
 def test_areas(page):
     """Real area at light loads
 

@@ -165,6 +165,7 @@ def test_recovered_parameters(page):
     page.picture(draw)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
 def test_damper(page):
     """Loops of a measured friction damper
