@@ -150,15 +150,16 @@ def closed_period(trace: Trace, dead_band: float) -> Trace | None:
     """Rotate a record of one period so that it starts and ends at its maximum; None if the record does not close.
 
     A record closes if it ends where it started: the displacement to within the dead band or two of the steps at the
-    ends, and the load to within `CLOSED` of the mean height of the loop, which has to be clear of noise. Both
-    ends are extrapolated to the displacement between them. At a turn they are not, and noise and two steps of the load
-    are allowed.
+    ends, but not half of its range, and the load to within `CLOSED` of the mean height of the loop, which has to be
+    clear of noise. Both ends are extrapolated to the displacement between them. At a turn they are not, and noise and
+    two steps of the load are allowed.
     """
     moved, load = trace.displacement, trace.tangential_load
     if moved.size < FEWEST_OF_PERIOD:
         return None
     moved_steps, load_steps = (np.abs([each[1] - each[0], each[-1] - each[-2]]) for each in (moved, load))
-    if abs(moved[-1] - moved[0]) > max(dead_band, 2 * float(moved_steps.max())):
+    # a jump at an end of a pull in one direction may be as large as half of the whole range
+    if abs(moved[-1] - moved[0]) > min(max(dead_band, 2 * float(moved_steps.max())), 0.5 * float(np.ptp(moved))):
         return None
     height = abs(_area(moved, load) + float((moved[0] - moved[-1]) * (load[0] + load[-1])) / 2) / float(np.ptp(moved))
     gap, error = _gap_between_ends(moved, load)
