@@ -18,9 +18,7 @@ LOAD, MOVED = SOUND["tangential_load"], SOUND["tangential_displacement"]
 
 def notes(load=LOAD, moved=MOVED, record=SOUND, **others):
     changed = attrs.evolve(
-        record,
-        channels={**record.channels, "tangential_displacement": moved},
-        response={"tangential_load": load},
+        record, channels={**record.channels, "tangential_displacement": moved}, response={"tangential_load": load}
     )
     observation = observe(changed)
     model = synthetic.model("ball")({**synthetic.TRUTHS["ball"], **others})
@@ -43,21 +41,17 @@ def rising(slope, *, with_position):
     [
         (lambda: notes(moved=MOVED + 5e-9 * np.sign(LOAD)), r'free_play = "(.*?)"', "m", 10e-9, 0.1),
         (lambda: notes(np.roll(LOAD, 6)), r'shift = "-(.*?)" at the tangential load', "s", 0.3, 0.1),
-        (lambda: notes(rising(2e3, with_position=False)), r"both directions.*beside the contact", "", 0, 0),
         (lambda: notes(rising(2e3, with_position=False)), r"each stroke by (.*?),", "N/m", 2e3, 0.05),
         (lambda: notes(rising(2e3, with_position=True)), r"with the position, by (.*?), up", "N/m", 2e3, 0.05),
     ],
 )
 def test_a_fault_is_found_with_its_size(found, message, unit, size, within):
     (note,) = (note for note in found() if "of what the model leaves" in note)
-    match = re.search(message, note)
-    assert match
-    if unit:
-        assert quantity(match[1], unit) == pytest.approx(size, rel=within)
+    assert quantity(re.search(message, note)[1], unit) == pytest.approx(size, rel=within)
 
 
-@pytest.mark.parametrize("others", [{"friction": 0.15}, {"friction": 0.26}, {"lateral_stiffness": 5e5}])
-def test_another_parameter_is_no_fault(others):
+@pytest.mark.parametrize("others", [{"friction": 0.26}, {"lateral_stiffness": 5e5}])
+def test_another_parameter_is_not_a_fault(others):
     assert notes(**others) == ()
 
 

@@ -1,4 +1,4 @@
-"""A model beside a measurement: the numbers by another way, and what is drawn."""
+"""A model compared with a measurement: independent numbers, and the contents of the picture."""
 
 import itertools
 
@@ -26,7 +26,7 @@ def area(moved, load):
     return 0.5 * float(np.sum((load + np.roll(load, -1)) * (np.roll(moved, -1) - moved)))
 
 
-def test_the_difference_is_measured_less_model(compared):
+def test_the_difference_is_measured_minus_model(compared):
     observed, response = compared.observation, compared.response
     off = observed.tangential_load - response.tangential_load
     assert_array_equal(compared.difference, off)
@@ -52,27 +52,6 @@ def test_loops_and_their_energies_by_another_way(compared):
         energy[[1, 3]] = np.nan
         # noise of 1 nm, of 200, makes the order in time another one than that of the displacements
         assert_allclose(loops.dissipated_energy, energy, rtol=1e-3)
-
-
-def test_the_table_has_both_side_by_side(compared):
-    header, *rows = compared.rows()
-    assert header == ("quantity", "measured", "model")
-    table = {label: (measured, model) for label, measured, model in rows}
-    assert list(table) == [
-        "friction force",
-        "normal load",
-        "friction coefficient",
-        "preliminary displacement",
-        "stiffness at reversal",
-        "energy per loop",
-    ]
-    assert float(table["friction coefficient"][0].split()[0]) == pytest.approx(0.2, rel=1e-2)
-    assert float(table["friction coefficient"][1].split()[0]) == pytest.approx(0.19, rel=1e-2)
-    mean, _, scatter, unit, *_ = table["energy per loop"][1].split()
-    energy = compared.model.dissipated_energy
-    assert unit == "nJ"
-    assert float(mean) == pytest.approx(1e9 * np.nanmean(energy), rel=1e-3)
-    assert float(scatter) == pytest.approx(1e9 * np.nanstd(energy, ddof=1), rel=6e-2)
 
 
 def test_a_record_without_a_loop_is_compared_without_a_table(compared):

@@ -44,7 +44,7 @@ def test_a_median_takes_spikes_off_and_leaves_turns():
     assert_array_equal(running_median(np.sign(sine(1)), 5), np.sign(sine(1)))
 
 
-def test_filters_need_what_they_can_filter():
+def test_unsuitable_input_of_filters_is_refused():
     uneven = TIME.copy()
     uneven[2000:] += 0.01
     with pytest.raises(
@@ -78,7 +78,7 @@ def test_hum_is_found_with_its_frequency_and_amplitude():
     assert round(folded.frequency) == 50
 
 
-def test_what_is_no_hum_is_not_taken_for_it():
+def test_noise_and_turns_are_not_hum():
     assert not any(find_hum(TIME, triangle() + noise(seed), dead_band=1.0) for seed in range(40))
     for seed, size in ((0, 0.0), (1, 1.0)):
         record = synthetic.measured("ball", seed, rate=100.0, loads=(0.05,), noise=size)

@@ -25,7 +25,9 @@ def start_of(kind, factor):
     return {name: factor * value for name, value in synthetic.TRUTHS[kind].items()}
 
 
-@pytest.mark.parametrize(("kind", "factor"), [("ball", 0.3), ("ball, shear modulus", 1.3), ("rough", 0.3)])
+@pytest.mark.parametrize(
+    ("kind", "factor"), [("ball, shear modulus", 1.3), pytest.param("rough", 0.3, marks=pytest.mark.slow)]
+)
 def test_without_noise_the_truth_is_found(kind, factor):
     found = fit_parameters(synthetic.model(kind), start_of(kind, factor), observe(exact(kind)))
     for parameter in found.parameters:
@@ -38,10 +40,9 @@ def test_without_noise_the_truth_is_found(kind, factor):
     assert found.values == {parameter.name: parameter.value for parameter in found.parameters}
 
 
-@pytest.mark.parametrize(
-    ("kind", "factor"), [("ball", 10), pytest.param("ball, shear modulus", 0.1, marks=pytest.mark.slow)]
-)
-def test_a_start_ten_times_off_leads_to_the_same(kind, factor):
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "factor"), [("ball", 10), ("ball, shear modulus", 0.1)])
+def test_a_start_ten_times_off_leads_to_the_same_fit(kind, factor):
     observation = observe(synthetic.measured(kind, 1, rate=5.02))
     near = fit_parameters(synthetic.model(kind), start_of(kind, 1), observation)
     far = fit_parameters(synthetic.model(kind), start_of(kind, factor), observation)
@@ -59,32 +60,27 @@ def test_turning_points_between_samples_are_found(kind):
         assert value == pytest.approx(synthetic.TRUTHS[kind][name], rel=5e-5)
 
 
-def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_samples():
-    """Six records at 12 nm a sample; 3 misses or fewer of 12, since more come once in 400 times at 5 % each."""
-    found = [synthetic.fitted("ball", seed, rate=2.09) for seed in range(100, 106)]
+@pytest.mark.parametrize(("count", "misses"), [(2, 1), pytest.param(6, 3, marks=pytest.mark.slow)])
+def test_intervals_hold_the_truth_where_turning_points_fall_between_coarse_samples(count, misses):
+    """Two parameters of some records at 12 nm a sample; more misses come once in 50 or 400 times at 5 % each."""
+    found = [synthetic.fitted("ball", seed, rate=2.09) for seed in range(100, 100 + count)]
     for ends in (("low", "high"), ("noise_low", "noise_high")):
         held = [synthetic.holds(parameter, *ends) for each in found for parameter in each.parameters]
-        assert len(held) == 12
-        assert stats.binom.sf(3, len(held), 0.05) < 1 / 400
-        assert held.count(False) <= 3
+        assert stats.binom.sf(misses, 2 * count, 0.05) < 1 / 50
+        assert held.count(False) <= misses
+    if count < 6:
+        return
     # 3.5 standard errors of six are exceeded once in 60 times
     off = np.array([each.values["lateral_stiffness"] for each in found]) / synthetic.STIFFNESS - 1
     assert abs(off.mean()) < 3.5 * off.std(ddof=1) / np.sqrt(off.size)
 
 
-def overlap(first, second, low="low", high="high"):
-    return getattr(first, low) <= getattr(second, high) and getattr(second, low) <= getattr(first, high)
-
-
 def test_intervals_of_the_halves_of_a_record_overlap():
     """Friction that runs in and scatters from branch to branch, correlated noise; `fit_intervals.py` counts many."""
     record = synthetic.reciprocating(3, 16, 1_000, scatter=0.02, correlation=0.5, run_in=0.05, hum=5e-5)
-    middle = record.time.size // 2
-    cut = [synthetic.part(record, np.arange(middle)), synthetic.part(record, np.arange(middle, 2 * middle))]
-    parts = synthetic.random_half(record, 0), cut
-    fits = [[synthetic.fitted_friction(half) for half in halves] for halves in parts]
-    pairs = [[each.parameters[0] for each in pair] for pair in fits]
-    assert [overlap(*pair) for pair in pairs] == [True, True]
+    first, second = (synthetic.fitted_friction(half).parameters[0] for half in synthetic.random_half(record, 0))
+    assert first.low <= second.high
+    assert second.low <= first.high
     whole = synthetic.fitted_friction(record)
     assert whole.loops_compared == 16
     first, *rest = whole.summary()
@@ -129,7 +125,7 @@ def with_load(record, load):
     return attrs.evolve(record, response={"tangential_load": load})
 
 
-def test_a_record_that_begins_in_mid_stroke_is_said_to_and_its_remedy_helps():
+def test_a_record_that_begins_in_mid_stroke_is_noted_and_its_remedy_helps():
     """Partial slip, whose first quarter is remembered: cut off, and with a zero of its own, friction is far too low."""
     whole = synthetic.measured("ball", 1, 30e-9, (0.05,), 5, 10.03, 5e-9, noise=0.05)
     cut = synthetic.part(whole, np.arange(30, whole.time.size))
@@ -157,12 +153,12 @@ def test_a_parameter_that_no_sample_shows_is_not_determined_by_the_scatter_of_lo
     assert "not determined" in stiffness.text()
 
 
-def test_means_of_a_long_record_say_as_much_as_all_of_it():
-    """8,000 samples as about 2,000: the estimates agree to within their intervals, which are as wide."""
-    record = observe(synthetic.measured("ball", 4, rate=62.53, loads=(0.05,), loops=4))
+def test_means_of_a_long_record_give_the_same_intervals():
+    """4,000 samples as about 1,000: the estimates agree to within their intervals, which are as wide."""
+    record = observe(synthetic.measured("ball", 4, rate=62.53, loads=(0.05,), loops=2))
     whole, averaged = (
         fit_parameters(synthetic.model("ball"), start_of("ball", 1.3), each)
-        for each in (record, record.averaged(2_000))
+        for each in (record, record.averaged(1_000))
     )
     for one, other in zip(whole.parameters, averaged.parameters, strict=True):
         width = one.noise_high - one.noise_low
@@ -183,6 +179,12 @@ def test_stiffness_and_shear_modulus_are_not_distinguished_by_short_loops():
     known = {"friction": start.pop("friction")}
     found = fit_parameters(lambda values: synthetic.model(kind)({**known, **values}), start, record)
     assert "these data do not distinguish lateral_stiffness from shear_modulus (correlation -" in notes_of(found)
+
+
+@pytest.mark.slow
+def test_parameters_that_short_loops_do_not_determine_have_intervals_that_hold_the_truth():
+    kind = "ball, shear modulus"
+    record = observe(synthetic.measured(kind, 2, amplitude=30e-9, loads=(0.09,), loops=1))
     # with friction there are several valleys, as deep but for chance: the intervals hold all of them. Which is the
     # deepest goes by the last bits of the processor's linear algebra; what is said of friction is the same
     found = fit_parameters(synthetic.model(kind), start_of(kind, 1.0), record)
@@ -206,7 +208,7 @@ def sliding_model(values):
     return hs.Ensemble(pair, 0.0, 2.5e-3, values["friction"]), hs.Instrument()
 
 
-def test_a_parameter_without_effect_is_said_to_be_one():
+def test_a_parameter_without_effect_is_noted():
     found = fit_parameters(sliding_model, {"shear_modulus": 1e10, "friction": 0.5}, observe(sliding()))
     shear, friction = found.parameters
     assert notes_of(found) == "shear_modulus is not determined by these data"
@@ -220,7 +222,7 @@ def test_a_parameter_without_effect_is_said_to_be_one():
     assert abs(found.correlation[0, 1]) < 1e-3
 
 
-def test_a_model_that_cannot_be_is_said_not_to_fit():
+def test_a_wrong_model_is_noted():
     found = fit_parameters(
         sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(sliding(noise=1e-3), load_noise=1e-6)
     )
@@ -239,19 +241,19 @@ def test_skipped_loops_do_not_count():
     assert found.residual.size < record.time.size - turns[3]
 
 
-def test_what_cannot_be_fitted():
+def test_unfittable_input_is_refused():
     observation = observe(sliding())
     with pytest.raises(InputError, match="friction is 0"):
         fit_parameters(sliding_model, {"friction": 0.0, "shear_modulus": 1e10}, observation)
     silent = attrs.evolve(observation, tangential_load=np.zeros(201), load_noise=0.0)
-    with pytest.raises(InputError, match="the tangential load is 0 N throughout"):
+    with pytest.raises(InputError, match="tangential load is 0 N"):
         fit_parameters(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, silent)
     short = Measurement(
         np.arange(4.0),
         {"normal_load": np.ones(4), "tangential_displacement": np.array([0, 1, 2, 3]) * 1e-9},
         {"tangential_load": np.ones(4)},
     )
-    with pytest.raises(InputError, match="2 samples for 2 parameters; expected more samples than parameters"):
+    with pytest.raises(InputError, match="2 samples for 2 parameters"):
         fit_parameters(sliding_model, {"friction": 0.3, "shear_modulus": 1e10}, observe(short))
 
 
@@ -269,9 +271,8 @@ def test_intervals_of_95_percent_hold_the_truth_in_95_of_100_records(part):
     assert 1 / 1.5 < synthetic.too_wide(off, reach)[1] < 1.5
 
 
-@pytest.mark.parametrize("part", [pytest.param("white_noise", marks=pytest.mark.slow), "scattering"])
-def test_intervals_hold_the_truth(part):
-    """Of four records: three misses of 5 % each come once in 2 000 times."""
-    by_fit, by_loops, *_ = synthetic.held(part, range(200, 204))
-    assert np.sum(by_fit, axis=0).min() >= 2
-    assert np.sum(by_loops) >= 2
+def test_intervals_hold_the_truth():
+    """Of one record with scattering friction, whose intervals were wide enough in 97 of 100."""
+    by_fit, by_loops, *_ = synthetic.held("scattering", [200])
+    assert np.all(by_fit)
+    assert np.all(by_loops)

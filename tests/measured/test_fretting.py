@@ -181,15 +181,13 @@ def test_stored_cycles_are_evaluated_one_by_one(log):
     assert mean[0] == "mean"
 
 
-def test_the_command_prints_writes_and_draws_the_report(log):
+def test_the_command_prints_and_writes_the_report(log):
     def called(*arguments):
         return CliRunner().invoke(main, ["loops", str(log / "log.toml"), "--fretting", *arguments])
 
-    drawn = called("-o", str(log / "log.png"))
-    assert drawn.exit_code == 0, drawn.output
-    assert "energy friction coefficient μ_e" in drawn.output
-    assert (log / "log.png").stat().st_size > 1000
-    assert called("-o", str(log / "log.nc")).exit_code == 0
+    written = called("-o", str(log / "log.nc"))
+    assert written.exit_code == 0, written.output
+    assert "energy friction coefficient μ_e" in written.output
     shown = CliRunner().invoke(main, ["show", str(log / "log.nc")])
     assert "slip_amplitude" in shown.output
     assert "μ_e" in called("--set", "loading.run=10").output

@@ -40,7 +40,7 @@ NONE = {
 
 
 @pytest.mark.parametrize("name", NONE)
-def test_what_is_no_friction_has_no_coefficient(name):
+def test_loops_without_friction_have_no_coefficient(name):
     load, reason = NONE[name]
     found = loops_of_channels(TIME, MEASURED if "without" not in name else MOVED, load, 1.0)
     ((members, text),) = found.no_friction
@@ -54,7 +54,7 @@ def test_what_is_no_friction_has_no_coefficient(name):
 
 
 @pytest.mark.parametrize("offset", [0.0, 1.0])
-def test_friction_is_friction_whatever_its_offset(offset):
+def test_an_offset_does_not_hide_friction(offset):
     found = loops_of_channels(TIME, MEASURED, offset + FRICTION + 2e-3 * NOISE[2], NORMAL)
     assert found.no_friction == ()
     assert found.statistics("friction_coefficient").mean == pytest.approx(0.2, rel=5e-3)
@@ -104,7 +104,7 @@ def short(noise=1.0, **shape):
     return synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.05,), loops=4, noise=noise, **shape)
 
 
-def test_what_does_not_slide_is_a_lower_bound():
+def test_branches_without_sliding_give_a_lower_bound():
     found = loops_of_measurement(short())
     assert found.rising_branches.all()
     # it is 0.20, and the means say 0.18
@@ -122,7 +122,7 @@ def test_what_does_not_slide_is_a_lower_bound():
     assert found.by_load().laws() == []
 
 
-def test_what_slides_says_nothing():
+def test_sliding_branches_have_no_note():
     for seed in range(3):
         found = loops_of_measurement(synthetic.measured("ball", seed, amplitude=60e-9, loads=(0.05,), loops=4))
         assert not found.rising_branches.any()
@@ -130,11 +130,9 @@ def test_what_slides_says_nothing():
         assert found.text("friction_coefficient", "1").startswith(("0.2", "0.199"))
 
 
-def test_those_that_slid_make_the_mean():
+def test_only_sliding_loops_count_in_the_mean():
     """At 20 mN they slide, at 50 mN they do not."""
-    found = loops_of_measurement(
-        synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.02, 0.05), loops=3, noise=0.1),
-    )
+    found = loops_of_measurement(synthetic.measured("ball", 0, amplitude=50e-9, loads=(0.02, 0.05), loops=3, noise=0.1))
     slid = ~found.rising_branches & np.isfinite(found.friction_force)
     assert slid.any()
     assert found.rising_branches.any()
@@ -154,7 +152,7 @@ def test_a_file_of_loops_shows_the_same(loads):
     assert lines["stiffness at reversal"] == found.text("tangential_stiffness", "N m-1")
 
 
-def test_scatter_is_no_rise_and_the_share_can_be_chosen():
+def test_scatter_is_not_a_rise_and_the_threshold_is_an_option():
     random, way = np.random.default_rng(0), np.concatenate([np.linspace(-1, 1, 400), np.linspace(1, -1, 400)])
     moved = np.tile(way, 4)
     force = np.where(np.tile(np.repeat([1, -1], 400), 4) > 0, 1.0, -1.0) + random.normal(0, 0.3, moved.size)
@@ -166,5 +164,5 @@ def test_scatter_is_no_rise_and_the_share_can_be_chosen():
         assert (loops_of_channels(time, moved, tilted).rising_branches == rising).all()
     wide = Definitions(still_rising=0.1)
     assert not loops_of_channels(time, moved, tilted, definitions=wide).rising_branches.any()
-    with pytest.raises(InputError, match="still_rising of Definitions is 2; expected a share"):
+    with pytest.raises(InputError, match="still_rising of Definitions is 2"):
         Definitions(still_rising=2)

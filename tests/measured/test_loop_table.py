@@ -28,7 +28,7 @@ def made(loads, amplitudes=(1.0,), offset=0.0, exponent=0.0, scatter=0.0, seed=3
     return loops_of_channels(np.arange(float(u.size)), u, t, normal, dead_band=0.01)
 
 
-def test_statistics_of_each_load_are_those_by_hand():
+def test_statistics_of_each_load_equal_direct_ones():
     found = made([1.0, 3.0, 2.0], scatter=0.05)
     table = found.by_load()
     # the sample at which one load ends and the next one begins is of both
@@ -46,7 +46,7 @@ def test_statistics_of_each_load_are_those_by_hand():
             assert_allclose([one.mean, one.standard_deviation], [known.mean(), known.std(ddof=1)])
 
 
-def test_laws_are_those_the_loops_were_made_with():
+def test_known_laws_are_recovered():
     table = made([1.0, 2.0, 4.0, 8.0], offset=0.05).by_load()
     line = table.friction_line()
     assert_allclose([line.slope, line.intercept], [0.2, 0.05], rtol=1e-9)
@@ -99,7 +99,7 @@ def test_small_loops_are_kept_out_of_means_and_have_a_class_of_their_own():
     assert table.laws() == []
 
 
-def test_what_is_one_load_and_one_amplitude():
+def test_loads_and_amplitudes_are_grouped():
     assert same_load(np.array([50.0, 53.0, 70.0, np.nan, 49.9, 90.0]), 0.1).tolist() == [0, 0, 1, -1, 0, 2]
     # a slow rise is cut wherever it has gone by the share: the logarithm of 2 over that of 1/0.9 is 6.6
     assert same_load(np.linspace(1, 2, 101), 0.1).max() == 6

@@ -1,7 +1,6 @@
 """Friction loops: closed forms of one sphere, the exact energy of simulated ones, and a measured record."""
 
 import json
-import math
 from itertools import pairwise
 
 import attrs
@@ -85,7 +84,7 @@ def test_partial_slip_gives_the_energy_of_mindlin(share):
 
 
 @pytest.mark.parametrize("friction", [0.12, [0.1, 0.2, 0.12, 0.3]])
-def test_the_energy_of_a_loop_is_what_the_asperities_dissipated(friction):
+def test_the_energy_of_a_loop_equals_the_dissipation_of_the_asperities(friction):
     ensemble = hs.Ensemble(PAIR, [0.0, -5e-9, -10e-9, -30e-9], [1e-3, 2e-3, 2e-3, 1e-3], friction)
     history = swung(20e-9, ensemble=ensemble, substeps=1000)
     found = analysis.friction_loops(history)
@@ -144,7 +143,7 @@ def test_an_open_loop_is_closed_by_a_straight_line_and_says_its_gaps():
 
 
 @given(st.floats(-3, 3), st.floats(-3, 3), st.sampled_from([1, -1]))
-def test_what_loops_say_does_not_depend_on_the_origin(displacement, load, sense):
+def test_loop_quantities_do_not_depend_on_the_origin(displacement, load, sense):
     time = np.linspace(0, 10, 501)
     u, f = np.sin(2 * time), np.clip(3 * np.sin(2 * time + 0.8), -1, 1)
     plain = loops_of_channels(time, u, f, 2.0, dead_band=0.1)
@@ -160,28 +159,6 @@ def test_what_loops_say_does_not_depend_on_the_origin(displacement, load, sense)
     assert moved.dissipated_energy == pytest.approx(plain.dissipated_energy, abs=1e-12)
 
 
-def test_noise_within_the_dead_band_changes_little():
-    history = swung(4 * SLIDE, loops=20)
-    generator = np.random.default_rng(11)
-    u, f = history.tangential_displacement.values, history.total_tangential_load.values
-    noisy_u = u + 0.01 * SLIDE * generator.uniform(-1, 1, u.size)
-    noisy_f = f + 0.01 * LIMIT * generator.normal(size=f.size)
-    clean = analysis.friction_loops(history)
-    noisy = loops_of_channels(history.time, noisy_u, noisy_f, NORMAL_LOAD, dead_band=0.05 * SLIDE)
-    assert len(noisy) == len(clean) == 20
-    for name in ("friction_force", "friction_coefficient", "dissipated_energy"):
-        found, exact = noisy.statistics(name), clean.statistics(name)
-        # a branch has 100 samples in its sliding part, a loop 800
-        assert found.mean == pytest.approx(exact.mean, rel=5e-3 / math.sqrt(20))
-        assert 0 < found.standard_deviation < 5e-3 * exact.mean
-    assert noisy.statistics("preliminary_displacement").mean == pytest.approx(
-        clean.statistics("preliminary_displacement").mean, rel=0.1
-    )
-    assert noisy.statistics("tangential_stiffness").mean == pytest.approx(
-        clean.statistics("tangential_stiffness").mean, rel=0.1
-    )
-
-
 # ---------------------------------------------------------------- the dead band
 
 
@@ -192,7 +169,7 @@ def small_swings_in_large_ones():
 
 
 @pytest.mark.parametrize(("given", "loops", "dead_band"), [({}, 2, 0.1), ({"tangential_displacement": 0.01}, 3, 0.01)])
-def test_a_measurement_may_say_its_dead_band(given, loops, dead_band):
+def test_a_measurement_can_have_a_dead_band(given, loops, dead_band):
     time, u, load = small_swings_in_large_ones()
     measurement = Measurement(time, {"tangential_displacement": u}, {"tangential_load": load}, given)
     found = loops_of_measurement(measurement)
@@ -200,7 +177,7 @@ def test_a_measurement_may_say_its_dead_band(given, loops, dead_band):
     assert len(loops_of_measurement(measurement, dead_band=0.5)) == 2
 
 
-def test_loops_that_a_spring_would_give_are_told():
+def test_loops_close_to_a_line_are_noted():
     turns = np.tile(np.concatenate([np.linspace(-1, 1, 200), np.linspace(1, -1, 200)[1:-1]]), 4)
     load = np.tanh(6 * turns) + 1e-3 * np.gradient(turns)
     spring = loops_of_channels(np.arange(turns.size), 1e-6 * turns, load)
@@ -260,7 +237,7 @@ def test_the_cycles_of_a_measured_record_are_counted(damper, dead_band):
     assert found.left_out == ((0, turns[0]), (turns[12], time.size - 1))
 
 
-def test_a_measured_record_says_what_its_picture_shows(damper):
+def test_a_measured_record_agrees_with_its_published_picture(damper):
     time, displacement, load = damper
     found = loops_of_channels(time, displacement, load, dead_band=1e-3)
     # the plateaus at about 3.2 kip forward and 4 kip backward
@@ -299,24 +276,12 @@ def loops_of_swing(load, *normal_load, **options):
     ("call", "message"),
     [
         (lambda: loops_of_swing(LOAD, dead_band=3), "has 0 whole loops at a dead band of 3 m"),
-        (
-            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=1),
-            "has 1 whole loop at .* of which 1 are to be skipped",
-        ),
-        (
-            lambda: loops_of_swing(LOAD, dead_band=0.1, skip=0.5),
-            "skip is 0.5; expected a whole number",
-        ),
-        (
-            lambda: loops_of_swing(LOAD, dead_band=0.1, definitions=0.5),
-            "definitions is 0.5; expected Def",
-        ),
-        (lambda: loops_of_swing(LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples; expected 5"),
-        (
-            lambda: loops_of_channels(-TIME, UP_AND_DOWN, LOAD, dead_band=0),
-            "the time -1 s comes after -0 s",
-        ),
-        (lambda: Definitions(reached=1.5), "reached of Definitions is 1.5; expected a share, between 0 and 1"),
+        (lambda: loops_of_swing(LOAD, dead_band=0.1, skip=1), "has 1 whole loop at .* of which 1 are to be skipped"),
+        (lambda: loops_of_swing(LOAD, dead_band=0.1, skip=0.5), "skip is 0.5"),
+        (lambda: loops_of_swing(LOAD, dead_band=0.1, definitions=0.5), "definitions is 0.5"),
+        (lambda: loops_of_swing(LOAD, LOAD[:3], dead_band=0), "normal_load has 3 samples"),
+        (lambda: loops_of_channels(-TIME, UP_AND_DOWN, LOAD, dead_band=0), "the time -1 s comes after -0 s"),
+        (lambda: Definitions(reached=1.5), "reached of Definitions is 1.5"),
     ],
 )
 def test_bad_input_is_explained(call, message):
@@ -422,5 +387,5 @@ def test_friction_is_averaged_over_the_plateau_that_is_chosen():
     # (0.05 at 1 and 0.2 at 1.5) over the last quarter
     np.testing.assert_allclose(loops_of_channels(*channels).friction_force, (0.05 * 1 + 0.2 * 1.5) / 0.25, rtol=0.01)
     assert level.to_dataset().attrs["sliding_part"] == "from 0.4 to 0.75 of the displacement of a branch"
-    with pytest.raises(InputError, match=r"from 0\.6 to 0\.5; expected its end after its start"):
+    with pytest.raises(InputError, match=r"from 0\.6 to 0\.5"):
         Definitions(sliding_part=0.4, sliding_end=0.5)

@@ -1,4 +1,4 @@
-"""From a measured sequence to loops, a comparison and a fit, by the command line as a user has it; and real records."""
+"""From a measured sequence to loops, a comparison and a fit on the command line; and real records."""
 
 import re
 from pathlib import Path
@@ -106,7 +106,7 @@ def test_loops_of_a_record(folder):
     assert call("loops", "s.toml", "--load-share", ".5").output.splitlines()[-1].split() == ["loops", "3"]
 
 
-def test_loops_are_drawn_with_those_of_the_model(folder):
+def test_loops_are_drawn_with_model_loops(folder):
     done = call("loops", "s.toml", "-o", "l.svg", "--model")
     assert done.exit_code == 0, done.output
     assert "model, on the right" in (folder / "l.svg").read_text(encoding="utf-8")
@@ -115,15 +115,7 @@ def test_loops_are_drawn_with_those_of_the_model(folder):
     assert done.exit_code == 2
 
 
-def test_loops_of_a_result(folder):
-    assert call("run", "s.toml", "-q").exit_code == 0
-    done = call("loops", "s.nc", "--dead-band", "20 nm", "-o", "loops.nc")
-    assert done.exit_code == 0, done.output
-    with netCDF4.Dataset(folder / "loops.nc") as written:
-        assert len(written.dimensions["loop"]) == 4
-
-
-def test_compare_says_and_draws(folder):
+def test_compare_prints_and_draws(folder):
     done = call("compare", "s.toml")
     assert done.exit_code == 0, done.output
     assert number(done.output, "samples compared") == 1
@@ -133,8 +125,6 @@ def test_compare_says_and_draws(folder):
     assert done.output.endswith("s_comparison.png\n")
     assert (folder / "s_comparison.png").read_bytes().startswith(b"\x89PNG")
     assert files(folder) == ["measured.csv", "s.toml", "s_comparison.png"]
-    assert call("compare", "s.toml", "-o", "c.svg", "--skip", "1").exit_code == 0
-    assert (folder / "c.svg").read_text(encoding="utf-8").startswith("<?xml")
 
 
 def test_fit_finds_the_parameters_and_writes_them(folder):
@@ -178,14 +168,14 @@ REVERSED = ('{ column = "N", unit = "mN" }', '{ column = "N", unit = "mN", scale
 @pytest.mark.parametrize(
     ("command", "changes", "message"),
     [
-        ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load; expected a column for it, in load"),
-        ("compare", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact; expected 0 N"),
+        ("fit", [NO_RESPONSE], "s.toml: loading: the record has no tangential_load"),
+        ("compare", [REVERSED], "s.toml: loading: line 2: a normal load of -0.05 N pulls on the contact"),
         ("fit", [('"lateral_stiffness"]', '"height_scale"]')], "s.toml: fit.parameters: height_scale: all summits are"),
         ("fit", [("[fit]", "[fit]\nskip = 40")], "s.toml: loading: 40 loops are to be skipped, and the record has 4;"),
         ("loops", [WRONG_WAY], "s.toml: loading: the loops run the wrong way round: friction would give"),
     ],
 )
-def test_records_that_do_not_do(folder, command, changes, message):
+def test_unsuitable_records_are_refused(folder, command, changes, message):
     change(folder, *changes)
     done = call(command, "s.toml")
     assert done.exit_code == 2, done.output
@@ -197,38 +187,20 @@ def test_records_that_do_not_do(folder, command, changes, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending; expected .toml"),
+        (("fit", "s.toml", "-o", "f.png"), "f.png: .png ending"),
         (("fit", "s.toml", "-o", "s.toml"), "s.toml: would overwrite an input of the command"),
-        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: skip is -1; expected a whole number of loops"),
+        (("compare", "s.toml", "--skip", "-1"), "s.toml: loading: skip is -1"),
         (("loops", "s.toml", "--dead-band", "5 N"), "--dead-band: '5 N': 'N' is not a unit of a length"),
         (("loops", "measured.csv"), "measured.csv: is no scenario (.toml) and no result of historysim run"),
     ],
 )
-def test_arguments_that_do_not_do(folder, arguments, message):
+def test_unsuitable_arguments_are_refused(folder, arguments, message):
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     done = call(*arguments)
     assert done.exit_code == 2, done.output
     assert done.output.startswith(f"Error: {message}")
     assert len(done.output.splitlines()) == 1
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
-
-
-@pytest.mark.parametrize(("command", "names"), [("loops", ["l.nc"]), ("fit", ["f.toml", "f.png"])])
-def test_what_stood_there_stays_when_writing_fails(folder, command, names, monkeypatch):
-    """A disc that is full, or any other error on the way out."""
-    for name in names:
-        (folder / name).write_text("old", encoding="utf-8")
-
-    def fail(*_, **__):
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", fail)
-    monkeypatch.setattr("xarray.Dataset.to_netcdf", fail)
-    done = call(command, "s.toml", "-o", names[0], "--force")
-    assert done.exit_code == 1, done.output
-    assert done.output == f"Error: {names[-1]}: the disk is full (No space left on device)\n"
-    assert files(folder) == sorted([*names, *GIVEN])
-    assert {(folder / name).read_text(encoding="utf-8") for name in names} == {"old"}
 
 
 # -- real records ----------------------------------------------------------------------------------
@@ -249,6 +221,13 @@ def test_a_friction_damper(tmp_path, monkeypatch):
     # means are of the loops of full amplitude, and the small ones have a row of their own
     assert "those of 0.5 of the largest amplitude or more: 5 of 6 loops" in done.output
     assert re.search(r"^friction force\n  9\.84 mm +1 .*\n  22\.72 mm +5 ", done.output, re.MULTILINE)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not DAMPER.is_file(), reason="the measured record of a friction damper is not there")
+def test_a_fit_of_a_friction_damper(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("d.toml").write_text(DAMPER_SCENARIO, encoding="utf-8")
     done = call("fit", "d.toml")
     assert done.exit_code == 0, done.output
     assert "note " in done.output  # one ball does not know what a rubber band does

@@ -90,7 +90,7 @@ def test_shifted_nodes_are_where_they_are_said_to_be():
     assert_allclose(passed(BALL, SOFT, observation, [3e-9]).tangential_load, exact.tangential_load, rtol=1e-12)
 
 
-def test_the_stiffness_is_that_of_contact_and_instrument():
+def test_the_stiffness_includes_contact_and_instrument():
     moved = np.array([0, 1e-12, 1e-6, 1.1e-6])
     stick = 8 * 2e10 * (3 * 0.05 * 1e-3 / (4 * 1e11)) ** (1 / 3)
     response = passed(BALL, SOFT, observe(record_of(moved, 0.05), displacement_noise=0.0))
@@ -101,7 +101,7 @@ def test_the_stiffness_is_that_of_contact_and_instrument():
 # -- observe ---------------------------------------------------------------------------------------
 
 
-def test_noise_is_told_from_the_record():
+def test_noise_is_estimated_from_the_record():
     random = np.random.default_rng(0)
     smooth = 2e-7 * np.abs((np.arange(4000) / 100 + 3) % 4 - 2)
     # the median of 4000 sizes scatters by 1.3 %, and by more since second differences overlap
@@ -158,7 +158,7 @@ def test_spikes_of_the_displacement_are_no_turning_points():
     assert dict(observation.remarks)["spikes"] == text
 
 
-def test_what_cannot_be_observed():
+def test_unsuitable_records_are_refused():
     whole = record_of([0, 1e-8], 0.05)
     with pytest.raises(InputError, match="the record has no tangential_load"):
         observe(attrs.evolve(whole, response={}))
@@ -166,7 +166,7 @@ def test_what_cannot_be_observed():
         observe(record_of([0, 1e-8], [0.05, -0.05]))
 
 
-def test_it_says_what_it_is_in_one_line():
+def test_repr_is_one_line():
     measurement = Measurement(
         np.linspace(0, 90, 1001),
         {"normal_load": np.full(1001, 0.05), "tangential_displacement": np.linspace(-2e-7, 3e-7, 1001)},
@@ -187,7 +187,7 @@ def test_a_record_without_lines_names_the_time():
         record.events()
 
 
-def test_a_reduced_record_keeps_what_both_channels_need():
+def test_a_reduced_record_keeps_the_corners_of_both_channels():
     """The path turns a corner where the displacement does not turn: the normal load starts to rise there."""
     moved, load = np.array([0, 1, 2, 3, 4.0]), np.array([1, 1, 1, 2, 3.0])
     record = Measurement(np.arange(5.0), {"normal_load": load, "tangential_displacement": moved}, reduced=True)

@@ -55,12 +55,12 @@ def test_a_record_that_begins_at_zero_within_its_noise_stays(tmp_path):
     np.testing.assert_allclose(measurement["tangential_displacement"], noisy, rtol=1e-12)
 
 
-def test_the_zero_is_the_first_reading_whatever_is_left_out(tmp_path):
+def test_the_zero_is_the_first_reading_of_the_file(tmp_path):
     found = hs.load(write(tmp_path, MOVED + 1e-6, loading='start = "0.25 s"')).measurement()
     assert found["tangential_displacement"][0] == pytest.approx(MOVED[25], abs=1e-14)
 
 
-def test_a_raw_height_of_a_stage_is_no_approach(tmp_path):
+def test_a_raw_stage_height_is_not_an_approach(tmp_path):
     columns = {"normal_load": None, "tangential_displacement": None}
     for entry, refused in (
         ('{ column = "u", unit = "nm" }', True),
@@ -169,7 +169,7 @@ BESIDE = BEHIND + 1e4 * LONG + NOISE
 SERIES = '[instrument]\nlateral_stiffness = "500 kN/m"\n'
 
 
-def test_a_spring_in_parallel_is_named_and_taken_off(tmp_path):
+def test_a_spring_in_parallel_is_named_and_subtracted(tmp_path):
     found = hs.loops(write(tmp_path, LONG, BESIDE, more=SERIES))
     (note,) = found.notes
     assert "a spring in parallel with the contact" in note
@@ -212,7 +212,7 @@ def test_loops_of_a_damper_have_no_coefficient(tmp_path):
     assert found.text("friction_coefficient", "1") == "–"
 
 
-def test_energy_that_goes_with_the_square_of_the_amplitude_is_no_friction():
+def test_energy_proportional_to_the_squared_amplitude_is_not_friction():
     """In triangles a damper makes parallelograms, as friction beside a spring does."""
     phase = np.arange(2400) / 200
     speed = np.where(np.abs(phase % 1 - 0.5) < 0.25, -1, 1)

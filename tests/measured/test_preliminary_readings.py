@@ -66,7 +66,7 @@ def test_the_bias_at_the_noise_of_the_instruments(swung):
             assert found.statistics(name).mean == pytest.approx(factor * truth, abs=1e-9)
 
 
-def test_an_instrument_is_taken_off_the_virgin_displacement(swung):
+def test_the_virgin_displacement_excludes_the_instrument(swung):
     sampled, normal_load, truth = swung
     found = noisy(sampled, normal_load, lateral_stiffness=334e3)
     assert found.statistics("virgin_displacement").mean == pytest.approx(truth, rel=0.003)
@@ -75,7 +75,7 @@ def test_an_instrument_is_taken_off_the_virgin_displacement(swung):
     assert lines["preliminary displacement"].endswith(", plus the load over the stiffness of the instrument, 334 kN/m")
 
 
-def test_factors_are_those_of_theory():
+def test_factors_agree_with_theory():
     """To slip: 2 from the reversal, 2^(1/3) from zero load (the source's Eq. 4.5)."""
     assert reversal_factor(1 - 1e-15) == pytest.approx(2, abs=1e-9)
     assert zero_load_factor(1 - 1e-15) == pytest.approx(2 ** (1 / 3), abs=1e-9)
@@ -88,7 +88,7 @@ def test_factors_are_those_of_theory():
         assert (slide - u) / slide == pytest.approx(reversal_factor(reached), rel=1e-12)
 
 
-def test_the_virgin_displacement_is_what_the_analysis_of_a_history_says(swung):
+def test_the_virgin_displacement_equals_that_of_the_analysis(swung):
     """On one sphere, at one normal load, from its history as from a record of it."""
     _, normal_load, truth = swung
     events = [hs.NormalLoad(0.0, normal_load)]
@@ -98,7 +98,7 @@ def test_the_virgin_displacement_is_what_the_analysis_of_a_history_says(swung):
     assert analysis.friction_loops(history).statistics("virgin_displacement").mean == pytest.approx(truth, rel=1e-6)
 
 
-def test_what_is_not_known():
+def test_undetermined_displacements_are_nan():
     u = np.concatenate([np.linspace(-1, 1, 5), np.linspace(1, -1, 5)[1:]])
     # all of the way in one sample
     steep = loops_of_channels(np.arange(9.0), u, [-1, 1, 1, 1, 1, -1, -1, -1, -1], dead_band=0.1)

@@ -23,7 +23,7 @@ def fall(values):
 
 
 @given(samples, dead_bands)
-def test_kept_points_alternate_and_what_lies_between_them_is_less_than_the_dead_band(values, dead_band):
+def test_kept_points_alternate_and_others_stay_within_the_dead_band(values, dead_band):
     kept = turning_points(values, dead_band)
     assert turning_points(7 - values, dead_band).tolist() == kept.tolist()
     assert turning_points(values[kept], dead_band).tolist() == list(range(kept.size))
@@ -300,9 +300,9 @@ def test_resampling_by_hand(steps, values, max_gap, shift):
     [
         (lambda: turning_points([0, math.nan, 1]), r"values misses 1 of 3 samples \(NaN\); .*whole_samples"),
         (lambda: turning_points([[1, 2]]), "values is of shape .1, 2."),
-        (lambda: turning_points([0, 1], -1), "dead_band is -1; expected a finite number of 0 or more"),
-        (lambda: kept_points([0, 1], [1]), "normal_load has 1 samples; expected 2"),
-        (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\]: the time 0 s comes after 0 s; expected times that rise"),
+        (lambda: turning_points([0, 1], -1), "dead_band is -1"),
+        (lambda: kept_points([0, 1], [1]), "normal_load has 1 samples"),
+        (lambda: resample([0, 0], [1, 2], [0]), r"time\[1\]: the time 0 s comes after 0 s"),
     ],
 )
 def test_bad_input_is_explained(call, message):
