@@ -13,7 +13,7 @@ PAIR = hs.MaterialPair.from_moduli(contact_modulus=1e11, shear_modulus=2e10)
 EVENTS = [hs.NormalLoad(0.0, 0.1), *(hs.TangentialDisplacement(float(t), (-1) ** t * 1e-6) for t in (1, 2, 3))]
 
 
-def test_every_question_is_a_method_and_a_function_of_one_text():
+def test_every_query_is_a_method_and_a_function_with_one_docstring():
     assert {*questions()} <= {*dir(Questions)}
     assert dir(hs.analysis) == sorted(questions())
     for name, asked in questions().items():

@@ -36,7 +36,7 @@ def test_branch_drift_has_the_numbers_of_the_issue(loads, drifts):
 
 @pytest.mark.parametrize("friction", [(0.5, 0.5), (0.5, 0.3), (0.3, 0.5)])
 @pytest.mark.parametrize("loads", [(50e-3, 70e-3), (50e-3, 30e-3)])
-def test_the_backward_branch_is_what_stepping_back_finds(loads, friction):
+def test_the_backward_branch_agrees_with_stepping_back(loads, friction):
     """Slides at 1 - 1e-9 of the limit; near it the load goes with the power 3/2 of what is left."""
     ensemble = hs.Ensemble(PAIR, 0.0, RADIUS, friction[0])
     state = ensemble.advance(ensemble.initial_state(), normal_load=loads[0], tangential_displacement=2e-6)
@@ -58,13 +58,7 @@ def test_the_backward_branch_is_what_stepping_back_finds(loads, friction):
     assert short == pytest.approx(whole, rel=1e-8)
 
 
-def test_friction_drift_is_linear_whatever_it_starts_from():
-    for start in (0.2, 0.5, 0.8):
-        found = one_contact.drift(PAIR, normal_load=(10e-3, 10e-3), friction=(start, start + 0.1), **ONE)
-        assert found * 1e9 == pytest.approx(21.21, abs=0.005)
-
-
-def test_branch_drift_of_many_asperities_is_that_of_the_last_to_slide():
+def test_branch_drift_of_many_asperities_follows_the_last_to_slide():
     """By brute force over θ μ (δ1 + δ2): with unequal friction another asperity decides each branch."""
     generator = np.random.default_rng(3)
     heights, friction = generator.normal(0.0, 30e-9, 12), generator.uniform(0.1, 0.9, 12)

@@ -28,7 +28,7 @@ EVENTS = [
 AT_ONCE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.19 * LOAD), hs.TangentialLoad(1.0, 0.0)]
 
 
-def test_the_tractions_are_those_of_cattaneo_and_mindlin():
+def test_the_tractions_agree_with_cattaneo_and_mindlin():
     """Virgin loading to T, then a reversal by which counter-slip has come to b."""
     peak, back = 0.15 * LOAD, 0.03 * LOAD
     events = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, peak), hs.TangentialLoad(2.0, back)]
@@ -57,7 +57,7 @@ def test_the_tractions_are_those_of_cattaneo_and_mindlin():
 
 
 @pytest.mark.parametrize("substeps", [1, 7])
-def test_what_is_rebuilt_is_what_the_engine_remembers(substeps):
+def test_recomputed_asperities_equal_those_of_the_engine(substeps):
     job = hs.Replay(MANY, EVENTS, substeps=substeps, hold=False)
     history = job.dataset()
     for step in (substeps, 2 * substeps, -1):
@@ -85,7 +85,7 @@ def result(tmp_path):
 
 
 @pytest.mark.parametrize("log", ["its own", "another", "none"])
-def test_where_the_steps_do_not_suffice_the_log_tells_or_the_file_itself(result, log):
+def test_where_the_steps_do_not_suffice_the_log_is_replayed(result, log):
     if log == "another":
         with EventLog(result.with_suffix(".history")) as beside:
             beside.append([hs.TangentialLoad(3.0, 0.0)])
@@ -109,7 +109,7 @@ CHANGE = [hs.NormalLoad(0.0, LOAD), hs.TangentialLoad(1.0, 0.1 * LOAD), hs.Frict
 
 
 @pytest.mark.parametrize("events", [AT_ONCE, CHANGE], ids=["at once", "a change of friction"])
-def test_what_steps_do_not_tell_needs_the_replay_that_made_them(events):
+def test_incomplete_steps_need_their_replay(events):
     history = hs.replay(hs.Ensemble(PAIR, 0.0, RADIUS, MU), events)
     found = rebuilt.asperity(history, 0, -1)
     assert found.tangential_load == pytest.approx(history["tangential_load"].values[-1, 0], rel=1e-12)
@@ -118,14 +118,14 @@ def test_what_steps_do_not_tell_needs_the_replay_that_made_them(events):
         rebuilt.asperity(history, 0, -1)
 
 
-def test_what_is_not_there_is_refused():
+def test_missing_asperities_and_steps_are_refused():
     history = hs.replay(MANY, EVENTS, hold=False)
     missing = next(label for label in range(40) if label not in history.asperity)
     with pytest.raises(InputError, match=f"asperity {missing}: is not recorded in the history; expected one of"):
         rebuilt.asperity(history, missing, 0)
-    with pytest.raises(InputError, match="step 5: the history has 5 steps; expected -5 to 4"):
+    with pytest.raises(InputError, match="step 5: the history has 5 steps"):
         rebuilt.asperity(history, int(history.asperity[0]), 5)
-    with pytest.raises(InputError, match="points is 1; expected a whole number of 2 or more"):
+    with pytest.raises(InputError, match="points is 1"):
         rebuilt.profiles(history, int(history.asperity[0]), 0, points=1)
     with pytest.raises(InputError, match="steps is empty"):
         rebuilt.profiles(history, int(history.asperity[0]), [])

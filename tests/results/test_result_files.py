@@ -42,7 +42,7 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_files_are_told_apart(folder):
+def test_file_types_are_recognised(folder):
     names = {"s.toml": "scenario", "r.nc": "result", "l.nc": "loops", "r.history": "log", "map.txt": "height map"}
     # maps are netCDF files, too
     names |= {"s.nc": "sliding", "t.nc": "table", "h.nc": "table", "stranger.nc": "height map"}
@@ -55,16 +55,16 @@ def test_files_are_told_apart(folder):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("none.nc", "there is no such file; expected a result of historysim run"),
-        (".", "is a folder; expected a result of historysim run"),
-        ("map.txt", "is not a netCDF file; expected a result of historysim run"),
-        ("l.nc", "is a file of friction loops; expected a result of historysim run"),
-        ("t.nc", "is a table; expected a result of historysim run"),
+        ("none.nc", "there is no such file"),
+        (".", "is a folder"),
+        ("map.txt", "is not a netCDF file"),
+        ("l.nc", "is a file of friction loops"),
+        ("t.nc", "is a table"),
         ("stranger.nc", "is not a finished result of historysim run"),
         ("cut.nc", "is damaged"),
     ],
 )
-def test_an_error_says_what_a_file_is_instead_of_a_result(folder, name, message):
+def test_an_error_names_the_type_of_a_file_that_is_not_a_result(folder, name, message):
     with pytest.raises(InputError, match=message), open_result(folder / name):
         pass
 
@@ -97,7 +97,7 @@ MOVES = [hs.NormalDisplacement(0.0, 3e-8), hs.TangentialDisplacement(1.0, 3e-8),
         (ROUGH, MOVES, {"record": "touching"}),
         (ROUGH, MOVES, {"record": "totals"}),
         (ROUGH, MOVES, {"record": [2]}),
-        (ROUGH, [*MOVES, hs.FrictionChange(2.5, 0.1), hs.TangentialLoad(3.0, 0.1)], {"saturate": True}),
+        (ROUGH, [*MOVES, hs.FrictionChange(2.5, 0.1), hs.TangentialLoad(3.0, 0.1)], {"saturate": True, "hold": False}),
         (ROUGH, [MOVES[0], hs.TangentialDisplacement(1.0, (3e-8, 1e-8))], {}),
         (hs.Ensemble(*SUMMITS, wear=hs.wear.ArchardWear(coefficient=1e-2, hardness=1e9)), MOVES, {}),
         (hs.Ensemble(*SUMMITS, yielding=hs.yielding.KogutEtsion(hardness=1e8, poissons_ratio=0.25)), MOVES, {}),

@@ -11,7 +11,7 @@ PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
 PRESSED = hs.NormalLoad(0.0, 0.1)
 
 
-def test_the_order_is_that_of_the_instants_at_which_asperities_slide():
+def test_the_order_agrees_with_the_instants_of_sliding():
     """A displacement that grows evenly from rest, whose instants the core notes."""
     rng = np.random.default_rng(1)
     ensemble = hs.Ensemble(PAIR, rng.normal(0, 50e-9, 30), rng.uniform(5e-6, 20e-6, 30), rng.uniform(0.1, 0.3, 30))
@@ -64,8 +64,8 @@ first = "silicon"
 second = "float glass"
 [surface]
 kind = "random"
-shape = [48, 48]
-pixel_size = "1 µm"
+shape = [24, 24]
+pixel_size = "2 µm"
 rms_height = "24 nm"
 autocorrelation_length = "8 µm"
 autocorrelation = "gaussian"

@@ -20,7 +20,7 @@ EVENTS = [hs.NormalDisplacement(0.0, REACH / (PAIR.displacement_ratio * 0.2)), *
 
 
 @pytest.mark.parametrize("substeps", [1, 8, 20])
-def test_what_is_missed_is_said_with_the_substeps_that_show_it(substeps):
+def test_unseen_slip_is_reported_with_the_necessary_substeps(substeps):
     note = slip_note(hs.replay(BALL, EVENTS, substeps=substeps))
     asked = substeps * int(re.search(r"What shows it: (\d+) times as many substeps", note)[1])
     # ten steps on the way of virgin loading, 30 nm long, of 1.74 nm
@@ -31,14 +31,14 @@ def test_what_is_missed_is_said_with_the_substeps_that_show_it(substeps):
     assert partial[:asked].sum() >= 9
 
 
-def test_what_slides_never_or_is_fine_has_no_note():
+def test_sticking_and_resolved_histories_have_no_note():
     short = [EVENTS[0], hs.TangentialDisplacement(1.0, 0.5e-9), hs.TangentialDisplacement(3.0, -0.5e-9)]
     assert slip_note(hs.replay(BALL, short)) == ""
     still = hs.replay(BALL, EVENTS[:1])
     assert slip_note(still) == slip_note(still.drop_vars("tangential_displacement")) == ""
 
 
-def test_captions_go_by_what_is_found():
+def test_captions_follow_the_history():
     two = hs.Ensemble(PAIR, np.array([0.0, -1e-9]), 1e-6, 0.2)
     for substeps, least in ((1, 1.0), (20, 0.8)):
         history = hs.replay(two, EVENTS, substeps=substeps)
@@ -55,7 +55,7 @@ def test_captions_go_by_what_is_found():
     assert "slip state" in PICTURES["history"].caption_of(history)
 
 
-def test_run_and_report_say_it(tmp_path, monkeypatch):
+def test_run_and_report_show_the_note(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     text = (
         "[materials]\ncontact_modulus = 5e10\nshear_modulus = 1.2e10\n"

@@ -1,16 +1,14 @@
-"""Pictures of friction loops: what stands in them. That they look well was seen by eye."""
+"""Contents of the pictures of friction loops; their looks are covered by the reference pictures."""
 
 import numpy as np
 import pictured
 import pytest
 from numpy.testing import assert_allclose
-from pictured import compared, levels
+from pictured import levels
 
 import historysim as hs
-from historysim.measured.branches import Definitions
 from historysim.measured.loops import loops_of_channels
 from historysim.results import analysis
-from historysim.results.plots import found_loops as plots
 from historysim.results.plots import style
 
 PAIR = hs.MaterialPair(hs.material("silicon"), hs.material("float glass"))
@@ -68,56 +66,6 @@ def test_loops_and_their_means_are_drawn(model):
     ]
 
 
-def test_the_whole_record_is_drawn(model):
-    _, (loops, *_) = drawn(model)
-    record = model.trace
-    start, end = model.ends[0, 0], model.ends[-1, 2]
-    colours = {line.get_color(): line for line in loops.get_lines() if len(line.get_xdata()) > 2}
-    assert set(colours) == {style.FAINT, plots.COLOURS[0]}
-    drawn_lines = [line for line in loops.get_lines() if line.get_color() == plots.COLOURS[0]]
-    assert drawn_lines[0].get_xdata() == pytest.approx(record.displacement[start : end + 1])
-    assert drawn_lines[0].get_ydata() == pytest.approx(record.tangential_load[start : end + 1])
-    assert drawn_lines[1].get_xdata().size == 101  # one loop of 2 × 50 substeps, the typical one
-
-
-@pytest.mark.hides_data  # a scatter of less than a tenth of the values does not fill its panel
-def test_a_measured_record_and_its_model_are_drawn_together(measured, model):
-    figure, (loops, force, *_) = drawn(measured, model, labels=("UNAT, $50$ mN", "model"), title="a $ b $ c")
-    assert legend(figure) == [
-        r"UNAT, \$50\$ mN, 2 loops",
-        "model, 3 loops",
-        "means",
-        "forward",
-        "backward",
-        style.MOVED,
-    ]
-    assert {line.get_color() for line in loops.get_lines()} >= set(plots.COLOURS)
-    points = {
-        (line.get_color(), line.get_marker()): line.get_xdata().tolist()
-        for line in force.get_lines()
-        if line.get_marker() != "None"
-    }
-    first, second = plots.COLOURS
-    # the first measured one was skipped
-    assert points == {(first, "^"): [1, 2], (first, "v"): [1, 2], (second, "^"): [0, 1, 2], (second, "v"): [0, 1, 2]}
-    # what is marked is the mean of the measured loops
-    text = next(text.get_text() for text in loops.texts if text.get_text())
-    assert text == f"{measured.statistics('friction_force', 'forward').mean * 1e3:.3g} mN"
-
-
-def test_what_is_not_known_is_not_marked(model):
-    record = model.trace
-    coarse = loops_of_channels(
-        record.time[::25],
-        record.displacement[::25],
-        record.tangential_load[::25],
-        dead_band=1e-9,
-        definitions=Definitions(initial_part=1e-9),
-    )
-    _, (loops, *_) = drawn(coarse)
-    assert not any(text.get_text().endswith("N/m") for text in loops.texts)
-
-
 def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     trace = measured.trace
     far = loops_of_channels(trace.time, trace.displacement - 0.11, trace.tangential_load, trace.normal_load)
@@ -128,19 +76,6 @@ def test_coordinates_of_a_stage_are_drawn_from_their_middle(measured):
     assert drawn > 0.8 * (high - low)
     assert axes.get_xlabel().startswith("tangential displacement $U$ (")
     assert axes.get_xlabel().endswith("(nm), from −110 mm")
-
-
-def test_loops_have_the_colours_of_their_loads():
-    comparison = compared()[1]
-    figure = hs.plots.measured_loops(comparison.measured, model=comparison.model)
-    texts = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert texts[:5] == ["50 mN, 1 loop", "100 mN, 2 loops", "model", "measured, on the right", "model, on the right"]
-    lines = {line.get_label(): line for line in figure.axes[0].get_lines() if not line.get_label().startswith("_")}
-    first, second, model = (lines[name] for name in texts[:3])
-    assert first.get_color() is not second.get_color()
-    assert np.abs(first.get_ydata()).max() == pytest.approx(10e-3)
-    assert np.abs(second.get_ydata()).max() == pytest.approx(20e-3)
-    assert model.get_linestyle() == "--"
 
 
 def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy():
@@ -155,7 +90,6 @@ def test_each_loop_is_a_mark_for_each_direction_and_one_for_its_energy():
     marks, _ = energy.get_lines()
     assert_allclose(marks.get_ydata(), 1e9 * found.dissipated_energy)
     assert figure.get_suptitle() == f"{len(found)} friction loops"
-    assert hs.plots.loop_trends(found.to_dataset(), title="of $5").get_suptitle() == r"of \$5"
 
 
 def test_each_load_has_its_means_and_their_scatter():
@@ -177,13 +111,6 @@ def test_each_load_has_its_means_and_their_scatter():
             assert_allclose(lengths, 2 * factor * np.nan_to_num(scatter), atol=1e-9)
     line = next(line for line in force.lines if len(line.get_xdata()) == 60)
     assert_allclose(line.get_ydata(), 1e3 * table.friction_line().slope * line.get_xdata(), atol=0.01)
-
-
-def test_amplitudes_stand_in_place_of_loads():
-    found = levels()
-    axes = hs.plot(found.by_amplitude()).axes
-    assert axes[2].get_xlabel() == "amplitude (nm)"
-    assert all(len(line.get_xdata()) < 60 for line in axes[0].lines)
 
 
 def test_means_are_marked_at_a_loop_that_they_are_of():

@@ -60,7 +60,7 @@ def drawn(figure):
     return {str(line.get_label()): line for line in figure.axes[0].get_lines()}
 
 
-def test_each_cell_is_a_line_with_what_was_swept_as_its_name(swept):
+def test_each_cell_is_a_line_labelled_by_its_swept_values(swept):
     found = swept
     figure = hs.plots.loops(found)
     lines = drawn(figure)
@@ -135,7 +135,7 @@ def test_the_work_is_the_closed_loop_and_drift_the_difference(swept):
         hs.plots.loops(bare, drift=True)
 
 
-def test_loads_and_first_loading_stand_beside(ball, swept):
+def test_loads_and_first_loading_are_drawn(ball, swept):
     history = hs.run(ball)
     figure = hs.plots.loops(history, loads=True, first_loading=[0.05])
     _, upper, lower = figure.axes
@@ -154,17 +154,17 @@ def test_loads_and_first_loading_stand_beside(ball, swept):
         hs.plots.loops(swept[[*LOOP]], delta=True)
 
 
-def test_what_is_no_loop_is_refused(ball, swept):
+def test_unsuitable_results_and_selections_are_refused(ball, swept):
     found = swept
     with pytest.raises(InputError, match="there is no total_tangential_load along step"):
         hs.plots.loops(found[["preliminary_displacement"]])
-    with pytest.raises(InputError, match="labels has 1; expected one for each of 4 lines"):
+    with pytest.raises(InputError, match="labels has 1"):
         hs.plots.loops(found, labels=["one"])
     many = hs.sweep(ball, {"friction.coefficient": [0.1 + 0.01 * n for n in range(MOST_LINES + 1)]}, outputs=LOOP)
     with pytest.raises(InputError, match=f"{MOST_LINES + 1} lines in one picture; expected 1 to {MOST_LINES}"):
         hs.plots.loops(many)
     with pytest.raises(InputError, match=r"where: 'friction' was not swept; .*friction\.coefficient"):
         selected(found, {"friction": 0.1})
-    with pytest.raises(InputError, match=r"where: friction.coefficient has no value 0.3; expected one of 0.1, 0.2"):
+    with pytest.raises(InputError, match=r"has no value 0\.3"):
         selected(found, {"friction.coefficient": 0.3})
     assert selected(found, {"loading.waypoints[0].normal_load": ["20 mN", "50 mN"]}).equals(found)

@@ -1,4 +1,4 @@
-"""Reports of a history: what stands in the page."""
+"""Contents of the report of a history."""
 
 import re
 import shlex
@@ -31,7 +31,7 @@ def sections(text):
 
 
 @pytest.mark.usefixtures("without_bokeh")
-def test_a_page_says_what_came_out_and_where_it_is_from(tmp_path):
+def test_a_page_has_results_and_provenance(tmp_path):
     history = replayed()
     history.attrs |= {"title": "a <b> & c", "scenario": "[loading]\nsubsteps = 4 # <script>"}
     text = hs.report(history, tmp_path / "r.html")
@@ -75,7 +75,7 @@ def test_shell_lines_of_a_page_quote_names_and_take_versions_by_their_form(name,
         assert not any("pip install" in line for line in commands())
 
 
-def test_findings_stand_as_warnings_with_their_numbers():
+def test_findings_are_warnings_with_their_numbers():
     history = hs.replay(hs.Ensemble(PAIR, 0.0, 1e-6, 0.2), [hs.NormalLoad(0.0, 5e-3)])
     (finding,) = history.contact.validity()
     plain = unescape("".join(validity_section(history).parts))
@@ -84,7 +84,7 @@ def test_findings_stand_as_warnings_with_their_numbers():
     assert "All assumptions that are checked hold" in validity_section(replayed()).parts[0]
 
 
-def test_pictures_that_cannot_be_drawn_are_told():
+def test_pictures_that_cannot_be_drawn_are_named():
     changed = [*EVENTS, hs.FrictionChange(3.0, 0.1)]
     history = hs.replay(hs.Ensemble(PAIR, [0.0, -2e-8], 1e-5, 0.2), changed)
     # of its origin nothing is known
@@ -94,20 +94,20 @@ def test_pictures_that_cannot_be_drawn_are_told():
 
 
 @pytest.mark.usefixtures("without_bokeh")
-def test_totals_alone_have_a_page_without_asperities():
-    text = hs.report(replayed(record="totals"))
-    assert "Not available: the history is of totals alone" in text
-    assert text.count("data:image/webp;base64,") == 2
-
-
-@pytest.mark.usefixtures("without_bokeh")
 @pytest.mark.parametrize(
     ("name", "picture", "caption"),
     [("26_running_in", "yielding", "the summits that yielded"), ("25_wear", "wear", "The volume that the asperities")],
 )
-def test_what_summits_lose_has_its_picture(name, picture, caption):
+def test_wear_and_yielding_have_their_pictures(name, picture, caption):
     history = hs.run(ROOT / "scenarios" / f"{name}.toml")
     assert PICTURES[picture].reported(history)
     assert not PICTURES[picture].reported(replayed())
     (drawn,) = history_pictures(history, [picture])
     assert caption in drawn
+
+
+@pytest.mark.usefixtures("without_bokeh")
+def test_totals_alone_have_a_page_without_asperities():
+    text = hs.report(replayed(record="totals"))
+    assert "Not available: the history is of totals alone" in text
+    assert text.count("data:image/webp;base64,") == 2
