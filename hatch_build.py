@@ -5,6 +5,9 @@ not needed, and one wheel serves all versions of Python. Where there is no C com
 brings one for the time of the build. The environment's ``CC``, ``CFLAGS`` and ``LDFLAGS`` are honoured, but for what
 would change the bits of results, and for the level of optimisation, which is -O3 unless they hold -O0.
 
+For pages, the library of the memory is also compiled to WebAssembly (`historysim/results/report/browser.wasm`) where
+ziglang is installed, as in CI, which builds the wheels. Without it reports have their recorded pictures only.
+
 The public headers are the declarations: cffi reads them now, into `historysim/basics/_declarations.py`, so that nothing
 need be parsed when the package is imported.
 
@@ -12,6 +15,7 @@ need be parsed when the package is imported.
 """
 
 import importlib.util
+import os
 import re
 import sys
 import tempfile
@@ -24,12 +28,13 @@ HERE = Path(__file__).parent
 PLACE = Path("historysim", "basics")
 LIBRARY = "libhistorysim" + {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 DECLARATIONS = "_declarations.py"
+BROWSER = Path("historysim", "results", "report", "browser.wasm")
 
 # the package itself is not there yet
 _SPEC = importlib.util.spec_from_file_location("compiler", HERE / PLACE / "compiler.py")
 _COMPILING: Any = importlib.util.module_from_spec(_SPEC)  # type: ignore[arg-type] # the file is there
 _SPEC.loader.exec_module(_COMPILING)  # type: ignore[union-attr]
-SAME_BITS, ZIG = _COMPILING.SAME_BITS, _COMPILING.ZIG
+ZIG, compile_wasm = _COMPILING.ZIG, _COMPILING.compile_wasm
 compiler, options, compile_shared = _COMPILING.compiler, _COMPILING.options, _COMPILING.compile_shared
 
 COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
@@ -41,7 +46,9 @@ class CompiledLibrary(BuildHookInterface):
     """Put the library and its declarations into the wheel; for an editable installation, beside the source."""
 
     def dependencies(self) -> list[str]:
-        """Ask for a compiler where there is none."""
+        """Ask for a compiler where there is none, and for that of WebAssembly in CI, which builds the wheels."""
+        if os.environ.get("CI") or os.environ.get("CIBUILDWHEEL"):
+            return ["ziglang>=0.13"]
         if compiler():
             return []
         self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
@@ -55,11 +62,16 @@ class CompiledLibrary(BuildHookInterface):
         self.app.display_info("compiling the C of historysim")
         if version == "editable":
             build(root, root / PLACE)
+            build_browser_library(root, root / BROWSER)
         else:
             self._folder = tempfile.TemporaryDirectory()
             build(root, Path(self._folder.name))
+            build_browser_library(root, Path(self._folder.name, BROWSER.name))
             for name in (LIBRARY, DECLARATIONS):
                 build_data["force_include"][str(Path(self._folder.name, name))] = str(PLACE / name)
+            browser = Path(self._folder.name, BROWSER.name)
+            if browser.exists():
+                build_data["force_include"][str(browser)] = str(BROWSER)
         # a library that was compiled here is not one for all Linux of an age
         machine = next(tag for tag in platform_tags() if not tag.startswith(("manylinux", "musllinux")))
         build_data["pure_python"], build_data["tag"] = False, f"py3-none-{machine}"
@@ -85,8 +97,8 @@ def build(root: Path, folder: Path) -> None:
 def compile_library(root: Path, library: Path) -> None:
     """Compile all C of a source tree, in one call of the compiler. Errors as in `build`."""
     files = (file.relative_to(root) for file in root.glob("historysim/**/*.c"))
-    # what is exported as source to other programs is no part of it
-    sources = sorted(str(root / file) for file in files if file.parts[1] != "exchange")
+    # sources for other programs and for browsers are not part of it
+    sources = sorted(str(root / file) for file in files if file.parts[1] not in {"exchange", "results"})
     command = [*(compiler() or ZIG), *options()]
     try:
         compile_shared(command, sources, library, windows=sys.platform == "win32")
@@ -95,6 +107,15 @@ def compile_library(root: Path, library: Path) -> None:
             "the C of historysim is not compiled; expected a compiler of C11 that takes gcc's options: name another "
             f"one in CC, or see CFLAGS and LDFLAGS.\n{error}"
         ) from None
+
+
+def build_browser_library(root: Path, library: Path) -> None:
+    """Compile the memory of a source tree to WebAssembly, if ziglang is installed; otherwise no file is left."""
+    library.unlink(missing_ok=True)
+    source = (root / BROWSER).with_suffix(".c")
+    if importlib.util.find_spec("ziglang") is not None and source.exists():
+        sources = [*sorted(map(str, root.glob("historysim/memory/*.c"))), str(source)]
+        compile_wasm(sources, library)
 
 
 def write_declarations(root: Path, file: Path) -> None:
@@ -123,3 +144,4 @@ def declarations(header: str) -> str:
 
 if __name__ == "__main__":
     build(HERE, HERE / PLACE)
+    build_browser_library(HERE, HERE / BROWSER)

@@ -410,8 +410,8 @@ def report(what: object, output: str | Path | None = None) -> str:
     Parameters
     ----------
     what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
-        A history, with an interactive time slider for the loop and the contact map, and asperities to click on (which
-        needs Bokeh: ``pip install "historysim[report]"``); a sweep; friction loops, one by one or by their loads;
+        A history, which the page computes: any step, any asperity, and other friction and moduli; a sweep; friction
+        loops, one by one or by their loads;
         friction over time or distance; a fit. A scenario with a measured loading is fitted, where it has ``[fit]``, or
         compared with its measurement.
     output : path, optional
@@ -490,9 +490,7 @@ class Explorer:
 
 
 def explore(history: "str | Path | xr.Dataset") -> Explorer:
-    """Return the interactive part of `report` for a notebook: a time slider, and asperities to click on.
-
-    It needs Bokeh (``pip install "historysim[report]"``).
+    """Return the interactive part of `report` for a notebook: a time slider, asperities to click, other friction.
 
     Parameters
     ----------
@@ -502,7 +500,7 @@ def explore(history: "str | Path | xr.Dataset") -> Explorer:
     Raises
     ------
     InputError
-        No history, one without asperities, or Bokeh is not installed.
+        No history, one without asperities, or one that a page cannot compute.
     """
     import xarray as xr
 

@@ -45,14 +45,22 @@ def options() -> list[str]:
 def compile_shared(command: Sequence[str], sources: Sequence[str], library: Path, *, windows: bool) -> None:
     """Compile sources into one shared library by one call of a compiler; RuntimeError with its message if it fails."""
     shared = ["-shared", "-fvisibility=hidden", *([] if windows else ["-fPIC", "-pthread"])]
-    full_command = [*command, *SAME_BITS, *shared, *sources, "-lm", "-o", str(library)]
     with tempfile.TemporaryDirectory() as cache:
-        cache_folders = {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
-        try:
-            done = subprocess.run(
-                full_command, env=cache_folders | os.environ, capture_output=True, text=True, check=False
-            )
-        except OSError as error:
-            raise RuntimeError(f"{shlex.join(full_command)}\n{error}") from error
+        _compile([*command, *SAME_BITS, *shared, *sources, "-lm", "-o", str(library)], cache)
+
+
+def compile_wasm(sources: Sequence[str], library: Path) -> None:
+    """Compile sources to a WebAssembly module for browsers with ziglang; RuntimeError with its message if it fails."""
+    target = ["-target", "wasm32-wasi", "-mexec-model=reactor", "-Os", "-s", "-DHS_ONE_THREAD"]
+    # the default cache of zig keeps what has not changed
+    _compile([*ZIG[:4], "-fno-sanitize=undefined", *target, *SAME_BITS, *sources, "-o", str(library)])
+
+
+def _compile(command: Sequence[str], cache: str | None = None) -> None:
+    cache_folders = {} if cache is None else {"ZIG_GLOBAL_CACHE_DIR": cache, "ZIG_LOCAL_CACHE_DIR": cache}
+    try:
+        done = subprocess.run(command, env=cache_folders | os.environ, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise RuntimeError(f"{shlex.join(command)}\n{error}") from error
     if done.returncode:
-        raise RuntimeError(f"{shlex.join(full_command)}\n{done.stderr}")
+        raise RuntimeError(f"{shlex.join(command)}\n{done.stderr}")

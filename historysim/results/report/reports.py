@@ -19,13 +19,13 @@ from historysim.measured.sliding import UNITS, Sliding
 from historysim.results import analysis
 from historysim.results.analysis.along_time import CONTENT as TIME_SERIES
 from historysim.results.analysis.history_summary import readable_attributes
-from historysim.results.asking import check_direction
 from historysim.results.layout import missing_variables_reported, standard_layout
 from historysim.results.plots.found_loops import FrettingPicture, LoopLevelsPicture, LoopTrendsPicture
 from historysim.results.plots.pictures import PICTURES, draw
 from historysim.results.plots.record_pictures import ComparisonPicture, SlidingPicture, TablePicture
 from historysim.results.plots.style import scale_of
 from historysim.results.plots.swept import CurvePicture
+from historysim.results.report.browser import interactive_part
 from historysim.results.report.page import (
     EXPECTED,
     Section,
@@ -40,7 +40,6 @@ from historysim.results.report.page import (
 )
 from historysim.results.tables import SWEEP, TABLE, WrittenTable, loop_summary, sweep_rows, sweep_summary, with_unit
 
-INSTALL = 'pip install "historysim[report]"'
 SEVERAL_LINES = ("scenario", "validity")
 # a release, with what a build adds to it
 _VERSION = re.compile(r"\d+(\.\d+)*((a|b|rc)\d+)?(\.post\d+)?(\.dev\d+)?(\+[a-z0-9]+([._][a-z0-9]+)*)?", re.ASCII)
@@ -59,40 +58,31 @@ def _without_warnings(lines: Iterable[tuple[str, str]]) -> Section:
 def history_page(history: xr.Dataset, figures: Sequence[str] = ()) -> str:
     """Return a history as one HTML page that fetches nothing; ``figures`` are pictures of its own, as HTML."""
     try:
-        library, interactive = _explorer(history)
-    except (ModuleNotFoundError, InputError) as error:
-        text = f"Not available: {error}"
-        if isinstance(error, ModuleNotFoundError):
-            text = f"The interactive part needs Bokeh: {INSTALL}, then make this page again."
-        library, interactive = "", Section(TIME, (paragraph(text, "note"),))
+        script, interactive = _interactive_section(history)
+    except InputError as error:
+        script, interactive = "", Section(TIME, (paragraph(f"Not available: {error}", "note"),))
     sections = [_without_warnings(analysis.summary(history)), validity_section(history), interactive]
     return page(
         _title(history, "Load history"),
         [*sections, _figures(history, figures), *provenance_sections(history)],
-        head=library,
+        head=script,
     )
 
 
 def interactive_page(history: xr.Dataset) -> str:
-    """Return the interactive part of a history as one HTML page; InputError without asperities or without Bokeh."""
+    """Render the interactive part of a history as one HTML page; InputError if a page cannot compute the history."""
     history = standard_layout(history)
-    try:
-        library, section = _explorer(history)
-    except ModuleNotFoundError as error:
-        raise InputError(f"the interactive picture needs Bokeh; expected {INSTALL}") from error
-    return page(_title(history, "Load history"), [section], head=library)
+    script, section = _interactive_section(history)
+    return page(_title(history, "Load history"), [section], head=script)
 
 
-def _explorer(history: xr.Dataset) -> tuple[str, Section]:
-    """Return the library of the interactive part, and its section."""
+def _interactive_section(history: xr.Dataset) -> tuple[str, Section]:
+    """Render the script of the interactive part, and its section."""
     if "slip_state" not in history:
         raise InputError("the history is of totals alone; expected one with asperities, to move through")
-    from historysim.results.report.explorer import explorer
-
-    check_direction(history, "the interactive picture")
     with missing_variables_reported(history):
-        library, body, notes = explorer(history)
-    return library, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
+        script, body, notes = interactive_part(history)
+    return script, Section(TIME, (*(paragraph(note, "note") for note in notes), body))
 
 
 def validity_section(history: xr.Dataset) -> Section:
