@@ -169,19 +169,16 @@ class Model {
     const end = this.ends.findIndex((last) => last > row);
     const from = this.kept.findLast(({ path }) => path <= end);
     const state = this.library.copy_state(from.state);
-    const bytes = this.setup.paths.slice(from.path * PATH_SIZE, (end + 1) * PATH_SIZE);
-    const view = new DataView(bytes.buffer);
-    let parts = 1;
-    for (let path = 0; path <= end - from.path; path++) {
-      parts = Number(view.getBigInt64(path * PATH_SIZE + 48, true));
-      view.setBigInt64(path * PATH_SIZE + 48, 1n, true);
-      view.setBigInt64(path * PATH_SIZE + 56, 0n, true);
-      view.setInt32(path * PATH_SIZE + 76, 0, true);
+    // whole paths as in `replay`, of the last one the parts up to the row
+    this.#integrate(state, this.paths + from.path * PATH_SIZE, end - from.path, 1, -1, from.path);
+    const bytes = this.setup.paths.slice(end * PATH_SIZE, (end + 1) * PATH_SIZE), view = new DataView(bytes.buffer);
+    const parts = Number(view.getBigInt64(48, true)), done = row - (end > 0 ? this.ends[end - 1] : 0) + 1;
+    if (done < parts) {
+      view.setBigInt64(48, BigInt(done), true);
+      view.setInt32(76, 0, true);
     }
-    const before = end > 0 ? this.ends[end - 1] : 0;
-    const address = this.memory.put(bytes), whole = end - from.path;
-    this.#integrate(state, address, whole, 1, -1, from.path);
-    this.#integrate(state, address + whole * PATH_SIZE, 1, Math.min((row - before + 1) / parts, 1), -1, end);
+    const address = this.memory.put(bytes);
+    this.#integrate(state, address, 1, Math.min(done / parts, 1), -1, end);
     this.library.release(this.memory.addresses.pop());
     return state;
   }
@@ -294,7 +291,7 @@ function drawChart(svg, axes, lines, marks = [], equal = false) {
     if (points.length) svgNode(svg, "path", { d: `M${points.join("L")}`, class: `line ${kind}` });
   }
   for (const { x, y, kind, label, id } of marks) {
-    const mark = svgNode(svg, "circle", { cx: place[0](x).toFixed(1), cy: place[1](y).toFixed(1), r: kind.includes("chosen") ? 7 : 4.5, class: `mark ${kind}` });
+    const mark = svgNode(svg, "circle", { cx: place[0](x).toFixed(1), cy: place[1](y).toFixed(1), r: kind.includes("chosen") ? 7 : kind === "state0" ? 3 : 4.5, class: `mark ${kind}` });
     if (label) svgNode(mark, "title", {}, label);
     if (id !== undefined) mark.dataset.asperity = id;
   }
@@ -336,7 +333,11 @@ class Explorer {
     this.row = setup.first_shown;
     this.axis = 0;
     const listen = (name, event, act) => this.part(name)?.addEventListener(event, (change) => act(change.target.value));
-    listen("time", "input", (value) => ((this.row = Number(value)), this.show()));
+    listen("time", "input", (value) => {
+      this.row = Number(value);
+      // at most once a frame
+      this.frame ??= requestAnimationFrame(() => ((this.frame = undefined), this.show()));
+    });
     listen("asperity", "change", (value) => {
       const index = setup.labels.indexOf(Number(value));
       if (index >= 0) this.choose(index);
@@ -433,8 +434,9 @@ class Explorer {
       kind: `state${cells.slip[at]}${at === index ? " chosen" : ""}`,
       label: `asperity ${setup.labels[at]}, ${STATES[cells.slip[at]]}`,
     }));
-    // the chosen one is drawn last, over the others
-    marks.sort((a, b) => (a.id === index) - (b.id === index));
+    // separated ones are drawn below the others, the chosen one above
+    const level = ({ id }) => (id === index ? 4 : cells.slip[id]);
+    marks.sort((a, b) => level(a) - level(b));
     drawChart(this.part("map"), names.map((label) => ({ label, unit: "m" })), [], marks, Boolean(setup.x));
 
     const time = setup.time.slice(0, model.known), load = this.own.tangential[axis];

@@ -93,8 +93,7 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
     if type(ensemble) is not Ensemble:
         raise InputError(f"pages cannot compute {ensemble.nouns[1]} of this type; its pictures show what was recorded")
     if ensemble.evolves:
-        laws = ", ".join(law.text for law in ensemble.laws) or "the distance that asperities slide"
-        raise InputError(f"pages cannot compute {laws}; its pictures show what was recorded")
+        raise InputError("pages cannot compute asperities that evolve; its pictures show what was recorded")
     if job.instrument.parallel_stiffness:
         raise InputError("pages cannot compute a spring in parallel; its pictures show what was recorded")
     segments = [*schedule.segments(job.events, job.substeps)]

@@ -2,7 +2,6 @@
 
 import re
 import shlex
-import sys
 from html import unescape
 
 import pytest
@@ -10,6 +9,7 @@ from c_core import ROOT
 
 import historysim as hs
 from historysim.results.plots.pictures import PICTURES
+from historysim.results.report import browser
 from historysim.results.report.reports import history_pictures, provenance_sections, validity_section
 
 PAIR = hs.MaterialPair.from_moduli(contact_modulus=40e9, shear_modulus=8e9)
@@ -17,9 +17,8 @@ EVENTS = [hs.NormalLoad(0.0, 4e-3), hs.TangentialDisplacement(1.0, 5e-9), hs.Tan
 
 
 @pytest.fixture
-def without_bokeh(monkeypatch):
-    monkeypatch.setitem(sys.modules, "bokeh", None)
-    monkeypatch.setitem(sys.modules, "bokeh.embed", None)
+def without_library(monkeypatch, tmp_path):
+    monkeypatch.setattr(browser, "LIBRARY", tmp_path / "none.wasm")
 
 
 def replayed(**options):
@@ -30,7 +29,7 @@ def sections(text):
     return re.findall(r"<h2>(.*?)</h2>", text)
 
 
-@pytest.mark.usefixtures("without_bokeh")
+@pytest.mark.usefixtures("without_library")
 def test_a_page_has_results_and_provenance(tmp_path):
     history = replayed()
     history.attrs |= {"title": "a <b> & c", "scenario": "[loading]\nsubsteps = 4 # <script>"}
@@ -44,7 +43,7 @@ def test_a_page_has_results_and_provenance(tmp_path):
     assert "substeps = 4 # <script>" in plain
     assert "<script>" not in text
     assert text.count("data:image/webp;base64,") == 6
-    assert "needs Bokeh: pip install" in plain
+    assert "this installation has no library for browsers" in plain
     # nothing is fetched
     assert re.findall(r'(?:src|href)="(?!data:)', text) == []
 
@@ -93,7 +92,7 @@ def test_pictures_that_cannot_be_drawn_are_named():
     assert "No picture traction: asperity 0: the recorded steps leave out part of its load history" in text
 
 
-@pytest.mark.usefixtures("without_bokeh")
+@pytest.mark.usefixtures("without_library")
 @pytest.mark.parametrize(
     ("name", "picture", "caption"),
     [("26_running_in", "yielding", "the summits that yielded"), ("25_wear", "wear", "The volume that the asperities")],
