@@ -111,11 +111,15 @@ def compile_library(root: Path, library: Path) -> None:
 
 def build_browser_library(root: Path, library: Path) -> None:
     """Compile the memory of a source tree to WebAssembly, if ziglang is installed; otherwise no file is left."""
-    library.unlink(missing_ok=True)
     source = (root / BROWSER).with_suffix(".c")
-    if importlib.util.find_spec("ziglang") is not None and source.exists():
-        sources = [*sorted(map(str, root.glob("historysim/memory/*.c"))), str(source)]
-        compile_wasm(sources, library)
+    if importlib.util.find_spec("ziglang") is None or not source.exists():
+        # one of earlier sources would not be the library
+        library.unlink(missing_ok=True)
+        return
+    with tempfile.TemporaryDirectory(dir=library.parent) as made:
+        compiled = Path(made, library.name)
+        compile_wasm([*sorted(map(str, root.glob("historysim/memory/*.c"))), str(source)], compiled)
+        compiled.replace(library)
 
 
 def write_declarations(root: Path, file: Path) -> None:

@@ -18,6 +18,7 @@ sys.path.insert(0, str(HERE))
 
 import gallery
 import interface
+import try_it
 
 ROOT = HERE.parent
 FOLDERS = ("data", "historysim", "scenarios", "tests")
@@ -57,6 +58,7 @@ def pages(pictures: Path) -> dict[str, bytes]:
         content = path.read_bytes()
         found[MOVED.get(name, name)] = relinked(name, content.decode()).encode() if path.suffix == ".md" else content
     found["index.md"] += b"\n" + (HERE / "contents.md").read_bytes()
+    found["try_it.md"] = (HERE / "try_it.md").read_bytes()
     made = interface.pages() | gallery.pages(ROOT, pictures)
     return found | {name: text.encode() for name, text in made.items()}
 
@@ -93,6 +95,7 @@ def main() -> int:
     options = [*quiet, "-W", "--keep-going", "-c", str(HERE), "-d", str(source / ".doctrees")]
     code = build_main([*options, str(source), str(output)])
     if not code:
+        (output / "_static" / "try_it.html").write_text(try_it.render(), encoding="utf-8")
         sys.stdout.write(f"{output / 'index.html'}\n")
     return code
 

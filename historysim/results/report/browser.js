@@ -255,9 +255,11 @@ function ticksBetween(low, high) {
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, k) => (first + k) * step);
 }
 
+const CHART = { width: 420, height: 300, margins: { left: 62, right: 12, top: 10, bottom: 42 } };
+
 // Draw lines [{x, y, kind}] and marks [{x, y, kind, label, id}] into an SVG; axes are {label, unit}.
 function drawChart(svg, axes, lines, marks = [], equal = false) {
-  const [width, height, left, right, top, bottom] = [420, 300, 62, 12, 10, 42];
+  const { width, height, margins: { left, right, top, bottom } } = CHART;
   svg.replaceChildren();
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const scales = ["x", "y"].map((axis, at) => {
