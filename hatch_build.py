@@ -47,11 +47,10 @@ class CompiledLibrary(BuildHookInterface):
 
     def dependencies(self) -> list[str]:
         """Ask for a compiler where there is none, and for that of WebAssembly in CI, which builds the wheels."""
-        if os.environ.get("CI") or os.environ.get("CIBUILDWHEEL"):
-            return ["ziglang>=0.13"]
-        if compiler():
+        if not compiler():
+            self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
+        elif not (os.environ.get("CI") or os.environ.get("CIBUILDWHEEL")):
             return []
-        self.app.display_info("no C compiler is found (CC, cc, gcc, clang): ziglang is taken, which brings one")
         return ["ziglang>=0.13"]
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:

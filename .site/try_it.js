@@ -184,7 +184,8 @@ class Trial {
       const turn = step / 40;
       this.path.time.push(Number((step * 0.1).toFixed(6)));
       this.path.normal.push(most * (0.6 - 0.25 * Math.cos(Math.PI * turn)));
-      this.path.tangential.push(0.6 * side * Math.sin(2 * Math.PI * turn) * Math.min(1, 0.4 + 0.3 * turn));
+      const swing = 0.6 * Math.min(1, 0.4 + 0.3 * turn) * Math.sin(2 * Math.PI * turn);
+      this.path.tangential.push(side * Number(swing.toFixed(6)));
     }
     this.schedule();
   }

@@ -2,8 +2,9 @@
 
 from pathlib import Path
 
+from historysim.errors import InputError
 from historysim.results.report import browser
-from historysim.results.report.page import Section, page
+from historysim.results.report.page import Section, page, paragraph
 
 SCRIPT = Path(__file__).with_name("try_it.js")
 # name, label, attributes of the input, factor to SI
@@ -28,6 +29,14 @@ INTRODUCTION = (
     "<p>Choose a contact and draw how it is loaded. Or drop a CSV file with columns of time, N or approach, and U or "
     "T, such as <code>time (s), N (mN), U (nm)</code>. Everything is computed in this page; nothing leaves it.</p>"
 )
+
+
+def render_or_explain() -> str:
+    """Render the page, or without the library for browsers one that states how to get it."""
+    try:
+        return render()
+    except InputError as error:
+        return page("Try historysim", [Section("Not available", (paragraph(str(error)),))])
 
 
 def render() -> str:

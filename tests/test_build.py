@@ -20,7 +20,8 @@ hatch_build = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(hatch_build)
 
 EXCHANGE = ROOT / "historysim" / "exchange"
-C_FILES = sorted(str(file) for file in ROOT.glob("historysim/**/*.c") if EXCHANGE not in file.parents)
+APART = {EXCHANGE, (ROOT / hatch_build.BROWSER).parent}
+C_FILES = sorted(str(file) for file in ROOT.glob("historysim/**/*.c") if not APART & {*file.parents})
 NO_COMPILER = "needs a C compiler"
 compiles = pytest.mark.skipif(not hatch_build.compiler(), reason=NO_COMPILER)
 NAMES = [name for name in ("gcc", "clang") if shutil.which(name)]
@@ -226,14 +227,45 @@ def test_an_error_of_the_compiler_is_told(tree, tmp_path):
     assert not [path for path in tmp_path.iterdir() if path.suffix in {".so", ".py"}]
 
 
+@pytest.fixture
+def no_ci(monkeypatch):
+    for name in ("CI", "CIBUILDWHEEL"):
+        monkeypatch.delenv(name, raising=False)
+
+
 @compiles
+@pytest.mark.usefixtures("no_ci")
 def test_a_compiler_is_found(monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     assert hatch_build.compiler() in ([name] for name in ("cc", "gcc", "clang"))
     assert hook(ROOT).dependencies() == []
+    # what builds the wheels compiles for browsers, too
+    monkeypatch.setenv("CI", "true")
+    assert hook(ROOT).dependencies() == ["ziglang>=0.13"]
 
 
-@pytest.mark.usefixtures("no_compiler")
+def test_the_library_of_browsers_is_that_of_present_sources_or_missing(tmp_path, monkeypatch):
+    library, source = tmp_path / hatch_build.BROWSER, (tmp_path / hatch_build.BROWSER).with_suffix(".c")
+    source.parent.mkdir(parents=True)
+    source.touch()
+    compiled = []
+
+    def compile_wasm(sources, made):
+        compiled.append(sources)
+        made.write_bytes(b"new")
+
+    monkeypatch.setattr(hatch_build, "compile_wasm", compile_wasm)
+    for there, content in ((True, b"new"), (False, None)):
+        library.write_bytes(b"old")
+        found = object() if there else None
+        monkeypatch.setattr(hatch_build.importlib.util, "find_spec", lambda _, found=found: found)
+        hatch_build.build_browser_library(tmp_path, library)
+        assert (library.read_bytes() if library.exists() else None) == content
+    assert compiled == [[str(source)]]
+    assert sorted(source.parent.iterdir()) == [source]
+
+
+@pytest.mark.usefixtures("no_compiler", "no_ci")
 def test_without_a_compiler_one_is_asked_for(capsys, monkeypatch):
     assert hatch_build.compiler() == []
     (asked,) = hook(ROOT).dependencies()

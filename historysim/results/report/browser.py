@@ -118,7 +118,9 @@ def _some_of(ensemble: Ensemble, labels: Integers) -> Ensemble:
         np.broadcast_to(values, (len(ensemble),))[labels]
         for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
     )
-    places = {name: values[labels] for name, values in (("x", ensemble.x), ("y", ensemble.y)) if values is not None}
+    places: dict[str, Any] = {
+        name: values[labels] for name, values in (("x", ensemble.x), ("y", ensemble.y)) if values is not None
+    }
     return Ensemble(ensemble.pair, height, radius, friction, **places, rings=ensemble.rings)
 
 
@@ -132,7 +134,7 @@ def _from_steps(history: xr.Dataset) -> Trajectory:
     pair = MaterialPair.from_moduli(
         contact_modulus=float(history.attrs["contact_modulus"]), shear_modulus=float(history.attrs["shear_modulus"])
     )
-    places = {name: history[name].values for name in ("x", "y") if name in history.coords}
+    places: dict[str, Any] = {name: history[name].values for name in ("x", "y") if name in history.coords}
     height, radius, friction = (history[name].values for name in ("summit_height", "summit_radius", "friction"))
     ensemble = Ensemble(pair, height, radius, friction, **places)
     approach = ensemble.highest_summit - history["separation"].values
