@@ -411,9 +411,8 @@ def report(what: object, output: str | Path | None = None) -> str:
     ----------
     what : path, xarray.Dataset, Scenario, Fit, Loops, LoopTable or Sliding
         A history, which the page computes: any step, any asperity, and other friction and moduli; a sweep; friction
-        loops, one by one or by their loads;
-        friction over time or distance; a fit. A scenario with a measured loading is fitted, where it has ``[fit]``, or
-        compared with its measurement.
+        loops, one by one or by their loads; friction over time or distance; a fit. A scenario with a measured loading
+        is fitted, where it has ``[fit]``, or compared with its measurement.
     output : path, optional
         A file to write the page to, which appears when it is complete.
 

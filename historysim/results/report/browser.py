@@ -28,8 +28,9 @@ from historysim.results.rebuilt import AGREEMENT
 
 LIBRARY = Path(__file__).with_name("browser.wasm")
 SCRIPT = Path(__file__).with_name("browser.js")
-# Asperities that are drawn, those that carry most; of an ensemble of more than are embedded, only those that touch are.
+# Asperities that are drawn, those that carry most, and that are embedded; of a larger ensemble only recorded ones are.
 MOST_DRAWN, MOST_EMBEDDED = 2000, 20_000
+MOST_STEPS = 20_000  # each is a path of 96 bytes, and replayed when friction or moduli change
 UNITS = ("tangential_displacement", "total_tangential_load")
 INSTALL = (
     "this installation has no library for browsers (browser.wasm); expected a wheel of historysim, or `pip install "
@@ -86,6 +87,11 @@ def find_trajectory(history: xr.Dataset) -> Trajectory:
     for name, text in (("summit_area", "patches"), ("stick_area", "patches"), ("slope", "summits that meet on slopes")):
         if name in history.variables:
             raise InputError(f"pages cannot compute {text}; its pictures show what was recorded")
+    if history.sizes["step"] > MOST_STEPS:
+        raise InputError(
+            f"pages compute {MOST_STEPS:,} steps at most, and the history has {history.sizes['step']:,}; expected a "
+            f"part of it, such as history.isel(step=slice({MOST_STEPS}))"
+        )
     job = ask_origin(history, lambda origin: origin.job)
     if job is None:
         return _from_steps(history)
@@ -118,10 +124,11 @@ def _some_of(ensemble: Ensemble, labels: Integers) -> Ensemble:
         np.broadcast_to(values, (len(ensemble),))[labels]
         for values in (ensemble.summit_height, ensemble.summit_radius, ensemble.friction)
     )
-    places: dict[str, Any] = {
+    options: dict[str, Any] = {
         name: values[labels] for name, values in (("x", ensemble.x), ("y", ensemble.y)) if values is not None
     }
-    return Ensemble(ensemble.pair, height, radius, friction, **places, rings=ensemble.rings)
+    options |= {"tolerance": ensemble.tolerance, "rings": ensemble.rings}
+    return Ensemble(ensemble.pair, height, radius, friction, **options)
 
 
 def _from_steps(history: xr.Dataset) -> Trajectory:

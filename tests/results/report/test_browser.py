@@ -351,6 +351,14 @@ def test_of_a_large_ensemble_the_recorded_asperities_are_embedded(monkeypatch):
     assert trajectory.note == "Of 4 asperities, the page has the 3 that were recorded."
 
 
+def test_a_history_of_too_many_steps_is_refused_with_what_is_possible(history, monkeypatch):
+    monkeypatch.setattr(browser, "MOST_STEPS", 20)
+    with pytest.raises(
+        InputError, match=r"20 steps at most, and the history has 31; .* history.isel\(step=slice\(20\)\)"
+    ):
+        browser.find_trajectory(history)
+
+
 UNSUPPORTED = {
     "friction or summits that events change": (ENSEMBLE, [*EVENTS, hs.FrictionChange(4.0, 0.1)]),
     "asperities that evolve": (hs.Ensemble(PAIR, HEIGHTS, 1e-5, hs.laws.ShearStrength(3e8)), EVENTS),
