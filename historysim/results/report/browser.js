@@ -370,16 +370,20 @@ class Explorer {
     await (this.busy = (this.busy ?? Promise.resolve()).then(async () => {
       if (turn !== this.turn) return;
       const model = await new Model(this.library, this.setup, this.factors).replay({ pause });
+      const own = this.index === undefined ? null : await model.asperity(this.index, pause);
       this.model?.free();
-      this.model = model;
-      if (this.index !== undefined) this.own = await model.asperity(this.index, pause);
+      // together: what is drawn in between has rows of one model
+      [this.model, this.own] = [model, own];
     }));
     if (turn === this.turn) this.show();
   }
 
   async choose(index) {
-    this.index = index;
-    await (this.busy = this.busy.then(async () => (this.own = await this.model.asperity(index, () => new Promise(setTimeout)))));
+    const pause = () => new Promise((resume) => setTimeout(resume));
+    await (this.busy = this.busy.then(async () => {
+      const own = await this.model.asperity(index, pause);
+      [this.index, this.own] = [index, own];
+    }));
     this.show();
   }
 
