@@ -94,7 +94,7 @@ def _parameter(name: str, text: str) -> Any:
     return property(lambda self: self._readout.parameters[name][self._column], doc=text)
 
 
-class Options(TypedDict, total=False):
+class AsperityOptions(TypedDict, total=False):
     """Arguments of `Ensemble` that an asperity has."""
 
     tolerance: float
@@ -154,7 +154,7 @@ class Asperity:
     _steps: tuple[Step, ...] | None
 
     def __init__(
-        self, pair: MaterialPair, radius: float | str, friction: float | FrictionLaw, **options: Unpack[Options]
+        self, pair: MaterialPair, radius: float | str, friction: float | FrictionLaw, **options: Unpack[AsperityOptions]
     ) -> None:
         coefficient = friction if isinstance(friction, FrictionLaw) else scalar("friction", friction, least=0)
         summit_radius = scalar("radius", radius, above=0)
