@@ -2,6 +2,10 @@ import pytest
 from drawn_data import hidden_data
 from hypothesis import settings
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+from historysim.results.plots import canvas, printed
+from historysim.results.report import page
 
 # the first example of a property may wait for a library to load or for code to be compiled
 settings.register_profile("thorough", deadline=None, max_examples=500)
@@ -14,6 +18,17 @@ settings.load_profile("unhurried")
 def alone(monkeypatch):
     """The clock of the tests is a thread that holds no lock of a library: a copy of the process is enough."""
     monkeypatch.setattr("threading.active_count", lambda: 1)
+
+
+@pytest.fixture(autouse=True)
+def quick_pictures(request, monkeypatch):
+    """Draw pictures without layout and at a low resolution, except in tests/results, which checks both."""
+    if "results" in request.path.parts:
+        return
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda *_: {})
+    monkeypatch.setattr(canvas, "_fit", lambda _: True)
+    for module in (printed, page):
+        monkeypatch.setattr(module, "DOTS_PER_INCH", 40)
 
 
 @pytest.fixture(autouse=True)
