@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from import_graph import ROOT, imports, modules
+from import_graph import ROOT, imports, modules, package_imports, parsed
 
 # the rooms, from the top down: each imports from those above it alone
 ROOMS = (
@@ -105,7 +105,7 @@ def test_the_architecture_has_every_room_in_its_order():
 
 
 def test_all_modules_are_read():
-    found = imports(ROOT)
+    found = package_imports()
     assert {"", "cli", "replaying", "contact.hertz", "results.plots.histories"} <= set(found)
     assert {"loads.schedule", "asperities.ensemble", "recording.recorder"} <= found["replaying"][0]
     assert {"loads.schedule", "log.file"} <= found["log.result"][0]
@@ -121,7 +121,7 @@ def test_every_room_has_its_tests():
 def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
     assert len((ROOT / "replaying.py").read_text(encoding="utf-8").splitlines()) < LONGEST_CORRIDOR
     below = ROOMS[ROOMS.index("replaying") + 1 :]
-    graph = imports(ROOT)
+    graph = package_imports()
     reached = reachable({**graph, "": (set(), set())}, ["replaying"])
     assert {room(name) for name in reached} & set(below) == set()
 
@@ -129,8 +129,8 @@ def test_the_corridor_is_short_and_knows_neither_logs_nor_scenarios():
 @pytest.mark.parametrize("name", READERS)
 def test_what_reads_a_dataset_does_not_know_the_engine(name):
     # the declarations of the variables name types of the engine, but do not import them when they run
-    declarations = {SCHEMA: imports(ROOT, top_level=True)[SCHEMA]}
-    found = reachable({**imports(ROOT), **declarations, "": (set(), set())}, [name])
+    declarations = {SCHEMA: package_imports(top_level=True)[SCHEMA]}
+    found = reachable({**package_imports(), **declarations, "": (set(), set())}, [name])
     assert {module for module in found if room(module) in ENGINE} <= {SCHEMA, room(SCHEMA)}
 
 
@@ -214,7 +214,7 @@ def test_no_two_public_classes_have_one_name():
     found = collections.Counter(
         node.name
         for path in ROOT.rglob("*.py")
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        for node in parsed(path).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )
     assert [name for name, count in found.items() if count > 1] == []

@@ -38,6 +38,22 @@ def inside(full, known):
     return ".".join(parts)
 
 
+@functools.cache
+def parsed(path):
+    """Return the syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def statements(tree):
+    """Yield all statements; imports are among them, and expressions, most of the nodes, are not visited."""
+    waiting = [tree]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        for name in ("body", "orelse", "finalbody", "handlers", "cases"):
+            waiting.extend(getattr(node, name, ()))
+
+
 def at_top_level(tree):
     """Nodes that run when the module is imported."""
     waiting = [tree]
@@ -49,15 +65,19 @@ def at_top_level(tree):
         if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             waiting.extend(node.orelse)
         else:
-            waiting.extend(ast.iter_child_nodes(node))
+            waiting.extend(each for each in ast.iter_child_nodes(node) if not isinstance(each, ast.expr))
+
+
+def import_statements(tree, *, top_level):
+    """All of a module's imports, or those that run when it is imported."""
+    nodes = at_top_level(tree) if top_level else statements(tree)
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
 
 
 @functools.cache
-def import_statements(source, *, top_level):
-    """All of a module's imports, or those that run when it is imported."""
-    tree = ast.parse(source)
-    nodes = at_top_level(tree) if top_level else ast.walk(tree)
-    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+def package_imports(*, top_level=False):
+    """Return `imports` of the installed package, read once."""
+    return imports(ROOT, top_level=top_level)
 
 
 def imports(root, *, top_level=False):
@@ -65,8 +85,9 @@ def imports(root, *, top_level=False):
     known = modules(root)
     found = {}
     for name, path in known.items():
-        statements = import_statements(path.read_text(encoding="utf-8"), top_level=top_level)
-        full = [target for node in statements for target in imported(node, name, path)]
+        tree = parsed(path) if root == ROOT else ast.parse(path.read_text(encoding="utf-8"))
+        found_in = import_statements(tree, top_level=top_level)
+        full = [target for node in found_in for target in imported(node, name, path)]
         own = {inside(target, known) for target in full if target.split(".")[0] == "historysim"}
         found[name] = (own, {target.split(".")[0] for target in full} - {"historysim"})
     return found
